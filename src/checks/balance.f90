@@ -1,5 +1,5 @@
-!> Independent measures of an equilibrium point: balance of all and of every node, signs, complementarity, foundations' laws.
-!> Nothing here uses the assembled residual: loads, support and contact reactions are summed from their definitions.
+!> Independent checks of an equilibrium point: global and nodal balance, signs, complementarity, laws of foundations. The assembled
+!> residual is not used: loads, support reactions and contact forces are summed from their definitions.
 module balance
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -26,23 +26,23 @@ module balance
    private
    public :: measure_balance
 
-   integer, parameter :: line_samples = 4 !! of the density in an element on an obstacle
-   real(wp), parameter :: line_slack = 1.0e-5_wp !! of forces over the size: densities are derivatives of what is solved for
-   real(wp), parameter :: least_reaction = 1.0e-6_wp !! that signs are measured against, over the largest force
+   integer, parameter :: line_samples = 4 !! number of parts of a conforming element for samples of the density
+   real(wp), parameter :: line_slack = 1.0e-5_wp !! of forces over the size: error of densities, derivatives of the solution
+   real(wp), parameter :: least_reaction = 1.0e-6_wp !! least reaction as reference of signs, over the largest force
 
 contains
 
-   !> Raises the worst values in `accuracy` by those of one converged state.
+   !> Raises the worst values in `accuracy` by those of a converged state.
    !>
-   !> Errors are measured against the largest force, or reaction, of the run so far: a state that carries next to nothing is
-   !> not wrong because rounding is much of it. What the rounding of positions makes of forces is no error at all.
+   !> Errors are relative to the largest force, or reaction, of the run so far, because in a state with next to no forces rounding
+   !> is a large part. Forces by the rounding of positions are subtracted from the errors.
    subroutine measure_balance(problem, state, at, residual, accuracy, touches_in)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(place_t), intent(in) :: at            !! the point
+      type(place_t), intent(in) :: at            !! place of the point in the run
       real(wp), intent(in) :: residual
       type(accuracy_t), intent(inout) :: accuracy
-      integer, intent(in), optional :: touches_in !! the element in which a contact of spans begins there; 0: none does
+      integer, intent(in), optional :: touches_in !! element in which a contact span begins at this point; 0: none
       real(wp), allocatable :: support(:, :), left(:, :)
       real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), rate(3), size_, noise, middle(2)
       class(rod_element_t), pointer :: rod
@@ -50,7 +50,7 @@ contains
       integer :: e, i, node
 
       size_ = problem%size
-      ! The start is no solution: nothing is in balance there but what the deck begins with, overlaps included.
+      ! The stress-free start is no equilibrium, for initial overlaps may exist.
       if (is_stress_free(state)) return
       call note_worst(accuracy%residual, residual, at)
       allocate (support(3, problem%model%mesh%n_nodes), source=0.0_wp)
@@ -68,7 +68,7 @@ contains
          rod => rod_at(problem, e)
          scale = max(scale, rod%force_scale(problem, state, e))
          force = rod%load_sum(problem, state, e, middle)
-         ! What a foundation carries need not pass through any section.
+         ! The load on a foundation need not pass through any section.
          scale = max(scale, maxval(abs(force(1:2))))
          total = total + force
       end do elements
@@ -107,7 +107,8 @@ contains
 
    contains
 
-      !> Forces of springs between nodes, and of ties: each keeps its own component in balance and acts on what this follows.
+      !> Adds the forces of springs between nodes and of ties: each tie balances its own component and acts on the nodes that it
+      !> follows.
       subroutine add_joints()
          real(wp) :: push, arm(2)
          integer :: i, k
@@ -121,7 +122,7 @@ contains
          do i = size(problem%model%tie), 1, -1
             associate (tie => problem%model%tie(i))
                push = left(tie%component, tie%node)
-               ! Links may carry what no section feels.
+               ! Links may carry forces that appear in no section.
                if (tie%component < 3) scale = max(scale, abs(push))
                call act(tie%node, tie%component, push)
                do k = 1, size(tie%of)
@@ -134,7 +135,7 @@ contains
          end do
       end subroutine add_joints
 
-      !> A force or moment on a node. Where there is a support this answers with the same.
+      !> Adds a force or moment on a node. A support balances it.
       subroutine act(on, component, push)
          integer, intent(in) :: on, component
          real(wp), intent(in) :: push
@@ -147,7 +148,7 @@ contains
          total = total + [f(1:2), f(3) + x(1) * f(2) - x(2) * f(1)]
       end subroutine act
 
-      !> Forces of contact spans, and what their nodes are out of balance by besides these.
+      !> Adds the forces of contact spans, and checks their nodes.
       subroutine add_spans()
          real(wp) :: totals(3, size(problem%model%contact)), moment, push, gap, normal(2), bend, local(3), &
             & x(2), angle, density, tau, counted(2)
@@ -165,7 +166,7 @@ contains
             if (abs(roll%way) > 0.0_wp) normal = roll%normal
             associate (node => problem%candidates%node(c))
                left(:, node) = left(:, node) - push * [normal, roll%arm(1) * normal(2) - roll%arm(2) * normal(1)]
-               ! What its support has counted.
+               ! Part that is contained in the support reaction.
                counted = merge(push * normal, 0.0_wp, problem%model%fixed(1:2, node))
                x = node_position(state, node) + roll%arm - middle
                total = total - [counted, x(1) * counted(2) - x(2) * counted(1)]
@@ -175,7 +176,7 @@ contains
                   & least_reaction * scale), at, node=problem%model%mesh%node_label(node))
             end associate
          end do
-         ! Along lines, and at the deck's nodes, which the mesh knows nothing of.
+         ! Signs along line contacts, and penetration at the deck's nodes, which are not those of the mesh.
          do e = 1, problem%model%mesh%n_elements
             if (problem%conforms(e) == 0) cycle
             do i = 0, line_samples
@@ -193,7 +194,7 @@ contains
                call deck_contact_gaps(problem, state, c, gaps, place)
                do i = 1, size(node)
                   call find_node(problem, state, node(i), mesh_node, e, tau)
-                  ! Where contact begins nodes have told, better than the element's polynomial.
+                  ! Where a contact span begins its node is the measure, more accurate than the element's polynomial.
                   if (present(touches_in) .and. e > 0) then
                      if (e == touches_in) cycle
                   end if
@@ -204,8 +205,8 @@ contains
          end do
       end subroutine add_spans
 
-      !> What may pull at a line on a mirror, or beside another support that keeps a direction: what lifts no more of it than is
-      !> taken for none, two thirds of what presses that (lifted_node).
+      !> Tension, > 0, that is accepted at a line contact at a support with fixed rotation, as on a mirror: a tension of two thirds
+      !> of the pressure lifts a length (lifted_node), and this length may be as short as counts as none.
       real(wp) function least_push(c)
          integer, intent(in) :: c
          real(wp) :: density, local(3), x(2), angle
@@ -222,7 +223,7 @@ contains
          end do
       end function least_push
 
-      !> What places between nodes err by: no penetration.
+      !> Interpolation error between nodes, which is no penetration.
       real(wp) function place_doubt(e, tau) result(doubt)
          integer, intent(in) :: e
          real(wp), intent(in) :: tau
@@ -232,7 +233,7 @@ contains
          doubt = profile_doubt(profile, tau)
       end function place_doubt
 
-      !> Foundations that act inside elements, from their pressure where it acts.
+      !> Adds foundations that act inside elements, from their pressure.
       subroutine add_foundations()
          type(inner_forces_t) :: inner
          real(wp) :: push(2), most, least, shortest
@@ -250,7 +251,7 @@ contains
                if (problem%ground%chain%bilateral(inner%source(q))) cycle
                most = max(most, inner%pressure(q))
                push(1) = inner%pressure(q)
-               ! Of what acts on an element that is too long to follow only the sum means something.
+               ! On an element too long to follow the pressure only its integral is meaningful.
                if (.not. follows(problem, state, inner%source(q))) push(1) = sum(inner%weight(:inner%n) * &
                   & inner%pressure(:inner%n), mask=inner%source(:inner%n) == inner%source(q))
                if (state%segment(inner%source(q)) /= segment_unknown) push(1) = min(0.0_wp, push(1) + segment_stiffness(problem, &
@@ -264,37 +265,37 @@ contains
       end subroutine add_foundations
    end subroutine measure_balance
 
-   !> What the rounding of positions makes of the forces of all foundations.
+   !> Rounding error of all foundations' forces, from that of positions.
    pure real(wp) function position_noise(problem) result(noise)
       type(problem_t), intent(in) :: problem
       noise = problem%ground%stiffest * rounding_gap(problem) * count(problem%ground%founded)
    end function position_noise
 
-   !> The part of an error that is beyond rounding.
+   !> Part of an error beyond rounding.
    pure real(wp) function beyond(error, noise)
       real(wp), intent(in) :: error, noise
       beyond = max(error - noise, 0.0_wp)
    end function beyond
 
-   !> Signs, complementarity and laws of contact at nodes; adds its forces to the balances.
+   !> Checks signs, complementarity and laws of contact at nodes, and adds its forces to the balances.
    subroutine measure_contact(problem, state, at, scale, middle, accuracy, total, left)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(place_t), intent(in) :: at
       real(wp), intent(in) :: scale              !! largest force
-      real(wp), intent(in) :: middle(2)          !! moments count about it
+      real(wp), intent(in) :: middle(2)          !! reference point of moments
       type(accuracy_t), intent(inout) :: accuracy
-      real(wp), intent(inout) :: total(3)        !! force and moment of all
-      real(wp), intent(inout) :: left(:, :)      !! (3, nodes) force and moment left at each node
-      ! What the corrector lets pass: a reaction this much below zero over the force scale (or ten tolerances of the step), an
-      ! open node this deep over the size.
+      real(wp), intent(inout) :: total(3)        !! total force and moment
+      real(wp), intent(inout) :: left(:, :)      !! (3, nodes) unbalanced force and moment
+      ! Slack of the corrector: reaction below zero over the force scale (at least ten tolerances of the step), penetration of an
+      ! open node over the size.
       real(wp), parameter :: let_pull = 1.0e-8_wp, let_in = 10.0_wp * gap_tolerance
       real(wp) :: x(2), force(2), gap, normal(2), bend, largest, push, spring, depth, pull, unsettled, uncertain
       integer :: c, i, node, label
       logical :: rigid, coupled
       if (problem%candidates%n == 0) return
       accuracy%reaction = max(accuracy%reaction, maxval(abs(state%reaction)))
-      ! Reactions that are all rounding have no sign.
+      ! Reactions within rounding have no sign.
       largest = max(accuracy%reaction, least_reaction * scale)
       unsettled = max(let_pull, 10.0_wp * problem%model%step(problem%step)%tolerance) * scale
       do c = 1, problem%candidates%n
@@ -307,14 +308,14 @@ contains
          x = node_position(state, node) - middle
          force = state%reaction(c) * normal
          left(1:2, node) = left(1:2, node) - force
-         ! What the support of the same node already counted is not counted twice.
+         ! Components contained in the node's support reaction do not count again.
          do i = 1, 2
             if (problem%model%fixed(i, node)) force(i) = 0.0_wp
          end do
          total = total + [force, x(1) * force(2) - x(2) * force(1)]
          if (coupled) gap = candidate_opening(problem, state, c)
          if (rigid .or. coupled) then
-            ! A bilateral obstacle is left on neither side, nor the surface of a ground that settles.
+            ! A bilateral obstacle, or the settled surface of coupled ground, allows no gap of either sign.
             depth = -gap
             if (problem%candidates%bilateral(c) .or. (state%active(c) .and. coupled)) depth = abs(gap)
             if (state%active(c) .or. .not. problem%candidates%bilateral(c)) &
@@ -326,7 +327,8 @@ contains
             if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &
                & call note_worst(accuracy%complementarity, state%reaction(c) * gap / (largest * problem%size), at, node=label)
             call foundation_answer(problem, c, gap, push, spring)
-            ! An open node may lie as deep as makes a force that equilibrium lets pass: where contact begins, as well as located.
+            ! An open node may penetrate until its reaction exceeds the tolerance of equilibrium, the accuracy to which the
+            ! beginning of contact is located.
             uncertain = rounding_gap(problem)
             if (.not. state%active(c)) uncertain = let_in * problem%size
             call note_worst(accuracy%foundation, (abs(state%reaction(c) - push) - spring * uncertain - &
@@ -338,7 +340,7 @@ contains
       end do
    end subroutine measure_contact
 
-   !> What a foundation's spring at a node answers to a gap.
+   !> Force of a foundation at a node for a given gap.
    pure subroutine foundation_answer(problem, candidate, gap, push, spring)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate

@@ -1,20 +1,20 @@
-!> Whether the mesh can carry the answer where a rod leans on an obstacle that holds it at nodes only.
+!> Adequacy of the mesh where an obstacle constrains a rod at its nodes only.
 !>
-!> What an obstacle would hold between the nodes bends freely, and a compressed rod bends in waves of the length
-!> 2 pi (EI/N)^(1/2). With mu = N h^2/EI, N in compression, an element of length h can go wrong in four ways; each of
-!> them is measured against the load that it spoils by `wanted`:
+!> Between the nodes the rod bends freely although the obstacle would support it, and a compressed rod bends in waves of the length
+!> 2 pi (EI/N)^(1/2). With mu = N h^2/EI, N in compression, an element of length h can be inadequate in four ways; the limit of each
+!> is the value that changes a load by `wanted`:
 !>
-!> - buckled:  held at both ends by the obstacle it buckles through it between them, alternately to both sides, at mu = pi^2
-!>             (elements whose stages see their own bending: GE4 and more).
-!> - unheld:   where contact ends on a node the next node to lift leaves a span of 2 h, hinged at the worst, that buckles at
-!>             4 mu = pi^2. At half of that what it bends by itself is doubled.
-!> - unbent:   an element carries waves as they should be but for a relative error of the load of mu/12 (order 2: its
-!>             stress stiffness is that of a string) or 2 mu^s s!^2 / ((2s)! (2s + 1)!) (s Gauss stages: twice the phase error
-!>             of the diagonal Pade approximant). This holds for those that lift and for those between two contacts.
-!> - slack:    held along a curve kappa, the obstacle's force N kappa bends it outwards, N kappa h^4/(720 EI) on average, and
-!>             lets it shorten as an axial flexibility kappa^2 h^4/(720 EI) would (GE6 and more: two stages lie where this
-!>             moment vanishes). Loads at which rods lift from a rigid wall go with EA^(2/5) (Glock 1977), so the strain energy of
-!>             all that over the whole strain energy may be 5/2 of `wanted`.
+!> - buckled:  with both nodes in contact the element buckles through the obstacle between them, alternately to both sides, at
+!>             mu = pi^2 (elements whose stages represent bending: GE4 and higher).
+!> - unheld:   where contact ends on a node, the next node to lift leaves a span of 2 h, hinged at worst, that buckles at
+!>             4 mu = pi^2. At half of this its own deflection is doubled.
+!> - unbent:   an element represents waves with a relative error of the load of mu/12 (order 2: its stress stiffness is that of
+!>             a string) or 2 mu^s s!^2 / ((2s)! (2s + 1)!) (s Gauss stages: twice the phase error of the diagonal Pade
+!>             approximant). This applies to elements that lift and to elements between two contacts.
+!> - slack:    in contact along a curve kappa, the obstacle's force N kappa bends the element outwards, N kappa h^4/(720 EI) on
+!>             average, and shortens it like an axial flexibility kappa^2 h^4/(720 EI) (GE6 and higher: two stages are where
+!>             this moment vanishes). Loads at which rods lift from a rigid wall are proportional to EA^(2/5) (Glock 1977), so
+!>             the strain energy of this deflection may be 5/2 of `wanted` of the whole strain energy.
 module mesh_adequacy
    use kinds, only: wp, pi
    use problem, only: problem_t
@@ -25,22 +25,22 @@ module mesh_adequacy
    private
    public :: verdict_t, judge_mesh, verdict_words, compression
 
-   real(wp), parameter :: wanted = 0.01_wp !! relative error of a load that looks right
+   real(wp), parameter :: wanted = 0.01_wp !! accepted relative error of a load
    integer, parameter :: buckled = 1, unheld = 2, unbent = 3, slack = 4
    real(wp), parameter :: limits(4) = [pi**2, pi**2 / 8.0_wp, wanted, 2.5_wp * wanted]
 
-   !> The worst of one state.
+   !> Worst measure of one state.
    type :: verdict_t
-      real(wp) :: ratio = 0.0_wp              !! the worst measure over its limit: above 1 the mesh is too coarse
-      real(wp) :: value = 0.0_wp              !! the measure itself
+      real(wp) :: ratio = 0.0_wp              !! worst measure over its limit; above 1 the mesh is too coarse
+      real(wp) :: value = 0.0_wp              !! worst measure
       real(wp) :: limit = 0.0_wp
       integer :: kind = 0
-      integer, allocatable :: element(:)      !! labels of those beyond the limit of that kind; of the worst, when none is
+      integer, allocatable :: element(:)      !! labels of the elements beyond the limit; of the worst element if there are none
    end type verdict_t
 
 contains
 
-   !> Judges the elements between neighbouring candidates of contacts at nodes.
+   !> Evaluates the elements between neighbouring candidates of contacts at nodes.
    subroutine judge_mesh(problem, state, verdict)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state     !! converged
@@ -79,13 +79,13 @@ contains
          e = maxloc(worst, 1)
          verdict%element = [label(e)]
          if (verdict%ratio <= 1.0_wp) return
-         ! Of what all have in common those count that have more than their share.
+         ! The slack measure is one for all elements; those with more than the average share are listed.
          if (verdict%kind == slack) worst = (spent / sum(spent)) * (count(spent > 0.0_wp) * verdict%limit)
          verdict%element = pack(label, worst > verdict%limit .or. label == label(e))
       end associate
    end subroutine judge_mesh
 
-   !> mu of an element: the normal force in its middle, positive in compression, times h^2/EI; zero in tension.
+   !> mu of an element: normal force in its middle, > 0 in compression, times h^2/EI; zero in tension.
    real(wp) function compression(problem, state, e) result(mu)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -93,8 +93,8 @@ contains
       mu = max(-middle_force(problem, state, e), 0.0_wp) * state%geometry%element(e)%length**2 * problem%compliance(e)%bending
    end function compression
 
-   !> Normal force in the middle of an element, positive in tension: what its ends carry on average, where it has turned half way.
-   !> Means of the normal forces at the ends would cancel on an element that turns by half a circle.
+   !> Normal force in the middle of an element, > 0 in tension: the mean force of the ends in the mean direction. The mean of the
+   !> ends' normal forces would cancel on an element that turns by half a circle.
    real(wp) function middle_force(problem, state, e) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -105,7 +105,7 @@ contains
       force = 0.5_wp * dot_product(first(1:2) + second(1:2), [cos(angle), sin(angle)])
    end function middle_force
 
-   !> Relative error of the load at which a rod of such elements is in neutral balance with a wave.
+   !> Relative error of the load at which a wave of a rod of such elements is in neutral equilibrium.
    pure real(wp) function wave_error(stages, mu) result(error)
       integer, intent(in) :: stages          !! 0: UL2
       real(wp), intent(in) :: mu
@@ -119,7 +119,7 @@ contains
       end do
    end function wave_error
 
-   !> Strain energy of the bending between the nodes of an element held along a curve, times two.
+   !> Twice the strain energy of the deflection between the nodes of an element in contact along a curve.
    real(wp) function slack_energy(problem, state, e) result(energy)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -130,8 +130,7 @@ contains
          & 720.0_wp
    end function slack_energy
 
-   !> Strain energy of the structure and of what its nodes lean on, times two, each element's force and moment linear between
-   !> its ends.
+   !> Twice the strain energy of the structure, its springs and foundations; force and moment are linear in each element.
    real(wp) function strain_energy(problem, state) result(energy)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -156,7 +155,7 @@ contains
       end function mean_square
    end function strain_energy
 
-   !> What is wrong with which elements and what to do, one sentence.
+   !> One sentence for the user: the elements, their defect, the remedy.
    pure function verdict_words(verdict) result(words)
       type(verdict_t), intent(in) :: verdict !! beyond its limit
       character(:), allocatable :: words
@@ -183,11 +182,11 @@ contains
       end function number
    end function verdict_words
 
-   !> Labels as ranges, the first few of them: "3-7, 12".
+   !> Labels as ranges, at most the first few: "3-7, 12".
    pure function ranges(label) result(text)
-      integer, intent(in) :: label(:)        !! rising within each run of neighbours
+      integer, intent(in) :: label(:)        !! increasing within each run of neighbours
       character(:), allocatable :: text
-      integer, parameter :: most = 5         ! what one can read
+      integer, parameter :: most = 5         ! largest readable number
       integer :: i, first, n
       text = ''
       n = 0

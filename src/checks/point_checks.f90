@@ -1,4 +1,4 @@
-!> What is checked at every recorded point: balance and signs, and whether mesh and numbers can carry the answer.
+!> Checks of every recorded point: balance and signs, adequacy of mesh and number representation.
 module point_checks
    use kinds, only: wp
    use problem, only: problem_t
@@ -17,19 +17,20 @@ module point_checks
    private
    public :: check_point
 
-   !> Of the stiffness along the path: that much of an increment limit points move, their loads by its square.
+   !> Rounding over the stiffness along the path that gives a warning: limit points move by this part of an increment, their loads
+   !> by its square.
    real(wp), parameter :: told_rounding = 0.1_wp
 
 contains
 
-   !> Raises the worst values by those of a point, which gets a warning where mesh or numbers begin to carry too little.
+   !> Raises the worst values by those of a point, and adds a warning to the point at which mesh or rounding become inadequate.
    subroutine check_point(problem, state, system, at, touches_in, point, accuracy)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
-      type(system_t), intent(in) :: system       !! assembled and factored there
-      type(place_t), intent(in) :: at            !! the point
-      integer, intent(in) :: touches_in          !! the element in which a contact begins there; 0: none does
-      type(point_t), intent(inout) :: point      !! gives its residual
+      type(system_t), intent(in) :: system       !! assembled and factored at `state`
+      type(place_t), intent(in) :: at            !! place of the point in the run
+      integer, intent(in) :: touches_in          !! element in which a contact span begins at this point; 0: none
+      type(point_t), intent(inout) :: point      !! with its residual
       type(accuracy_t), intent(inout) :: accuracy
       type(verdict_t) :: verdict
       associate (step => problem%model%step(problem%step))
@@ -45,7 +46,7 @@ contains
 
    contains
 
-      !> Where a rod may roll every displacement is one of many.
+      !> In a rod that may roll every displacement is one of a family.
       subroutine check_rolling()
          character(:), allocatable :: names, where
          integer :: m
@@ -63,15 +64,15 @@ contains
             & ') on the loads do not tell how far the rod rolls about '//where//', nor what hangs on it: '//names(3:)
       end subroutine check_rolling
 
-      !> At a limit point the stiffness is zero, and nearly so on a plateau: what rounding does to it counts beside that of the
-      !> point before, or beside bending.
+      !> Near limit points and on plateaus the stiffness is almost zero: rounding is then compared with the stiffness of the
+      !> previous point, or with bending.
       subroutine check_rounding()
          real(wp) :: stiffness, rounding, scale
-         ! Nothing hangs on the tangent of such a start, see stiffness_homotopy.
+         ! The path does not depend on the tangent of such a start, see stiffness_homotopy.
          if (is_stress_free(state) .and. followed_part(problem) < 1.0_wp) return
          call path_stiffness(problem, state, system, stiffness, rounding)
          scale = max(stiffness, accuracy%stiffness, bending_stiffness(problem))
-         ! Points that were looked for because something vanishes there are no scale for the next ones.
+         ! Points located at a zero of some function are no reference for later points.
          if (point%label == '') accuracy%stiffness = stiffness
          call note_worst(accuracy%rounding, rounding / scale, at)
          if (rounding > told_rounding * scale) call warn('rounding spoils limit points and stability', &
@@ -79,7 +80,7 @@ contains
             & rounding_cure(problem, state), accuracy%rounding_words)
       end subroutine check_rounding
 
-      !> The first time, at the point too.
+      !> Adds a warning the first time, at the point as well.
       subroutine warn(what, words, kept)
          character(*), intent(in) :: what, words
          character(:), allocatable, intent(inout) :: kept

@@ -1,9 +1,9 @@
-!> Lines of contact without pressure, as on a straight wall: the state is in balance with them and without.
+!> Line contacts without pressure, as on a straight wall: equilibrium is the same with and without them.
 !>
-!> Without such a line the rod between its ends is free, and at its ends it touches in two points that are flat: to first order
-!> they turn no more than the line's ends do. Where the tangent of that problem has a zero eigenvalue, with ends that keep
-!> place and direction where the thrust is 4 pi^2 EI/l^2, the rod may leave the wall. No test of the spans tells: gap and pressure
-!> are zero all along.
+!> Without such a line contact the rod is free between the ends of the line, and at these ends it has two osculating point contacts:
+!> to first order they turn no more than the ends of the line do. Where the tangent of this reduced problem has a zero eigenvalue,
+!> the rod may leave the wall; with ends of fixed place and direction this is at a thrust of 4 pi^2 EI/l^2. No test of the contact
+!> spans shows this, for gap and pressure are zero along the whole line.
 module force_free_contact
    use kinds, only: wp
    use problem, only: problem_t
@@ -24,20 +24,21 @@ module force_free_contact
    private
    public :: remove_force_free_lines, count_released, let_turn, line_opening
 
-   integer, parameter :: samples = 4            !! of the pressure in an element
-   real(wp), parameter :: nothing = 1.0e-7_wp   !! of the structure's forces: no force
-   real(wp), parameter :: unsettled = 100.0_wp  !! times the tolerance of the residuals: what they may make of the thrust
+   integer, parameter :: samples = 4            !! number of parts of an element at whose ends the pressure is sampled
+   real(wp), parameter :: nothing = 1.0e-7_wp   !! a force below this part of the structure's forces counts as none
+   real(wp), parameter :: unsettled = 100.0_wp  !! error of the thrust, in tolerances of the residual
 
 contains
 
-   !> The problem and the state without lines that carry no force.
+   !> The reduced problem and its state: contact spans as they are, but each force-free line contact replaced by the two osculating
+   !> point contacts at its ends.
    subroutine remove_force_free_lines(problem, state, system, free, released, any_weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       type(problem_t), intent(out) :: free
-      type(state_t), intent(out) :: released    !! on its mesh
-      logical, intent(out) :: any_weak          !! false: there are none, and neither problem nor state are set
+      type(state_t), intent(out) :: released    !! `state` on the mesh of `free`
+      logical, intent(out) :: any_weak          !! false: no line contact is force-free; `free` and `released` are undefined
       type(contact_span_t), allocatable :: touch(:), rest(:)
       logical :: weak(size(problem%touch))
       real(wp) :: none
@@ -71,7 +72,7 @@ contains
          end do
       end do
       free = new_span_problem(problem, rest)
-      ! Breakpoints have the same nodes on all meshes.
+      ! Segment boundaries have the same node numbers on all meshes.
       free%hinge = problem%hinge
       free%rolling = problem%rolling
       free%model%fixed(3, free%hinge) = .false.
@@ -86,7 +87,7 @@ contains
 
    contains
 
-      !> True where a force presses the node at which a line goes on as the next one.
+      !> True if a contact force presses on the node at the last end of line `k`, which the next line contact shares.
       logical function pressed_end(k)
          integer, intent(in) :: k
          integer :: c
@@ -96,12 +97,12 @@ contains
       end function pressed_end
    end subroutine remove_force_free_lines
 
-   !> Negative pivots of the tangent without lines that carry no force.
+   !> Number of negative pivots of the reduced problem's tangent, that is without force-free line contacts.
    subroutine count_released(problem, state, system, pivots, any_weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled and factored at `state`
-      integer, intent(out) :: pivots            !! without any such line: those of the system
+      integer, intent(out) :: pivots            !! those of `system` if no line contact is force-free
       logical, intent(out) :: any_weak
       type(problem_t) :: free
       type(state_t) :: released
@@ -114,7 +115,7 @@ contains
       if (other%ok) pivots = other%negative_pivots
    end subroutine count_released
 
-   !> The released problem as one of a path that leaves the lines: where they ended the rod may turn.
+   !> Prepares the reduced problem for a path that leaves the wall: osculating contacts become point contacts whose node may turn.
    pure subroutine let_turn(free)
       type(problem_t), intent(inout) :: free
       integer :: c
@@ -123,10 +124,11 @@ contains
       end do
    end subroutine let_turn
 
-   !> True for an end of a line that goes on as another one, or ends with its rod.
+   !> True if an end of a line contact needs no point contact of its own: another line contact continues there, or ends with its
+   !> rod.
    pure logical function ends_nowhere(problem, touch, k, side)
       type(problem_t), intent(in) :: problem
-      type(contact_span_t), intent(in) :: touch(:)     !! as they are now
+      type(contact_span_t), intent(in) :: touch(:)     !! present contact spans
       integer, intent(in) :: k, side
       integer :: next, node, way
       real(wp) :: end
@@ -147,8 +149,9 @@ contains
          & abs(touch%at(3 - side) - end) <= 0.0_wp)
    end function ends_nowhere
 
-   !> True where the density of the obstacle's force along a line, in size, is somewhere above a bound and what the thrust errs by
-   !> round the obstacle's curve: on a straight one loads and the rod's shape give it, however far an iteration has gone.
+   !> True if the size of the obstacle's force density along a line contact exceeds `bound` anywhere, after subtraction of its
+   !> error. The error is that of the thrust times the curvature of the track; on a straight obstacle it is zero, for there the
+   !> density follows from loads and shape alone.
    logical function is_pressed(problem, state, touch, thrust_error, bound)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -169,7 +172,7 @@ contains
 
    contains
 
-      !> Of the track at a candidate.
+      !> Size of the curvature of the track at a candidate.
       real(wp) function bend(candidate)
          integer, intent(in) :: candidate
          type(track_t) :: track
@@ -178,12 +181,13 @@ contains
       end function bend
    end function is_pressed
 
-   !> The sense in which a mode of the released problem opens the lines that are gone: 1 along it, -1 against it, 0 neither.
+   !> Sense in which a mode of the reduced problem lifts the rod off the former force-free line contacts: 1 along the mode, -1
+   !> against it, 0 if the mode opens some places and closes others.
    integer function line_opening(problem, state, free, released, mode) result(sense)
       type(problem_t), intent(in) :: problem, free
       type(state_t), intent(in) :: state, released
       real(wp), intent(in) :: mode(:, :)        !! (3, nodes of `free`) global axes
-      real(wp), parameter :: closed = 1.0e-3_wp ! of the largest opening
+      real(wp), parameter :: closed = 1.0e-3_wp ! part of the largest opening that counts as none
       type(contact_span_t), allocatable :: touch(:)
       real(wp) :: gap, normal(2), bend, opening, most, least, at
       integer :: k, e, node, obstacle

@@ -1,4 +1,5 @@
-!> The free spans of the rods: what lies between two touches of a stretch, or between a touch and a breakpoint, or two of these.
+!> Free spans: the parts of rods between two contact spans of a rod segment, between a contact span and a segment boundary, or
+!> between two segment boundaries.
 module free_span
    use kinds, only: wp
    use problem, only: problem_t
@@ -9,14 +10,15 @@ module free_span
 
    type :: free_span_t
       integer :: stretch = 0
-      integer :: element(2) = 0             !! the first and the last
-      integer :: touch(2) = 0               !! before and after it, indices into problem%touch; 0: a breakpoint without one
-      integer :: contact(2) = 0             !! of these, indices into model%contact
+      integer :: element(2) = 0             !! first and last element
+      integer :: touch(2) = 0               !! contact spans before and after the free span, indices into problem%touch; 0: segment
+      !! boundary without contact
+      integer :: contact(2) = 0             !! contacts of these contact spans, indices into model%contact; 0: none
    end type free_span_t
 
 contains
 
-   !> All of them in their order along the stretches; the same ones for all states of a problem.
+   !> All free spans in their order along the rod segments. They are the same for all states of a problem.
    pure function free_spans(problem) result(span)
       type(problem_t), intent(in) :: problem
       type(free_span_t), allocatable :: span(:)
@@ -38,7 +40,7 @@ contains
 
       pure subroutine add(last, after)
          integer, intent(in) :: last, after
-         ! A touch at a breakpoint has none on its side.
+         ! Between a contact span at a segment boundary and this boundary there is no free span.
          if (last < first) return
          span = [span, free_span_t(j, [first, last], [before, after])]
          associate (new => span(size(span)))
@@ -48,7 +50,7 @@ contains
       end subroutine add
    end function free_spans
 
-   !> Coordinates of its ends along the stretch.
+   !> Coordinates of the ends of a free span along its rod segment.
    pure function span_ends(problem, state, span) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

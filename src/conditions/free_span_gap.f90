@@ -1,5 +1,5 @@
-!> The gap of a free span to an obstacle, where it is least, and where it is largest. Beside a touch the gap rises from zero, and
-!> what counts is where it comes down again.
+!> Gap of a free span to an obstacle: its least and its largest value. Beside a contact span the gap rises from zero, so that near
+!> such an end only minima count.
 module free_span_gap
    use kinds, only: wp
    use model, only: family_ge
@@ -13,22 +13,23 @@ module free_span_gap
    private
    public :: gap_at, least_gap
 
-   ! Next to a touchdown point the gap grows with a power of the distance: there minima count only.
-   real(wp), parameter :: beside = 0.06_wp  !! of a span
-   integer, parameter :: samples = 4        !! of the gap in an element
-   !> The way to the second sample beside a touch, again and again divided by the square root of two. Where a rod comes down beside
-   !> a point that it turns over, it is least twice as far from that as it is largest: between samples that each halve the way both
-   !> can hide.
+   ! Next to a touchdown point the gap grows with a power of the distance; within this part of a span only minima count.
+   real(wp), parameter :: beside = 0.06_wp  !! part of the length of the free span
+   integer, parameter :: samples = 4        !! number of equal parts of an element for samples of the gap
+   !> Number of samples between a contact span and the second regular sample; the distance from the contact falls by the square root
+   !> of two from one to the next. If a rod comes down beside a point contact about which it turns, the distance of its least gap is
+   !> twice that of its largest gap: samples whose distances halve could miss both.
    integer, parameter :: near = 20
 
-   !> The gap of the elements from `first` to `last` to one obstacle, sampled.
+   !> Sampled gap of the elements from `first` to `last` to one obstacle.
    type :: sampled_gap_t
       integer :: first = 0, last = 0
       integer :: contact = 0                   !! index into model%contact
-      logical :: touches(2) = .false.          !! the obstacle at the ends of these elements: there the gap is zero for certain
+      logical :: touches(2) = .false.          !! true: the first node of `first`, or the last node of `last`, touches this
+      !! obstacle; the gap is zero there
       type(profile_t), allocatable :: profile(:) !! (first:last)
-      real(wp), allocatable :: at(:)           !! coordinates of the samples along the stretch, rising
-      real(wp), allocatable :: gap(:)          !! and the gaps there
+      real(wp), allocatable :: at(:)           !! coordinates of the samples along the rod segment, increasing
+      real(wp), allocatable :: gap(:)          !! gaps at the samples
    end type sampled_gap_t
 
 contains
@@ -38,14 +39,14 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact, stretch
-      real(wp), intent(in) :: at            !! along the stretch
+      real(wp), intent(in) :: at            !! coordinate along the rod segment
       real(wp) :: tau
       integer :: e
       call find_point(problem, state, stretch, at, e, tau)
       gap = gap_in(problem, state, contact, new_profile(problem, state, e), tau)
    end function gap_at
 
-   !> Gap of a place inside an element.
+   !> Gap at the part `tau` of an element (0 to 1) to the obstacle of a contact.
    real(wp) function gap_in(problem, state, contact, profile, tau) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -60,30 +61,31 @@ contains
       gap = gap + contact_offset(problem, state, contact)
    end function gap_in
 
-   !> What comes on top of the distance from the obstacle of a contact: the gap left in the deck, less what has closed since.
+   !> Offset added to the distance from the obstacle of a contact: the `gap` of the deck and the part of the initial overlap that is
+   !> not yet resolved, less the closing so far.
    pure real(wp) function contact_offset(problem, state, contact) result(offset)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       associate (o => problem%model%contact(contact)%obstacle, load => problem%model%step(problem%step)%load)
-         ! As candidate_offset.
+         ! The same as candidate_offset of module candidates.
          offset = problem%model%contact(contact)%gap + problem%overlap(contact) * (1.0_wp - problem%constant%resolved(o) - &
             & state%load_factor * load%resolved(o)) - problem%constant%closing(o) - state%load_factor * load%closing(o)
       end associate
    end function contact_offset
 
-   !> Least gap between two elements of a stretch, without touches between, to an obstacle, and where it is.
+   !> Least gap of the elements between two contact spans of a rod segment to an obstacle, and its place.
    subroutine least_gap(problem, state, element, contact, touched, fails, least, where, largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: element(2)        !! the first and the last
+      integer, intent(in) :: element(2)        !! first and last element
       integer, intent(in) :: contact           !! index into model%contact
-      logical, intent(in) :: touched(:)        !! (nodes) touch some obstacle
-      logical, intent(in) :: fails(:)          !! (nodes) touch this one, and should not: a rod that is inside the obstacle from
-      !! there on is so because of that
-      real(wp), intent(out) :: least           !! the size where none counts
-      real(wp), intent(out) :: where           !! along the stretch
-      real(wp), intent(out) :: largest         !! gap where it is largest, be it to the inside
+      logical, intent(in) :: touched(:)        !! (nodes) node touches any obstacle
+      logical, intent(in) :: fails(:)          !! (nodes) node touches this obstacle, but its own test fails; a penetration that
+      !! begins at such a node is due to the failing contact and is not counted
+      real(wp), intent(out) :: least           !! structure's size if no sample counts
+      real(wp), intent(out) :: where           !! coordinate along the rod segment
+      real(wp), intent(out) :: largest         !! gap of largest size, with its sign (< 0: inside the obstacle)
       type(sampled_gap_t) :: line
       real(wp) :: counts(2), from, to, value, place, tops(2)
       integer :: i, begin, end
@@ -107,19 +109,19 @@ contains
          do i = begin, end
             if (line%at(i) >= counts(1) .and. line%at(i) <= counts(2)) call take(gap(i), line%at(i))
             if (i == 1 .or. i == size(gap)) then
-               ! Beside a breakpoint without a touch the rod may come down further inside.
+               ! The gap may have a minimum further inside if it falls from an end without contact (segment boundary).
                if (line%touches(merge(1, 2, i == 1))) cycle
                if (.not. falls_inwards(problem, state, line, i)) cycle
             else
                if (gap(i) > gap(i - 1) .or. gap(i) > gap(i + 1)) cycle
-               ! No lower than the others, however deep it is between.
+               ! A parabola through these samples cannot have its minimum below the least value so far.
                if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > least) cycle
             end if
             call find_minimum(problem, state, line, i, value, place)
-            ! Next to a touch rounding makes minima, too.
+            ! Rounding, too, makes minima next to a contact span.
             tops = [merge(maxval(gap(:i)), huge(value), line%touches(1)), merge(maxval(gap(i:)), huge(value), line%touches(2))]
             if (minval(tops) <= rounding_gap(problem) .and. value >= -rounding_gap(problem)) cycle
-            ! And so do elements that are too long: there the rod must be inside by what its polynomials err by.
+            ! Discretisation errors make such minima as well: there the penetration must exceed the interpolation error.
             if (place < counts(1) .or. place > counts(2)) value = value + doubt(problem, state, line, place)
             call take(value, place)
          end do
@@ -136,14 +138,14 @@ contains
       end subroutine take
    end subroutine least_gap
 
-   !> What is beside the elements: whether touches are, and how far from these, along the whole span, gaps count that are no minima.
-   !> Breakpoints of the rod divide no span.
+   !> Ends of the sampled elements: whether they touch this obstacle, and the coordinates between which gaps count that are no
+   !> minima. The margin is a part of the whole free span, across segment boundaries.
    pure subroutine look_beside(problem, state, line, touched, counts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(sampled_gap_t), intent(inout) :: line
       logical, intent(in) :: touched(:)        !! (nodes)
-      real(wp), intent(out) :: counts(2)       !! along the stretch
+      real(wp), intent(out) :: counts(2)       !! coordinates along the rod segment
       real(wp) :: more(2), ends(2), margin
       logical :: zero(2), touching(problem%model%mesh%n_nodes)
       integer :: side
@@ -163,12 +165,12 @@ contains
       if (zero(2)) counts(2) = min(ends(2), ends(2) + more(2) - margin)
    end subroutine look_beside
 
-   !> How much of a free span lies beyond one end of an element, and whether it ends with a touch of one obstacle.
+   !> Length of the free span beyond one end of an element, and whether the span ends with contact to this obstacle.
    pure subroutine to_next_touch(problem, state, touched, touching, element, side, length, touches)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      logical, intent(in) :: touched(:), touching(:) !! (nodes) touch some obstacle, and this one
-      integer, intent(in) :: element, side   !! 1: before its first node, 2: after its last
+      logical, intent(in) :: touched(:), touching(:) !! (nodes) node touches any obstacle; node touches this obstacle
+      integer, intent(in) :: element, side   !! side 1: before the first node, 2: after the last node
       real(wp), intent(out) :: length
       logical, intent(out) :: touches
       integer :: e, node
@@ -187,7 +189,7 @@ contains
       end do
    end subroutine to_next_touch
 
-   !> The elements between their nodes.
+   !> Interpolation of the displaced axis within each element.
    subroutine make_profiles(problem, state, line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -201,7 +203,8 @@ contains
       end do
    end subroutine make_profiles
 
-   !> Equal parts of all elements, the second of them divided beside a touch; from there nearer and nearer to that.
+   !> Samples the gap at equal parts of all elements, but beside a contact at `near` places instead of the first: their distances
+   !> from the contact fall geometrically.
    subroutine take_samples(problem, state, line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -237,7 +240,7 @@ contains
       end subroutine add
    end subroutine take_samples
 
-   !> True where the gap falls from the first or the last sample to the inside, and is larger again at the next one.
+   !> True if the gap decreases from the first or last sample inwards and has increased again at the next sample.
    logical function falls_inwards(problem, state, line, i) result(falls)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -246,12 +249,12 @@ contains
       integer :: next
       next = merge(i + 1, i - 1, i == 1)
       falls = line%gap(next) >= line%gap(i)
-      ! A gap that falls by no more than rounding over the root of it falls by no more than rounding at all.
+      ! A decrease over the root of the rounding unit that rounding hides is below rounding everywhere.
       if (falls) falls = gap_along(problem, state, line, line%at(i) + sqrt(epsilon(1.0_wp)) * (line%at(next) - line%at(i))) &
          & < line%gap(i)
    end function falls_inwards
 
-   !> The minimum between the neighbours of a sample that is lower than these.
+   !> Minimum of the gap between the neighbours of sample `i`, which is the lowest of the three.
    subroutine find_minimum(problem, state, line, i, value, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -264,13 +267,13 @@ contains
          call search%tell(gap_along(problem, state, line, place))
       end do
       value = search%least
-      ! Where the gap rises from a symmetry plane rounding makes minima beside it.
+      ! Where the gap rises from a symmetry plane, rounding makes minima beside this plane; these do not count.
       if (value < line%gap(i) - rounding_gap(problem)) return
       value = line%gap(i)
       place = line%at(i)
    end subroutine find_minimum
 
-   !> Gap of a place along the stretch.
+   !> Gap at a coordinate along the rod segment.
    real(wp) function gap_along(problem, state, line, place) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -282,7 +285,8 @@ contains
       gap = gap_in(problem, state, line%contact, line%profile(e), tau)
    end function gap_along
 
-   !> What the gap there may err by: the element's polynomials, and what the iteration has left at touches, where it is zero.
+   !> Bound of the error of the gap at a place: interpolation error of the element, and the residual gaps at contacts, whose exact
+   !> gap is zero.
    real(wp) function doubt(problem, state, line, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -296,7 +300,7 @@ contains
       if (line%touches(2)) doubt = doubt + abs(line%gap(size(line%gap)))
    end function doubt
 
-   !> The element at a place along the stretch, and which part of it lies before.
+   !> The element at a coordinate along the rod segment, and the part `tau` of the element before this place.
    pure subroutine find_part(problem, state, line, place, e, tau)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

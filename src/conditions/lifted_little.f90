@@ -1,4 +1,5 @@
-!> Couples and forces that lift a line's node at a breakpoint of the rod by as little as is taken for none, see lifted_node.
+!> Couples and forces that lift a line contact's node at a segment boundary off a length so short that it counts as none, see
+!> lifted_node.
 module lifted_little
    use kinds, only: wp
    use problem, only: problem_t
@@ -13,7 +14,8 @@ module lifted_little
 
 contains
 
-   !> Couple on a line's node over scale and size: none where it is left over, or lifts as little as is taken for none.
+   !> Couple on a line contact's node at a segment boundary, over scale times size, >= 0. Zero if it is within the residual, or if
+   !> it lifts no length that counts.
    real(wp) function lifting_couple(problem, state, c, scale) result(couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -35,7 +37,7 @@ contains
       end do
    end function lifting_couple
 
-   !> True for the node at a line's end that a couple lifts by as little as is taken for none.
+   !> True if the couple on the node at the end of a line contact, where the rod ends, lifts no length or height that counts.
    logical function ends_down(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -47,12 +49,12 @@ contains
       if (ends_down) ends_down = stays_down(problem, e, breakpoint_couple(problem, state, c), density)
    end function ends_down
 
-   !> True for a line's node on a mirror that a force lifts by as little as is taken for none.
+   !> True if an upward force on a line contact's node at a mirror lifts no length that counts.
    logical function lifts_little(problem, state, c, push, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      real(wp), intent(in) :: push          !! over the scale
+      real(wp), intent(in) :: push          !! force over the scale, > 0: pressing
       real(wp), intent(in) :: scale         !! of forces
       real(wp) :: density
       integer :: e
@@ -64,12 +66,12 @@ contains
          & problem%layout%stretch(problem%stretch(e))%length
    end function lifts_little
 
-   !> The element of a line that ends at a node where its rod does, and the density of the obstacle's force there.
+   !> Element of the line contact that ends at a candidate where its rod ends, and the density of the obstacle's force there.
    subroutine look_at_end(problem, state, c, e, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c
-      integer, intent(out) :: e             !! 0: there is none
+      integer, intent(out) :: e             !! 0: the candidate is no such end
       real(wp), intent(out) :: density
       real(wp) :: local(3), place(2), angle
       integer :: side

@@ -1,4 +1,4 @@
-!> What presses a rod along a line of contact: the density of the obstacle's force.
+!> Density of the obstacle's force along a line contact, > 0 where it presses.
 module line_pressure
    use kinds, only: wp
    use problem, only: problem_t
@@ -14,22 +14,24 @@ module line_pressure
    private
    public :: pressure_t, sample_line, density_at, least_pressure, virtual_pressure
 
-   integer, parameter :: samples = 4            !! of the density in an element
-   integer, parameter :: sections = 24          !! golden ones, of what is between the neighbours of a least sample: to 1e-5 of it
+   integer, parameter :: samples = 4            !! number of equal parts of an element for samples of the density
+   integer, parameter :: sections = 24          !! golden sections of the interval between the neighbours of a least sample: to 1e-5
+   !! of this interval
 
-   !> The density along a line.
+   !> Density of the obstacle's force, sampled along a line contact.
    type :: pressure_t
-      real(wp), allocatable :: at(:)            !! places along the stretch, rising
-      real(wp), allocatable :: density(:)       !! there
+      real(wp), allocatable :: at(:)            !! coordinates along the rod segment, increasing
+      real(wp), allocatable :: density(:)       !! density at these places
    end type pressure_t
 
 contains
 
-   !> The density along a line: at equal parts of its elements, where its track is joined, and where it is least between these.
+   !> Samples the density along a line contact: at equal parts of its elements, at the joints of its track, and at minima between
+   !> these.
    function sample_line(problem, state, line) result(pressure)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! as it is now
+      type(contact_span_t), intent(in) :: line            !! in the present state
       type(pressure_t) :: pressure
       real(wp), allocatable :: at(:), density(:)
       real(wp) :: place
@@ -53,7 +55,7 @@ contains
          & pressure%density = [(density_at(problem, state, line, pressure%at(i)), i=1, size(pressure%at))]
    end function sample_line
 
-   !> Puts rising places among others; what is there already is not there twice.
+   !> Inserts places into an increasing list; places that are in the list already are skipped.
    pure subroutine merge_places(all, new)
       real(wp), allocatable, intent(inout) :: all(:)
       real(wp), intent(in) :: new(:)
@@ -65,7 +67,7 @@ contains
       end do
    end subroutine merge_places
 
-   !> The place of the one minimum of the density between two others.
+   !> Place of the least density between two places, by golden section.
    real(wp) function least_between(problem, state, line, first, last) result(place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -78,31 +80,31 @@ contains
       end do
    end function least_between
 
-   !> Density of a line's force at one place along its stretch.
+   !> Density of a line contact's force at a coordinate along its rod segment.
    real(wp) function density_at(problem, state, line, at) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! as it is now
+      type(contact_span_t), intent(in) :: line            !! in the present state
       real(wp), intent(in) :: at
       real(wp) :: local(3), place(2), angle, tau
       integer :: e
       call find_point(problem, state, line%stretch, at, e, tau)
       if (problem%conforms(e) == 0) then
-         ! The last end of the line begins a free span.
+         ! The coordinate is the last end of the line, where a free element begins.
          e = e - 1
          tau = 1.0_wp
       end if
       call conforming_forces(problem, state, e, tau, local, place, angle, density)
    end function density_at
 
-   !> Least density along a line, and where it is.
+   !> Least density along a line contact, and its place.
    subroutine least_pressure(problem, state, line, least, where, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! as it is now
-      real(wp), intent(out) :: least               !! -huge(least): its track bends at once, where no rod can follow
-      real(wp), intent(out) :: where               !! along the stretch
-      integer, intent(out) :: side                 !! -1: at its first end, 0: inside, 1: at its last
+      type(contact_span_t), intent(in) :: line            !! in the present state
+      real(wp), intent(out) :: least               !! -huge(least): the direction of the track jumps, and no rod can follow
+      real(wp), intent(out) :: where               !! coordinate along the rod segment
+      integer, intent(out) :: side                 !! place of the least density: -1 first end, 0 inside, 1 last end of the line
       type(pressure_t) :: pressure
       integer :: e, i
       side = 0
@@ -120,24 +122,25 @@ contains
       if (i == size(pressure%at)) side = 1
    end subroutine least_pressure
 
-   !> True for an element that would need an infinite force to lie on its track.
+   !> True for an element whose track changes its direction by a jump: the rod would need an infinite force to follow the track.
    logical function bends_at_once(problem, state, e)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e                     !! on an obstacle
+      integer, intent(in) :: e                     !! element of a line contact
       associate (c => problem%conforms(e), list => problem%candidates)
          bends_at_once = jump_between(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), &
             & node_track(problem, state, c), node_track(problem, state, list%neighbour(2, c)))
       end associate
    end function bends_at_once
 
-   !> The density of the obstacle's force if the rod lay on it at a point contact: what bends it onto the track, r = m'' with
-   !> m = EI (curvature of the track less its own), and what the normal force and the loads across press.
+   !> Density that the obstacle would need if the rod followed the track at a point contact: r = m'' with m = EI (curvature of the
+   !> track less the rod's own), and the parts of the normal force and of transverse loads. > 0: pressing, a line contact is
+   !> possible.
    real(wp) function virtual_pressure(problem, state, candidate, beside) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer, intent(in), optional :: beside      !! as excess_curvature has it
+      integer, intent(in), optional :: beside      !! side of a support (1 or 2), as in excess_curvature
       type(ge_load_t) :: load
       type(track_t) :: track
       real(wp) :: angle, sense, stretch, excess, axial, force(2), moment, normal(2), bend(0:2)
@@ -153,7 +156,8 @@ contains
       end = merge(1, 2, problem%model%mesh%node(1, e) == problem%candidates%node(candidate))
       call ge_end(problem, state, e, end, force, moment)
       axial = cos(angle) * force(1) + sin(angle) * force(2)
-      ! Newton's method leaves so much of it: where it is zero its sign, which decides between a line and two points, is chance.
+      ! The iteration leaves a residual of this size in the normal force. Where the exact force is zero, the sign of the residual
+      ! must not decide between a line contact and two point contacts.
       if (abs(axial) <= problem%model%step(problem%step)%tolerance * norm2(force)) axial = 0.0_wp
       bend = bend_at(problem, state, e, end - 1.0_wp)
       density = (track%curvature_second * stretch**3 - sense * bend(2)) / &

@@ -1,4 +1,4 @@
-!> Where contact goes on past the breakpoints of its rod.
+!> Contact spans that continue past segment boundaries.
 module past_breakpoints
    use problem, only: problem_t
    implicit none
@@ -7,22 +7,21 @@ module past_breakpoints
 
 contains
 
-   !> The stretch on which a contact goes on past the end of its own: the obstacle is the same there, and at the breakpoint between
-   !> no support holds the rod. Forces pass from the free span to the contact, or back. 0: there is none.
+   !> Rod segment on which a contact span continues past an end of its own segment: the same contact covers it, and no support acts
+   !> at the boundary, so that forces pass between free span and contact. 0: none.
    pure integer function beyond(problem, touch, way) result(stretch)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: touch             !! index into problem%touch
-      integer, intent(in) :: way               !! -1: before it, 1: after it
+      integer, intent(in) :: way               !! -1: past the first end, 1: past the last end
       stretch = across(problem, touch, way)
       if (any(problem%model%fixed(:, end_node(problem, touch, way)))) stretch = 0
    end function beyond
 
-   !> The stretch on the other side of a breakpoint at which the stretch of a touch ends, held there or not, where the contact
-   !> covers it. 0: there is none.
+   !> Rod segment beyond the end of a contact span's segment, supported or not, if the same contact covers it. 0: none.
    pure integer function across(problem, touch, way) result(stretch)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: touch             !! index into problem%touch
-      integer, intent(in) :: way               !! -1: before it, 1: after it
+      integer, intent(in) :: way               !! -1: past the first end, 1: past the last end
       integer :: e
       stretch = 0
       e = problem%beside(merge(1, 2, way < 0), end_node(problem, touch, way))
@@ -30,10 +29,10 @@ contains
       if (problem%covered(problem%stretch(e), problem%touch(touch)%contact)) stretch = problem%stretch(e)
    end function across
 
-   !> The node at one end of a touch's stretch.
+   !> Node at one end of the rod segment of a contact span.
    pure integer function end_node(problem, touch, way) result(node)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: touch, way        !! as in across
+      integer, intent(in) :: touch, way        !! way: -1 first end, 1 last end
       associate (own => problem%touch(touch)%stretch)
          if (way < 0) then
             node = problem%model%mesh%node(1, problem%element_first(own))

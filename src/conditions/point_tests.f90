@@ -1,5 +1,5 @@
-!> Tests of touched nodes: are points, and the ends of lines at breakpoints, pushed? Are points less curved than the obstacle? Does
-!> what lies beside the end of a rod rise from it?
+!> Tests of contact nodes: forces of points and of line ends at segment boundaries are compressive, a point contact is less curved
+!> than the obstacle, and the rod rises from the obstacle beside a touching end.
 module point_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -14,11 +14,11 @@ module point_tests
    private
    public :: tests_of_points, rests_beside
 
-   real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] what a support keeps is that as good as rounding
+   real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] up to this the angle of a support is rounding
 
 contains
 
-   !> The tests of all touched nodes of a converged state, in the order of the candidates.
+   !> Tests of all contact nodes of a converged state, in the order of the candidates.
    function tests_of_points(problem, state, scale) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -46,7 +46,7 @@ contains
       end do
    end function tests_of_points
 
-   !> A test of a candidate's touch.
+   !> A new test of the contact span at a candidate.
    pure type(span_test_t) function new_test(problem, c, kind, value) result(test)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c              !! candidate
@@ -55,8 +55,8 @@ contains
       test = span_test_t(kind=kind, value=value, touch=problem%candidates%touch(c), candidate=c)
    end function new_test
 
-   !> A support that takes the moment: curvature counts on each side. Where the rod leaves the obstacle at an angle that the support
-   !> keeps no curvature brings it back.
+   !> Curvature tests beside a support with fixed rotation, one for each side. A side where the rod leaves the obstacle at a fixed
+   !> angle has no test, for no curvature brings the rod back there.
    subroutine test_beside_support(problem, state, c, tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -69,7 +69,7 @@ contains
       end do
    end subroutine test_beside_support
 
-   !> An end of a rod, or a corner: what lies beside it must rise from the obstacle.
+   !> Slope tests at the end of a rod or at a corner of the obstacle: the gap must increase from the node on.
    subroutine test_slopes(problem, state, c, tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -85,17 +85,17 @@ contains
       end do
    end subroutine test_slopes
 
-   !> Slope of the gap from a touched node on.
+   !> Slope of the gap at a contact node, away from the node.
    real(wp) function rise(problem, state, c, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c
-      integer, intent(in) :: side           !! 1: before it, 2: after it
+      integer, intent(in) :: side           !! 1: before the node, 2: after the node
       rise = merge(1.0_wp, -1.0_wp, side == 2) * track_rotation(problem, state, c, side) * &
          & track_sense(problem, state, c, node_track(problem, state, c), side)
    end function rise
 
-   !> Of a point, or beside a support that takes the moment.
+   !> Test of the relative curvature of a point contact, or of one side of a support with fixed rotation.
    type(span_test_t) function curvature(problem, state, c, side) result(test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -108,7 +108,8 @@ contains
       if (present(side)) test%sense = real(2 * side - 3, wp)
    end function curvature
 
-   !> The force of a point goes along the rod as that turns: how far, against what is taken for none.
+   !> Test of a point contact at a segment boundary: the distance along the rod at which its force belongs, against the length that
+   !> counts as none. Below zero the point leaves the boundary.
    type(span_test_t) function leaving(problem, state, c) result(test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -123,7 +124,7 @@ contains
       test%sense = sign(1.0_wp, roll%way)
    end function leaving
 
-   !> Concentrated force over the scale.
+   !> Concentrated contact force at a candidate over the scale, > 0: pressing.
    real(wp) function push(problem, state, scale, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -136,17 +137,19 @@ contains
          return
       end if
       push = breakpoint_force(problem, state, c) / scale
-      ! Where a line goes on nothing is held, and what is left is what equilibrium leaves. A point's force has its zero there.
+      ! At a boundary inside a line contact the force is zero but for the residual and for negligible uplift. A point contact's
+      ! force may vanish there, so it is not set to zero.
       if (problem%touch(problem%candidates%touch(c))%line .and. (abs(push) <= left_over(problem) .or. &
          & lifts_little(problem, state, c, push, scale))) push = 0.0_wp
-      ! A support that leaves takes the node along, and so does another obstacle.
+      ! If the contact does not constrain the node, an open gap counts as the failure: a moving support, or another obstacle, takes
+      ! the node along.
       if (closes_gap(problem, state, c)) return
       call candidate_gap(problem, state, c, lift, normal, bend)
       roll = rolled(problem, state, c)
       if (lift - roll%rise > rounding_gap(problem)) push = -lift / problem%size
    end function push
 
-   !> True for a side of a touched breakpoint on which the rod leaves the obstacle at once.
+   !> True for a side of a contact node on which an element exists and is free.
    pure logical function rests_beside(problem, c, side)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c              !! candidate
@@ -157,8 +160,8 @@ contains
       end associate
    end function rests_beside
 
-   !> True for a touch that holds its node. Where that is a support says, or what acts before it on the same node and in the
-   !> same way; see eliminated_unknowns.
+   !> True if the contact constrains its node. False if a support, or an earlier active candidate of the same node in the same
+   !> direction, does; see eliminated_unknowns.
    pure logical function closes_gap(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

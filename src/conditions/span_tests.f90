@@ -1,10 +1,9 @@
-!> What must hold for a set of contact spans to be the right one: test functions, smooth along a path on which the set stays,
-!> positive while it holds. Their zeros are where contact begins, ends, spreads or splits.
+!> Conditions for a set of contact spans to be the right one, as test functions: smooth along the path as long as the set is the
+!> same, and >= 0 while the set is valid. At their zeros contact begins, ends, spreads or splits.
 !>
-!> state -> tests -> the first that vanishes on an increment (span_events) -> where (span_location, vanishing_span,
-!> predicted_contact_set)
-!>   -> recorded (span_changes) -> the next set (span_rules, contact_set_edits) -> its mesh (span_mesh) -> the way on (span_set,
-!>   entering_contact_set)
+!> A contact change passes through: the tests -> the first that vanishes on an increment (span_events) -> its place (span_location,
+!> vanishing_span, predicted_contact_set) -> record (span_changes) -> next contact set (span_rules, contact_set_edits) -> its mesh
+!> (span_mesh) -> its first point (span_set, entering_contact_set)
 module span_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -23,13 +22,13 @@ module span_tests
 
 contains
 
-   !> All tests of a converged state; in the same order for all states of one problem.
+   !> All tests of a converged state, in the same order for all states of one problem.
    function run_span_tests(problem, state, scale, only) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: scale         !! of forces
-      integer, intent(in), optional :: only !! number of the one whose value is wanted, 0: those of points; others' gaps and
-      !! pressures are not looked at
+      integer, intent(in), optional :: only !! index of the only test whose value is needed, 0: tests of points only; gaps and
+      !! pressures that these do not need are then not evaluated
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t), allocatable :: points(:), gaps(:), lengths(:)
       integer :: k, i
@@ -51,7 +50,7 @@ contains
 
    contains
 
-      !> True for a gap, and for a curvature: what counts of that hangs on the gap beside it.
+      !> True for the gap test itself, and for a curvature test, whose value depends on the gap beside it (is_closed).
       pure logical function needs_gaps(which)
          integer, intent(in) :: which
          needs_gaps = which > 0 .and. which <= size(gaps)
@@ -59,19 +58,19 @@ contains
             & points(which - size(gaps))%kind == test_curvature
       end function needs_gaps
 
-      !> True for a free span with next to no gap, as where it has just opened: what curvature there is at its ends is what an
-      !> iteration leaves.
+      !> True for a free span whose gap is below rounding, as just after it opened: the curvatures at its ends are residuals of the
+      !> iteration.
       pure logical function is_closed(test)
          type(span_test_t), intent(in) :: test
          is_closed = test%kind == test_vanishing .and. abs(test%value) * problem%size <= rounding_gap(problem)
       end function is_closed
    end function run_span_tests
-   !> Free spans: are they outside, and is there anything of them left?
+   !> Gap tests of free spans: least gap, and beside contact spans the largest gap (closing gap).
    function gap_tests(problem, state, points, valued) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(span_test_t), intent(in) :: points(:) !! tests of these
-      logical, intent(in) :: valued              !! false: gaps are not looked at, values are 0
+      type(span_test_t), intent(in) :: points(:) !! tests of contact nodes
+      logical, intent(in) :: valued              !! false: gaps are not evaluated, values are 0
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
       type(free_span_t), allocatable :: span(:)
@@ -97,7 +96,8 @@ contains
             test%kind = test_vanishing
             test%value = largest / problem%size
             test%ends = span_ends(problem, state, span(i))
-            ! A gap of the sixth power of its length is gone long before a span between two contacts is.
+            ! A gap of the sixth power of the span's length is below rounding long before the length between two contacts is; then
+            ! the length is the test.
             if (abs(largest) <= rounding_gap(problem)) test%value = rounding_gap(problem) / problem%size * &
                & ((test%ends(2) - test%ends(1)) / problem%layout%stretch(test%stretch)%length - shortest)
             tests = [tests, test]
@@ -106,7 +106,7 @@ contains
 
    contains
 
-      !> Nodes whose touch is no longer right.
+      !> Nodes whose contact to `contact` fails its own test.
       function failing(contact) result(fails)
          integer, intent(in) :: contact
          logical :: fails(problem%model%mesh%n_nodes)
@@ -119,7 +119,7 @@ contains
       end function failing
    end function gap_tests
 
-   !> Lines that shrink to points, free spans that close between a contact and an end of its stretch.
+   !> Length tests: line contacts that shrink to points, and free spans that close between a contact span and a segment boundary.
    function length_tests(problem, state) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -152,12 +152,12 @@ contains
       end subroutine add
    end function length_tests
 
-   !> Lines: are they pushed all along?
+   !> Pressure tests of line contacts: least density along each.
    function pressure_tests(problem, state, scale, valued) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: scale         !! of forces
-      logical, intent(in) :: valued         !! false: pressures are not looked at, values are 0
+      logical, intent(in) :: valued         !! false: pressures are not evaluated, values are 0
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
       type(contact_span_t), allocatable :: now(:)
@@ -176,7 +176,7 @@ contains
       end do
    end function pressure_tests
 
-   !> True for a converged state whose contact spans are the right ones.
+   !> True if all tests of a converged state are passed, that is if its set of contact spans is the right one.
    logical function spans_hold(problem, state, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,4 +1,4 @@
-!> Two states next to each other on the tangent of a path: what a number differs by from one to the other is its slope.
+!> Two close states on the tangent of the path, for derivatives of any number by differences.
 module tangent_step
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -10,21 +10,21 @@ module tangent_step
    private
    public :: states_along
 
-   real(wp), parameter :: little = 1.0e-6_wp !! of the structure, or rad: what is left of a slope is as good as the root of rounding
+   real(wp), parameter :: little = 1.0e-6_wp !! step, of the structure's size or in rad; slopes keep half of the digits
 
 contains
 
-   !> A state, and the one that a small increment of the load factor leads to.
+   !> The state at a point of the path, and the state after a small increment of the load factor along the tangent.
    subroutine states_along(problem, system, state, load, here, ahead, step)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored at the state
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: load               !! its sign: whether the load grows or falls on the way ahead
+      real(wp), intent(in) :: load               !! sign: whether the load factor rises or falls
       type(state_t), intent(out) :: here, ahead
-      real(wp), intent(out) :: step              !! of the load factor, of that sign
+      real(wp), intent(out) :: step              !! increment of the load factor, with this sign
       integer :: c
       step = sign(small_load(problem, system, state%load_factor), load)
-      ! On a new mesh forces are in balance after the next iteration only, which both make.
+      ! On a new mesh forces are in balance only after one more iteration. Both states make this iteration.
       here = state
       ahead = state
       call apply_increment(problem, system, 0.0_wp * system%tangent, 0.0_wp, here)
@@ -34,8 +34,8 @@ contains
       end do
    end subroutine states_along
 
-   !> A step of the load factor that moves nothing by more than a little, nor turns it by more than that; where nothing moves it is
-   !> the whole load, or 1.
+   !> Increment of the load factor along the tangent that displaces and rotates no node by more than `little`; the load factor
+   !> itself, but at least 1, if nothing moves.
    pure real(wp) function small_load(problem, system, load) result(step)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored

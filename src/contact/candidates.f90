@@ -1,5 +1,5 @@
-!> Contact candidates of *CONTACT cards in one list, ordered along the rods: those whose reactions act at nodes, or those
-!> whose nodes only mark the way along a foundation that acts inside the elements.
+!> Contact candidates of *CONTACT cards in one list, ordered along the rods: nodes with contact reactions, or nodes that only give
+!> the course of a foundation that acts inside the elements.
 module candidates
    use kinds, only: wp
    use model, only: model_t
@@ -9,47 +9,47 @@ module candidates
    private
    public :: candidates_t, new_candidates, add_candidates, twins
 
-   !> One entry a candidate; neighbours are the next candidates of the same contact along an element.
+   !> One entry for each candidate; neighbours are the next candidates of the same contact along an element.
    type :: candidates_t
       integer :: n = 0
       integer, allocatable :: node(:)
-      integer, allocatable :: row(:)          !! place in the results: contact after contact, in the deck's order of nodes
+      integer, allocatable :: row(:)          !! index in the results: contact by contact, in the deck's order of nodes
       integer, allocatable :: contact(:)      !! index into model%contact
       integer, allocatable :: obstacle(:)     !! index into model%obstacle
       integer, allocatable :: neighbour(:, :) !! (2, n) candidate before and after, 0: none
       integer, allocatable :: element(:, :)   !! (2, n) element towards that neighbour, 0: none
-      integer, allocatable :: twin(:)         !! the next candidate at the same node, for another obstacle; in a circle, the last
-      !! one's is the first one, an only one's is itself
-      real(wp), allocatable :: s(:)           !! arc length along the chain [length], at home
-      real(wp), allocatable :: tributary(:)   !! half the length of the adjacent contact elements; 1 at the stops of nodes
+      integer, allocatable :: twin(:)         !! next candidate at the same node, for another obstacle, in a circular list; a single
+      !! one is its own twin
+      real(wp), allocatable :: s(:)           !! nominal arc length along the chain [length]
+      real(wp), allocatable :: tributary(:)   !! half the length of the adjacent contact elements; 1 for stops at nodes
       real(wp), allocatable :: gap_offset(:)
-      real(wp), allocatable :: overlap(:)     !! how far an obstacle that some step makes push out what begins behind it is
-      !! withdrawn at the start: by the deepest penetration of the contact
-      ! The nodes of contact spans, all of them bilateral:
+      real(wp), allocatable :: overlap(:)     !! distance by which an obstacle with *CONTACT INTERFERENCE, SHRINK is withdrawn at
+      !! the start: the deepest penetration of the contact
+      ! Nodes of contact spans, all of them bilateral:
       !                                     follows  moves  rolls
-      !   node inside a line                   x
+      !   node inside a line contact           x
       !   end of a line                        x       x
-      !   end of a line at a breakpoint        x
-      !   point                                        x      x
-      !   point at a breakpoint                               x
-      !   point at the end of its rod, at a kink, or where a support holds the rotation
-      logical, allocatable :: bilateral(:)    !! held by its obstacle for good: no sign counts
-      integer, allocatable :: touch(:)        !! node of a contact span: which one; 0: a candidate on its own
-      logical, allocatable :: follows(:)      !! its rotation is that of the obstacle
-      logical, allocatable :: moves(:)        !! a touchdown point, which moves along the rod
-      logical, allocatable :: rolls(:)        !! a point contact of a smooth rod: the force goes along the rod as that turns, though
-      !! the node may be a breakpoint, which stays
-      logical, allocatable :: held(:)         !! one that is held where it is (with_held)
-      real(wp), allocatable :: chain_length(:) !! (contacts) length of the closed chain, 0 when open
+      !   end of a line at a segment boundary  x
+      !   point contact                                x      x
+      !   point at a segment boundary                         x
+      !   point at the end of its rod, at a kink, or at a support that fixes the rotation
+      logical, allocatable :: bilateral(:)    !! always in contact, the reaction may have either sign
+      integer, allocatable :: touch(:)        !! contact span of the node, index into problem%touch; 0: contact at nodes
+      logical, allocatable :: follows(:)      !! the node takes the direction of the track
+      logical, allocatable :: moves(:)        !! touchdown point, which moves along the rod
+      logical, allocatable :: rolls(:)        !! point contact of a smooth rod: the place of the force moves along the rod as the
+      !! rod rotates, even if the node is a segment boundary and stays
+      logical, allocatable :: held(:)         !! touchdown point fixed at its present place (with_held)
+      real(wp), allocatable :: chain_length(:) !! (contacts) length of the closed chain, 0 for an open chain
    end type candidates_t
 
 contains
 
-   !> Builds the list. Within a contact, candidates follow the mesh: chain by chain, along the elements' direction.
+   !> Builds the list. The candidates of a contact follow the mesh: chain by chain, in the direction of the elements.
    function new_candidates(model, geometry, distributed) result(list)
       type(model_t), intent(in) :: model
       type(geometry_t), intent(in) :: geometry
-      logical, intent(in) :: distributed      !! which contacts: those with distributed reactions, or the others
+      logical, intent(in) :: distributed      !! true: contacts with distributed reactions, false: the others
       type(candidates_t) :: list
       integer, allocatable :: next(:), previous(:)
       logical, allocatable :: member(:), done(:), pushes_out(:)
@@ -86,13 +86,13 @@ contains
             do e = 1, mesh%n_elements
                if (model%obstacle(contact%obstacle)%at_nodes) exit
                if (.not. (member(mesh%node(1, e)) .and. member(mesh%node(2, e)))) cycle
-               ! A branching frame keeps the first element at a joint; the others start chains of their own.
+               ! At a joint of several elements the first one continues the chain; the others begin chains of their own.
                if (next(mesh%node(1, e)) == 0) next(mesh%node(1, e)) = e
                if (previous(mesh%node(2, e)) == 0) previous(mesh%node(2, e)) = e
             end do
             first = list%n
             list%overlap(first + 1:) = 0.0_wp
-            ! Open chains begin where nothing leads to; what is left afterwards are closed ones.
+            ! Open chains begin at nodes without a previous element; the rest are closed chains.
             do i = 1, size(contact%node)
                node = contact%node(i)
                if (.not. done(node) .and. previous(node) == 0) call follow_chain(node)
@@ -107,7 +107,7 @@ contains
 
    contains
 
-      !> True for a contact of this list; contact spans get candidates of their own.
+      !> True for a contact of this list; contact spans have candidates of their own.
       pure logical function is_listed(c)
          integer, intent(in) :: c
          is_listed = (model%contact(c)%distributed .eqv. distributed) .and. .not. model%contact(c)%spans
@@ -134,7 +134,7 @@ contains
             list%bilateral(here) = model%obstacle(list%obstacle(here))%bilateral
             call obstacle_gap(model%obstacle(list%obstacle(here)), geometry%x(:, at), gap, normal, bend)
             if (list%bilateral(here)) then
-               ! Without force at home, wherever that is.
+               ! The nominal place is free of force, wherever it is.
                list%gap_offset(here) = -gap
             else if (model%obstacle(list%obstacle(here))%at_nodes) then
                list%gap_offset(here) = model%contact(c)%gap - gap
@@ -175,7 +175,7 @@ contains
 
    end function new_candidates
 
-   !> Room for more candidates, each on its own, held by its obstacle.
+   !> Appends bilateral candidates without node, contact and neighbours.
    pure subroutine add_candidates(list, more)
       type(candidates_t), intent(inout) :: list
       integer, intent(in) :: more
@@ -204,7 +204,7 @@ contains
       list%n = list%n + more
    end subroutine add_candidates
 
-   !> Circles of the candidates that share a node.
+   !> Circular lists of the candidates that share a node.
    pure function twins(node, n_nodes) result(twin)
       integer, intent(in) :: node(:)           !! (candidates)
       integer, intent(in) :: n_nodes

@@ -1,5 +1,5 @@
-!> What may happen to a contact set: each change a function from one set of touches to another. New touches come last and have
-!> no number yet.
+!> Edits of a contact set: each change is a function from one set of contact spans to another. New contact spans are last in the set
+!> and have no number yet.
 module contact_set_edits
    use kinds, only: wp
    use contact_spans, only: contact_span_t
@@ -10,16 +10,16 @@ module contact_set_edits
 
 contains
 
-   !> One point contact more.
+   !> Adds a point contact.
    pure function begun(set, contact, stretch, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
-      integer, intent(in) :: contact, stretch   !! as contact_span_t has them
+      integer, intent(in) :: contact, stretch   !! as in contact_span_t
       real(wp), intent(in) :: at
       type(contact_span_t), allocatable :: new(:)
       new = [set, contact_span_t(contact=contact, stretch=stretch, at=[at, at])]
    end function begun
 
-   !> Contact k less.
+   !> Removes contact span k.
    pure function lost(set, k) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
@@ -27,29 +27,29 @@ contains
       new = [set(:k - 1), set(k + 1:)]
    end function lost
 
-   !> Contact k a line that reaches further on both sides, up to the ends of its stretch.
+   !> Makes contact span k a line contact, longer on both sides within its rod segment.
    pure function spread_out(set, k, by, whole) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
-      real(wp), intent(in) :: by                !! on each side
-      real(wp), intent(in) :: whole             !! length of its stretch
+      real(wp), intent(in) :: by                !! extension on each side
+      real(wp), intent(in) :: whole             !! length of the rod segment
       type(contact_span_t), allocatable :: new(:)
       new = set
       new(k)%line = .true.
       new(k)%at = [max(set(k)%at(1) - by, 0.0_wp), min(set(k)%at(2) + by, whole)]
    end function spread_out
 
-   !> Point k two points.
+   !> Divides point contact k into two.
    pure function parted(set, k, apart) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
-      real(wp), intent(in) :: apart             !! their distance
+      real(wp), intent(in) :: apart             !! distance of the two points
       type(contact_span_t), allocatable :: new(:)
       new = begun(set, set(k)%contact, set(k)%stretch, set(k)%at(2) + 0.5_wp * apart)
       new(k)%at = set(k)%at - 0.5_wp * apart
    end function parted
 
-   !> Contact k a point.
+   !> Makes contact span k a point contact.
    pure function shrunk(set, k, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
@@ -60,7 +60,7 @@ contains
       new(k)%at = at
    end function shrunk
 
-   !> Contact k a line up to a place.
+   !> Extends contact span k to a place, as a line contact.
    pure function extended(set, k, to) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
@@ -71,7 +71,7 @@ contains
       new(k)%at = [min(set(k)%at(1), to), max(set(k)%at(2), to)]
    end function extended
 
-   !> Contact k a line up to another one of its stretch and over it.
+   !> Extends contact span k as a line contact to another contact span of its segment and over this span.
    pure function joined(set, k, other) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k, other
@@ -79,11 +79,11 @@ contains
       new = lost(extended(extended(set, k, set(other)%at(1)), k, set(other)%at(2)), other)
    end function joined
 
-   !> A line over a free span, from the contacts beside it.
+   !> Makes a free span a line contact, from the contact spans beside it.
    pure function laid_down(set, beside, ends) result(new)
       type(contact_span_t), intent(in) :: set(:)
-      integer, intent(in) :: beside(2)          !! contacts before and after it, 0 for one: none
-      real(wp), intent(in) :: ends(2)           !! of the span
+      integer, intent(in) :: beside(2)          !! contact spans before and after the free span, at most one of them 0: none
+      real(wp), intent(in) :: ends(2)           !! of the free span
       type(contact_span_t), allocatable :: new(:)
       integer :: side
       if (all(beside > 0)) then
@@ -94,7 +94,7 @@ contains
       end if
    end function laid_down
 
-   !> Points k and another one of its stretch a point between them.
+   !> Replaces point contacts k and `other` of a segment by one point between them.
    pure function merged(set, k, other) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k, other
@@ -102,11 +102,11 @@ contains
       new = lost(shrunk(set, k, 0.5_wp * (set(k)%at(1) + set(other)%at(1))), other)
    end function merged
 
-   !> One end of contact k elsewhere; a point goes there with both.
+   !> Moves one end of contact span k; a point contact moves as a whole.
    pure function end_moved(set, k, side, to) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
-      integer, intent(in) :: side               !! 1: its first end, 2: its last
+      integer, intent(in) :: side               !! 1: first end, 2: last end
       real(wp), intent(in) :: to
       type(contact_span_t), allocatable :: new(:)
       new = set
@@ -114,7 +114,7 @@ contains
       if (.not. set(k)%line) new(k)%at = to
    end function end_moved
 
-   !> Contact k elsewhere, on any stretch.
+   !> Moves contact span k to other places, on any rod segment.
    pure function moved(set, k, stretch, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k, stretch
@@ -125,7 +125,7 @@ contains
       new(k)%at = at
    end function moved
 
-   !> Line k two lines, free between two places inside.
+   !> Divides line contact k into two lines with a free span between.
    pure function opened(set, k, from, to) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
@@ -135,7 +135,7 @@ contains
       new(k)%at(2) = from
    end function opened
 
-   !> Contact k with another part on another stretch.
+   !> Adds a part of contact span k on another rod segment.
    pure function continued(set, k, stretch, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k, stretch
@@ -144,10 +144,10 @@ contains
       new = [set, contact_span_t(contact=set(k)%contact, stretch=stretch, at=at, line=set(k)%line)]
    end function continued
 
-   !> The new ones with numbers.
+   !> Gives numbers to new contact spans.
    pure function numbered(set, last) result(new)
       type(contact_span_t), intent(in) :: set(:)
-      integer, intent(in) :: last               !! number given last
+      integer, intent(in) :: last               !! last number given
       type(contact_span_t), allocatable :: new(:)
       integer :: k
       new = set
@@ -156,7 +156,7 @@ contains
       end do
    end function numbered
 
-   !> True for sets that are one and the same but for their numbers.
+   !> True if two sets are equal apart from the numbers.
    pure logical function same_set(one, other) result(same)
       type(contact_span_t), intent(in) :: one(:), other(:)
       integer :: k

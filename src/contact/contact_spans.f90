@@ -1,5 +1,5 @@
-!> Where rods touch rigid obstacles: points, and lines between two touchdown points. Together they are the contact set, along
-!> the rods instead of at nodes.
+!> Contact spans: connected contact of a rod with a rigid obstacle, at a point or along a line between two touchdown points. The
+!> contact set is the set of all contact spans; their ends are places along the rods, not mesh nodes.
 module contact_spans
    use kinds, only: wp
    use text, only: to_text
@@ -11,28 +11,30 @@ module contact_spans
    private
    public :: contact_span_t, covers, choose_spans, sort_contact_spans, shortest, line_share, first_length
 
-   real(wp), parameter :: shortest = 1.0e-4_wp !! of a stretch: spans as short as that are taken for none
-   !> Of its stretch, that a line begins with, or a touch goes on beside a breakpoint: not so short that it is taken for none.
+   real(wp), parameter :: shortest = 1.0e-4_wp !! part of a rod segment's length: spans as short as this count as none
+   !> First length of a line contact, or of a contact that continues past a segment boundary, as part of the rod segment; long
+   !> enough not to count as none.
    real(wp), parameter :: line_share = 2.0_wp * shortest
-   real(wp), parameter :: first_length = 20.0_wp * line_share !! of its stretch, that a free span begins with that opens
+   real(wp), parameter :: first_length = 20.0_wp * line_share !! first length of a free span that opens, as part of the rod segment
 
-   !> One connected contact of one stretch of a rod with one obstacle.
+   !> One connected contact of one rod segment with one obstacle.
    type :: contact_span_t
-      integer :: number = 0                 !! its identity, from birth to death
+      integer :: number = 0                 !! identity, the same from the beginning to the end of the contact; 0: not given yet
       integer :: contact = 0                !! index into model%contact
-      integer :: stretch = 0                !! of the layout
-      real(wp) :: at(2) = 0.0_wp            !! coordinates of its ends along the stretch; a point: equal
+      integer :: stretch = 0                !! index into layout%stretch
+      real(wp) :: at(2) = 0.0_wp            !! coordinates of the ends along the rod segment; equal for a point contact
       logical :: line = .false.
       ! On a mesh:
-      integer :: element(2) = 0             !! the first and the last that lie on the obstacle; of a point the one after it and the
-      !! one before, though there may be none
-      integer :: candidate(2) = 0           !! of the nodes at its ends; a breakpoint's may be shared with another touch
+      integer :: element(2) = 0             !! first and last conforming element; for a point contact the element after the point
+      !! and the element before it, neither of which need exist
+      integer :: candidate(2) = 0           !! candidates at the ends; may be shared with another contact span at a segment boundary
    end type contact_span_t
 
 contains
 
-   !> Leaves contact spans to those contacts that can have them; the others act at the deck's nodes, which stay, and where they
-   !> do there is no place for spans of another one. What those lack is noted in `needs`, unless the deck has asked for nodes.
+   !> Chooses the contacts that are solved with contact spans. The others act at the deck's nodes, which are fixed, and exclude
+   !> contact spans of other contacts on the same elements. The missing property is stored in `needs`, unless the deck asks for
+   !> contact at nodes.
    subroutine choose_spans(model)
       type(model_t), intent(inout) :: model
       type(layout_t) :: layout
@@ -62,9 +64,9 @@ contains
       end subroutine judge
    end subroutine choose_spans
 
-   !> Which stretches a contact covers.
+   !> Rod segments that a contact covers.
    pure function covers(model, layout, contact)
-      type(model_t), intent(in) :: model    !! the deck's
+      type(model_t), intent(in) :: model    !! deck's model
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: contact        !! index into model%contact
       logical :: covers(size(layout%stretch))
@@ -72,15 +74,15 @@ contains
       integer :: k
       member = .false.
       member(model%contact(contact)%node) = .true.
-      ! Coverage changes at breakpoints only: one element stands for all.
+      ! Coverage changes at segment boundaries only, so one element of each segment is enough.
       do k = 1, size(covers)
          covers(k) = all(member(model%mesh%node(:, layout%stretch(k)%element(1))))
       end do
    end function covers
 
-   !> True for a contact that is one of nodes by what the deck says of its obstacle, its steps or its nodes.
+   !> True for a contact that the deck's obstacle, steps or nodes make a contact at nodes.
    pure logical function stands_at_nodes(model, layout, contact) result(stands)
-      type(model_t), intent(in) :: model    !! the deck's
+      type(model_t), intent(in) :: model    !! deck's model
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: contact
       integer :: k
@@ -93,10 +95,10 @@ contains
       end do
    end function stands_at_nodes
 
-   !> What a contact with a rigid obstacle lacks for points and lines anywhere along the rod: rods without shear whose nodes may
-   !> stand anywhere, and that no other contact acts on as a line contact does not take into account. '' when it lacks nothing.
+   !> Property that a contact with a rigid obstacle lacks for contact spans: rods without shear flexibility whose nodes may be
+   !> anywhere, and no other contact on the same elements that line contacts do not support. '' if no property is missing.
    pure function span_needs(model, layout, contact) result(needs)
-      type(model_t), intent(in) :: model    !! the deck's
+      type(model_t), intent(in) :: model    !! deck's model
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: contact
       character(:), allocatable :: needs
@@ -137,8 +139,8 @@ contains
 
    contains
 
-      !> A contact of an element that has no contact spans, 0: none. The equations of an element on an obstacle have no foundation,
-      !> and contact at nodes needs these where the deck has them.
+      !> Contact without contact spans on an element, 0: none. The equations of a conforming element contain no foundation, and
+      !> contact at nodes needs the deck's nodes.
       pure integer function other_contact(e) result(other)
          integer, intent(in) :: e
          do other = 1, size(model%contact)
@@ -151,7 +153,7 @@ contains
       end function other_contact
    end function span_needs
 
-   !> Orders touches along the stretches.
+   !> Sorts contact spans along the rod segments.
    pure subroutine sort_contact_spans(touch)
       type(contact_span_t), intent(inout) :: touch(:)
       type(contact_span_t) :: next

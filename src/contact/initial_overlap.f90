@@ -1,5 +1,5 @@
-!> How deep the stress-free structure, imperfections included, begins behind an obstacle: at its nodes, or between them
-!> where reactions are distributed.
+!> Penetration of an obstacle by the stress-free structure, imperfections included: at the nodes, and between nodes if reactions are
+!> distributed.
 module initial_overlap
    use kinds, only: wp
    use text, only: to_text, rounded
@@ -10,23 +10,23 @@ module initial_overlap
    private
    public :: overlap_of_nodes, overlap_between, overlap_of_modes, deepest_start
 
-   integer, parameter :: samples = 8 !! of an element
-   real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! of the perfect geometry's extent: what a deck's digits leave
+   integer, parameter :: samples = 8 !! number of parts of an element
+   real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! of the perfect geometry's extent: rounding of a deck's coordinates
 
 contains
 
-   !> How deep a structure may begin behind an obstacle because its coordinates are rounded.
+   !> Largest initial penetration that counts as rounding of coordinates.
    pure real(wp) function deepest_start(model)
       type(model_t), intent(in) :: model
       deepest_start = penetration_tolerance * maxval(maxval(model%mesh%x_nominal, 2) - minval(model%mesh%x_nominal, 2))
    end function deepest_start
 
-   !> Says which node an imperfection puts deepest behind a contact's obstacle.
+   !> Message about the node with the deepest initial penetration by an imperfection.
    subroutine overlap_of_nodes(model, contact, message, node)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
-      character(:), allocatable, intent(out) :: message !! '' when all begin on the free side
-      integer, intent(out), optional :: node            !! which; not changed then
+      character(:), allocatable, intent(out) :: message !! '' if no node penetrates the obstacle
+      integer, intent(out), optional :: node            !! the node; unchanged if the message is ''
       real(wp) :: gap
       integer :: worst
       message = ''
@@ -37,12 +37,13 @@ contains
       if (present(node)) node = worst
    end subroutine overlap_of_nodes
 
-   !> Says which element begins deepest behind a contact's obstacle where the nodes do not.
+   !> Message about the element with the deepest initial penetration between nodes, if the nodes themselves do not penetrate the
+   !> obstacle.
    subroutine overlap_between(model, contact, message, node)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
-      character(:), allocatable, intent(out) :: message !! '' when none does
-      integer, intent(out), optional :: node            !! its first node; not changed then
+      character(:), allocatable, intent(out) :: message !! '' if no element penetrates the obstacle
+      integer, intent(out), optional :: node            !! first node of the element; unchanged if the message is ''
       real(wp) :: gap, nodes_gap
       integer :: element, worst
       message = ''
@@ -54,11 +55,12 @@ contains
       if (present(node)) node = model%mesh%node(1, element)
    end subroutine overlap_between
 
-   !> The same for a step that begins with buckling modes as imperfections; nothing stays of the steps before it.
+   !> Message about initial penetration in a step that begins with buckling modes as imperfections, and so without displacements of
+   !> earlier steps.
    subroutine overlap_of_modes(model, step, message, node)
-      type(model_t), intent(in) :: model         !! moved by the modes
+      type(model_t), intent(in) :: model         !! with the modes in its geometry
       integer, intent(in) :: step
-      character(:), allocatable, intent(out) :: message !! with the obstacle's name; '' when all begin on the free side
+      character(:), allocatable, intent(out) :: message !! with the obstacle's name; '' if there is no penetration
       integer, intent(out) :: node
       integer :: c, k
       logical :: pushed_out
@@ -70,7 +72,7 @@ contains
             do k = step, size(model%step)
                pushed_out = pushed_out .or. abs(model%step(k)%load%resolved(contact%obstacle)) > 0.0_wp
             end do
-            ! What is bilateral, or a stop at a node, counts from where the node begins.
+            ! The gap of a bilateral obstacle, or of a stop at a node, counts from the initial place of the node.
             if (obstacle%bilateral .or. obstacle%at_nodes .or. pushed_out) cycle
             call overlap_of_nodes(model, contact, message, node)
             if (message == '' .and. contact%distributed) call overlap_between(model, contact, message, node)
@@ -81,7 +83,7 @@ contains
       end do
    end subroutine overlap_of_modes
 
-   !> Smallest gap of a contact's nodes.
+   !> Least gap of a contact's nodes.
    subroutine least_gap_of_nodes(model, contact, least, node)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
@@ -99,7 +101,7 @@ contains
       end do
    end subroutine least_gap_of_nodes
 
-   !> Smallest gap inside the elements between a contact's nodes: from samples, each least one improved by a parabola.
+   !> Least gap inside the elements between a contact's nodes: least sample, improved by a parabola.
    subroutine least_gap_between(model, contact, least, element)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
@@ -129,7 +131,7 @@ contains
 
    contains
 
-      !> Place on the stress-free element.
+      !> Position on the stress-free element.
       function place(tau) result(x)
          real(wp), intent(in) :: tau       !! 0 to 1
          real(wp) :: x(2), angle, speed
@@ -144,7 +146,7 @@ contains
       end function place
    end subroutine least_gap_between
 
-   !> Gap to the contact's obstacle where it begins, GAP included.
+   !> Gap to the contact's obstacle at its initial place, GAP included.
    real(wp) function gap_at(model, contact, x) result(gap)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact

@@ -1,4 +1,4 @@
-!> What is lost and gained between two sets of touches of which nobody has seen how one became the other.
+!> Contact lost and gained between two contact sets, if the changes between them were not followed one by one.
 module set_differences
    use kinds, only: wp
    use contact_spans, only: contact_span_t
@@ -6,23 +6,24 @@ module set_differences
    private
    public :: differences_t, compare_sets
 
-   !> How often each.
+   !> Number of changes of each kind.
    type :: differences_t
       integer :: lost = 0, gained = 0, divided = 0, merged = 0
    end type differences_t
 
 contains
 
-   !> Contacts that go on keep their numbers: those that lie over each other, as well as nodes tell. Others are new. The parts of a
-   !> line on both sides of a breakpoint are one contact, and what goes from one side to the other goes on.
+   !> Continuing contacts keep their numbers: contact spans of both sets that overlap, or are no farther apart than the spacing of
+   !> the nodes that detected them. The others are new. Parts of a line contact on both sides of a segment boundary are one contact,
+   !> and a contact that crosses a boundary continues.
    pure subroutine compare_sets(before, last, spacing, start, round, now, touch, differences)
       type(contact_span_t), intent(in) :: before(:)
-      integer, intent(in) :: last                  !! number given last
-      real(wp), intent(in) :: spacing(:)           !! (stretches) of the nodes that have told
-      real(wp), intent(in) :: start(:, :)          !! (stretches, contacts) where they begin along the chains
-      real(wp), intent(in) :: round(:)             !! (contacts) length of a closed chain, 0 where it is open
+      integer, intent(in) :: last                  !! last number given
+      real(wp), intent(in) :: spacing(:)           !! (rod segments) distance of the nodes that detected the contact
+      real(wp), intent(in) :: start(:, :)          !! (rod segments, contacts) coordinate of the segment's beginning along the chain
+      real(wp), intent(in) :: round(:)             !! (contacts) length of a closed chain, 0 for an open chain
       type(contact_span_t), intent(in) :: now(:)
-      type(contact_span_t), intent(inout) :: touch(:)     !! those of `now` that get the numbers
+      type(contact_span_t), intent(inout) :: touch(:)     !! contact spans of `now`, to receive the numbers
       type(differences_t), intent(out) :: differences
       logical :: over(size(before), size(now)), both(size(before), size(now))
       integer :: k, j, part(size(before)), part_now(size(now))
@@ -41,7 +42,7 @@ contains
          touch(k)%number = last + k
          j = findloc(over(:, k) .and. before%stretch == now(k)%stretch, .true., 1)
          if (j == 0) j = findloc(over(:, k), .true., 1)
-         ! Of a contact that has divided the first part goes on.
+         ! If a contact has divided, its first part continues it.
          if (j > 0) then
             if (findloc(over(j, :) .and. (now%stretch == before(j)%stretch .or. .not. any(over(j, :) .and. now%stretch == &
                & before(j)%stretch)), .true., 1) == k) touch(k)%number = before(j)%number
@@ -64,7 +65,7 @@ contains
 
    contains
 
-      !> Distance of two contacts along the rod; huge where they are not with one obstacle.
+      !> Distance of two contact spans along the rod, < 0 if they overlap; huge for different contacts.
       pure real(wp) function apart(one, other)
          type(contact_span_t), intent(in) :: one, other
          real(wp) :: a(2), b(2)
@@ -73,12 +74,13 @@ contains
          a = one%at + start(one%stretch, one%contact)
          b = other%at + start(other%stretch, other%contact)
          apart = max(a(1) - b(2), b(1) - a(2))
-         ! Where a chain closes the way may be shorter the other way round.
+         ! On a closed chain the distance in the other direction may be shorter.
          if (round(one%contact) > 0.0_wp) apart = min(apart, round(one%contact) + min(a(1) - b(2), b(1) - a(2)))
       end function apart
    end subroutine compare_sets
 
-   !> For each touch the first one of its contact: parts of a line share the node of the breakpoint between them.
+   !> For each contact span the first one of the same contact: parts of a line contact share the candidate at the segment boundary
+   !> between them.
    pure function first_parts(set) result(first)
       type(contact_span_t), intent(in) :: set(:)
       integer :: first(size(set)), k, j

@@ -1,11 +1,11 @@
-!> The LCP of the candidates in doubt about the present contact set, a principal pivotal transform of the textbook LCP (17)-(18)
-!> of the paper. Complementary variables of a candidate:
+!> LCP of the uncertain candidates about the present contact set, a principal pivotal transform of the textbook LCP (17)-(18) of the
+!> paper. Complementary variables of a candidate:
 !>
 !>   open now:   z = reaction r,            w = opening b = gap + r/k
 !>   active now: z = opening b = gap + r/k, w = reaction r          (1/k = 0 for rigid obstacles)
 !>
-!> Every column is one of the bordered system, so that the load factor takes part: nothing is singular at limit points, nor
-!> where the structure is held by contact alone.
+!> Every column is a solution of the bordered system, with the load factor as an unknown: nothing is singular at limit points, nor
+!> if contact alone supports the structure.
 module contact_lcp
    use kinds, only: wp
    use problem, only: problem_t
@@ -22,15 +22,16 @@ module contact_lcp
    private
    public :: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_answer
 
-   real(wp), parameter :: lcp_tolerance = 1.0e-10_wp      !! accepted componentwise error of an LCP's answer
+   real(wp), parameter :: lcp_tolerance = 1.0e-10_wp      !! accepted componentwise error of an LCP's solution
 
-   !> w = q + M z of n candidates, and the columns of the bordered system behind M: responses to a unit of each z.
+   !> w = q + M z of n candidates, and the solutions of the bordered system that form the columns of M: responses to a unit of each
+   !> z.
    type :: contact_lcp_t
-      integer, allocatable :: candidate(:)      !! (n) in doubt, in the order in which they came to be
-      real(wp), allocatable :: x(:, :), y(:)    !! (unknowns, n), (n) increments of the unknowns and the load factor
-      real(wp), allocatable :: force(:, :)      !! (unknowns, n) forces on the nodes that go with them
+      integer, allocatable :: candidate(:)      !! (n) uncertain candidates, in the order in which they were added
+      real(wp), allocatable :: x(:, :), y(:)    !! (unknowns, n), (n) increments of the unknowns and of the load factor
+      real(wp), allocatable :: force(:, :)      !! (unknowns, n) contact forces on the nodes for a unit of z
       real(wp), allocatable :: m(:, :)          !! (n, n)
-      real(wp), allocatable :: z(:), w(:)       !! the last answer
+      real(wp), allocatable :: z(:), w(:)       !! last solution
    end type contact_lcp_t
 
 contains
@@ -42,7 +43,7 @@ contains
       allocate (lcp%candidate(0), lcp%x(unknowns, 0), lcp%y(0), lcp%force(unknowns, 0), lcp%m(0, 0), lcp%z(0), lcp%w(0))
    end function new_contact_lcp
 
-   !> Rows and columns of further candidates.
+   !> Adds rows and columns of further candidates.
    subroutine add_candidates(problem, state, system, more, lcp, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -71,7 +72,7 @@ contains
             do i = merge(old + 1, 1, k <= old), n
                lcp%m(i, k) = response(lcp%candidate(i), lcp%x(:, k), lcp%y(k), lcp%force(:, k))
             end do
-            ! Compliance of the foundation, or its stiffness seen from an opening.
+            ! Compliance of the foundation, or for an active candidate its stiffness.
             if (k <= old .or. .not. system%soft(candidate) .or. problem%coupling%entry(candidate) > 0) cycle
             if (state%active(candidate)) then
                lcp%m(k, k) = lcp%m(k, k) + system%spring(candidate)
@@ -98,13 +99,13 @@ contains
       end function response
    end subroutine add_candidates
 
-   !> z and w for the gaps and reactions that the increment has without a change of contact.
+   !> Solves the LCP for the gaps and reactions of the increment with unchanged contact set.
    subroutine solve_contact_lcp(state, gap, reaction, lcp, pivots, message)
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: gap(:), reaction(:)       !! (candidates)
       type(contact_lcp_t), intent(inout) :: lcp
       integer, intent(out) :: pivots
-      character(:), allocatable, intent(out) :: message !! allocated: no answer, or one that the independent check refuses
+      character(:), allocatable, intent(out) :: message !! allocated: no solution, or a solution that fails the independent check
       real(wp), allocatable :: q(:)
       integer :: outcome
       q = merge(reaction(lcp%candidate), gap(lcp%candidate), state%active(lcp%candidate))
@@ -121,7 +122,7 @@ contains
       if (allocated(message)) call count_up(counter_lcp_failed)
    end subroutine solve_contact_lcp
 
-   !> Adds the columns of the answer to an increment; gaps and reactions of all candidates after it.
+   !> Adds the columns of the solution to an increment, and returns gaps and reactions of all candidates after the increment.
    subroutine add_answer(problem, state, system, lcp, x, y, gap, reaction)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -150,8 +151,8 @@ contains
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
       real(wp), intent(inout) :: x(:)
-      real(wp), intent(out) :: y               !! its increment of the load factor
-      real(wp), intent(out) :: force(:)        !! on the nodes, that goes with it
+      real(wp), intent(out) :: y               !! increment of the load factor
+      real(wp), intent(out) :: force(:)        !! contact force on the nodes
       logical, intent(out) :: ok
       real(wp) :: prescribed(system%n)
       integer :: d
@@ -173,7 +174,7 @@ contains
 
    contains
 
-      !> In node axes: of a unit of reaction, or of a unit of opening.
+      !> Force on the node in its axes, for a unit of reaction or a unit of opening.
       function own_force() result(pair)
          real(wp) :: pair(2)
          pair = system%normal(:, candidate)
@@ -184,11 +185,11 @@ contains
       end function own_force
    end subroutine solve_column
 
-   !> Openings and reactions of the candidates that couple, in a column; of the others nothing is set.
+   !> Openings and reactions of coupled candidates in a column; values of other candidates are not set.
    subroutine answer_of_column(problem, system, candidate, x, y, gap, reaction)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      integer, intent(in) :: candidate         !! whose column it is
+      integer, intent(in) :: candidate         !! candidate of the column
       real(wp), intent(in) :: x(:), y
       real(wp), intent(inout) :: gap(:), reaction(:)
       integer :: j
@@ -200,7 +201,7 @@ contains
       call coupled_answer(problem%coupling, system%coupling, unit(problem, candidate), gap, reaction)
    end subroutine answer_of_column
 
-   !> Forces on a node and its neighbours on the ground by a unit of a candidate's own variable, the nodes held.
+   !> Adds the forces of coupled ground on nodes for a unit of a candidate's own variable, with fixed nodes.
    subroutine add_coupled_load(problem, system, candidate, force)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -221,7 +222,7 @@ contains
       unit(candidate) = 1.0_wp
    end function unit
 
-   !> Makes room for more rows and columns.
+   !> Enlarges an array, with its values kept.
    pure subroutine grow(a, rows, columns)
       real(wp), allocatable, intent(inout) :: a(:, :)
       integer, intent(in) :: rows, columns

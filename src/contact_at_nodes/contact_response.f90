@@ -1,8 +1,8 @@
-!> What a linear increment does to the gaps and reactions of candidates: predicted from a solution of the bordered system, and
-!> their derivatives along the path.
+!> Changes of gaps and reactions of candidates in a linear increment: prediction from a solution of the bordered system, and
+!> derivatives along the path.
 !>
-!> Where an obstacle couples its candidates the opening is b = gap + T r with all reactions, and an opening or a reaction at one
-!> candidate changes the reactions of all active ones (coupled_answer): these are loads of the columns.
+!> On coupled ground the opening is b = gap + T r with all reactions, and an opening or a reaction at one candidate changes the
+!> reactions of all active candidates (coupled_answer); these are loads of the columns.
 module contact_response
    use kinds, only: wp
    use problem, only: problem_t
@@ -15,15 +15,15 @@ module contact_response
 
 contains
 
-   !> Linear prediction of all gaps (openings where the ground couples), and of the reactions of active candidates (0 for the
-   !> others).
+   !> Linear prediction of all gaps (openings on coupled ground), and of the reactions of active candidates; 0 for the others.
    subroutine predict_contact(problem, system, x, y, active, given, force, gap, reaction)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:), y
       logical, intent(in) :: active(:)
-      real(wp), intent(in) :: given(:)               !! (candidates) openings of active ones, reactions of open ones
-      real(wp), intent(in) :: force(:)               !! (n) that these are on the nodes, which rigid contacts may take
+      real(wp), intent(in) :: given(:)               !! (candidates) prescribed openings of active ones, reactions of open ones
+      real(wp), intent(in) :: force(:)               !! (n) forces on the nodes by the prescribed values; rigid contacts may take a
+      !! part of them
       real(wp), intent(out) :: gap(:), reaction(:)   !! (candidates)
       real(wp) :: residual(system%n)
       integer :: c
@@ -41,7 +41,7 @@ contains
       call coupled_answer(problem%coupling, system%coupling, given, gap, reaction)
    end subroutine predict_contact
 
-   !> Change of a candidate's gap; an obstacle moves, or a gap closes, with the load factor.
+   !> Change of a candidate's gap, with the motion of the obstacle and the closing of the gap by the load factor.
    pure real(wp) function gap_change(problem, system, candidate, x, y)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -53,7 +53,7 @@ contains
          & y * system%closing(candidate)
    end function gap_change
 
-   !> Change of the reaction of an active rigid candidate: its row of the equilibrium equations, and that of its partner.
+   !> Change of the reaction of an active rigid candidate, from its row of the equilibrium equations and that of its partner.
    pure real(wp) function reaction_change(system, candidate, x, y)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
@@ -73,7 +73,7 @@ contains
       end function force_change
    end function reaction_change
 
-   !> Derivative of the reaction of an active candidate along the path, by the load factor.
+   !> Derivative of an active candidate's reaction along the path, by the load factor.
    pure real(wp) function reaction_rate(problem, system, candidate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -88,7 +88,7 @@ contains
       end if
    end function reaction_rate
 
-   !> Changes along the path of the gaps of the active candidates that couple.
+   !> Derivatives along the path of the gaps of active candidates on coupled ground.
    pure function coupled_rates(problem, system) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -99,7 +99,7 @@ contains
       end do
    end function coupled_rates
 
-   !> Derivative of the gap of a candidate along the path, by the load factor; of its opening where the ground couples.
+   !> Derivative of a candidate's gap along the path, by the load factor; on coupled ground of its opening.
    pure real(wp) function gap_rate(problem, system, candidate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -1,6 +1,6 @@
-!> One Newton step with unilateral contact: the linearised equations about the present contact set, and an LCP for the
-!> candidates in doubt only. A candidate enters when its sign is violated, or a neighbour's is; the set grows until nothing
-!> outside it is violated.
+!> One Newton step with unilateral contact at nodes: the linearised equations about the present contact set, and an LCP for the
+!> uncertain candidates only. A candidate becomes uncertain if its own or a neighbour's sign is violated; the set grows until no
+!> candidate outside is violated.
 module contact_set
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -16,31 +16,31 @@ module contact_set
 
    real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! of the structure's size
    real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! of the force scale
-   integer, parameter :: largest_lcp = 400                !! more candidates in doubt are flipped without an LCP
+   integer, parameter :: largest_lcp = 400                !! more uncertain candidates are switched by sign, without LCP
    integer, parameter :: max_rounds = 20
    character(*), parameter :: singular_border = 'the bordered system is singular: the structure cannot follow what the '// &
       & 'increment prescribes; another METHOD may (SPHERICAL)'
 
-   !> A solved increment and the contact set it leads to.
+   !> A solved increment and the contact set after it.
    type :: contact_step_t
-      real(wp), allocatable :: x(:)          !! (n) nodal increments, node axes
+      real(wp), allocatable :: x(:)          !! (n) increments of the unknowns, node axes
       real(wp) :: y = 0.0_wp                 !! increment of the load factor
       logical, allocatable :: active(:)      !! (candidates)
       real(wp), allocatable :: reaction(:)   !! (candidates) predicted
-      logical :: flipped = .false.           !! the set was changed without a step: linearise again
+      logical :: flipped = .false.           !! true: the set was changed without an increment; linearise again
       integer :: lcp_size = 0, lcp_pivots = 0
       logical :: ok = .false.
-      character(:), allocatable :: message   !! why not ok
+      character(:), allocatable :: message   !! reason of a failure
    end type contact_step_t
 
 contains
 
-   !> Solves for the increment that closes the residual and meets the path constraint and the contact conditions.
-   !> With `frozen` the contact set is kept whatever the signs say (the paper's equilibrium iterations).
+   !> Solves for the increment that removes the residual and satisfies the path constraint and the contact conditions. With `frozen`
+   !> the contact set is kept regardless of the signs (the paper's equilibrium iterations).
    subroutine solve_contact_step(problem, state, system, path_rhs, frozen, result)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system     !! assembled and factored at `state`, path row set
+      type(system_t), intent(in) :: system     !! assembled and factored at `state`, with the constraint row
       real(wp), intent(in) :: path_rhs
       logical, intent(in) :: frozen
       type(contact_step_t), intent(inout) :: result
@@ -70,12 +70,12 @@ contains
       call timing_stop(phase_contact)
    end subroutine solve_contact_step
 
-   !> Finds the contact set that the prediction is consistent with.
+   !> Finds the contact set that agrees with the prediction.
    subroutine complement(problem, state, system, gap, reaction, result)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp), intent(inout) :: gap(:), reaction(:)  !! (candidates) predicted; those of the answer on return
+      real(wp), intent(inout) :: gap(:), reaction(:)  !! (candidates) in: predicted; out: after the solution of the LCP
       type(contact_step_t), intent(inout) :: result
       type(contact_lcp_t) :: lcp
       integer, allocatable :: more(:)
@@ -135,8 +135,8 @@ contains
 
    contains
 
-      !> Too many for an LCP: what the last one says of those that were in doubt then, the others by their signs; the next
-      !> linearisation tells more.
+      !> Too many candidates for an LCP: those of the last LCP get its result, the others switch by their signs, before the
+      !> equations are linearised again.
       subroutine flip()
          result%active = state%active .neqv. wrong
          result%active(lcp%candidate) = state%active(lcp%candidate) .neqv. lcp%z > 0.0_wp
@@ -145,7 +145,7 @@ contains
          call count_up(counter_set_changes)
       end subroutine flip
 
-      !> There is no answer.
+      !> Failure without a solution.
       subroutine fail_with(message)
          character(*), intent(in) :: message
          result%ok = .false.
@@ -153,11 +153,12 @@ contains
       end subroutine fail_with
    end subroutine complement
 
-   !> Two rigid obstacles cannot hold one node along one line: the one that does not push is let go, though it touches.
+   !> Two rigid obstacles cannot constrain a node along one line: of two active contacts with parallel normals the one with the
+   !> smaller reaction is released.
    subroutine hold_once(problem, system, doubt, result)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      integer, intent(in) :: doubt(:)          !! candidates that the LCP has decided about
+      integer, intent(in) :: doubt(:)          !! candidates of the LCP
       type(contact_step_t), intent(inout) :: result
       integer :: i, j
       do i = 1, size(doubt)
@@ -175,20 +176,20 @@ contains
 
    contains
 
-      !> True for a rigid contact of the answer.
+      !> True for an active contact with a rigid obstacle.
       pure logical function held(c)
          integer, intent(in) :: c
          held = result%active(c) .and. .not. system%soft(c)
       end function held
    end subroutine hold_once
 
-   !> Candidates whose predicted gap or reaction has the wrong sign; bilateral ones have none. A reaction's sign is known to the
-   !> rounding of what acts, which at the start of a path is the increment of the loads.
+   !> Candidates whose predicted gap or reaction has the wrong sign; bilateral candidates are never violated. The error of a
+   !> reaction is the rounding of the forces, which at the start of a path are those of the load increment.
    function violated(problem, state, system, rise, gap, reaction) result(wrong)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: rise             !! of the load factor
+      real(wp), intent(in) :: rise             !! increment of the load factor
       real(wp), intent(in) :: gap(:), reaction(:)
       logical, allocatable :: wrong(:)
       real(wp) :: scale
@@ -198,10 +199,10 @@ contains
          & c=1, problem%candidates%n)], state%active) .and. .not. problem%candidates%bilateral
    end function violated
 
-   !> The largest component of what the loads do to a node, per unit of the load factor.
+   !> Largest force component on a node per unit of the load factor.
    pure real(wp) function largest_force(problem, load) result(largest)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: load(:)          !! (unknowns)
+      real(wp), intent(in) :: load(:)          !! (unknowns) load vector
       integer :: node, i
       largest = 0.0_wp
       do node = 1, problem%model%mesh%n_nodes
@@ -211,7 +212,7 @@ contains
       end do
    end function largest_force
 
-   !> Candidates that come into doubt by those whose signs are wrong.
+   !> Candidates that become uncertain because of violated signs.
    function next_in_doubt(problem, system, wrong, in_doubt, round) result(more)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -224,17 +225,18 @@ contains
       do c = 1, size(wrong)
          if (wrong(c)) wrong_at(problem%candidates%node(c)) = .true.
       end do
-      ! Two obstacles of one node may hand it over to each other.
+      ! Contact may pass from one obstacle to another at the same node.
       may = (with_neighbours(problem, wrong, round) .or. wrong_at(problem%candidates%node)) .and. .not. in_doubt
       do c = 1, size(may)
          if (.not. can_act(system, c) .or. problem%candidates%bilateral(c)) may(c) = .false.
-         ! On a level stretch of its law a reaction does not change: it can only open from the first segment.
+         ! On a horizontal segment of its law a reaction is constant; it can vanish only from the first segment.
          if (system%soft(c) .and. .not. system%spring(c) > 0.0_wp) may(c) = .false.
       end do
       more = pack([(c, c=1, size(may))], may)
    end function next_in_doubt
 
-   !> Candidates and their neighbours; where a ground couples them a change goes far, and further ones from round to round.
+   !> Chosen candidates and their neighbours; on coupled ground a change has a long range, so the neighbourhood grows from round to
+   !> round.
    function with_neighbours(problem, chosen, round) result(near)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: chosen(:)         !! (candidates)
@@ -255,8 +257,8 @@ contains
       end do
    end function with_neighbours
 
-   !> How far behind its obstacle an open candidate may be: on a foundation no further than what its reaction there, and the
-   !> rounding of gaps, tell from nothing.
+   !> Accepted penetration of an open candidate; on a foundation limited to the penetration whose reaction is negligible, or to the
+   !> rounding of gaps.
    pure real(wp) function overlap_allowed(problem, system, candidate) result(overlap)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -267,7 +269,7 @@ contains
          & system%gap_error))
    end function overlap_allowed
 
-   !> A support may take all that an obstacle could push (see may_react).
+   !> False if supports take the whole reaction of the obstacle (see may_react).
    pure logical function can_act(system, candidate)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate

@@ -1,4 +1,4 @@
-!> What an obstacle does to a rod that touches it at a breakpoint: loads, springs and supports act on the same node.
+!> Force and couple of an obstacle on a rod at a segment boundary, where loads, springs and supports act on the same node.
 module breakpoint_forces
    use kinds, only: wp
    use problem, only: problem_t
@@ -11,7 +11,7 @@ module breakpoint_forces
 
 contains
 
-   !> True for a touched node that is a breakpoint of its rod.
+   !> True for a contact node at a segment boundary of its rod.
    pure logical function at_breakpoint(problem, candidate)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -22,7 +22,8 @@ contains
       end associate
    end function at_breakpoint
 
-   !> True where a support takes all that the obstacle could push a touched node with: it stands there, touching or not.
+   !> True if a support takes the whole force that the obstacle could exert on a contact node; the node is then fixed with and
+   !> without contact.
    pure logical function stands(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -32,9 +33,8 @@ contains
       stands = .not. may_react(problem, candidate, [-track%tangent(2), track%tangent(1)])
    end function stands
 
-   !> Concentrated force of the obstacle at a breakpoint of the rod, where loads and supports act, too, >= 0 when it pushes: what
-   !> holds the free parts and those against the obstacle, and the jump of Q of the parts on the track. Zero where supports take all
-   !> of it.
+   !> Concentrated force of the obstacle at a segment boundary, > 0 in compression: the reaction, which balances free elements,
+   !> loads and springs, and the jump of Q between elements on the track. Zero if supports take the whole force.
    real(wp) function breakpoint_force(problem, state, candidate) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -56,9 +56,9 @@ contains
       end do
    end function breakpoint_force
 
-   !> Couple that an obstacle would have to give to the node of a line at a breakpoint of the rod, which turns with its track: what
-   !> loads, springs and free parts leave over, and the jump of the moment of the parts on the track; no obstacle gives one.
-   !> Counterclockwise; zero where a support takes it.
+   !> Couple that an obstacle would have to exert on a line contact's node at a segment boundary, whose direction is that of the
+   !> track: the unbalanced couple of loads, springs and free elements, and the jump of the moment between elements on the track. No
+   !> obstacle exerts a couple, so in a valid contact set it is zero. > 0 counterclockwise; zero if a support takes the couple.
    real(wp) function breakpoint_couple(problem, state, candidate) result(couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -79,7 +79,7 @@ contains
       end associate
    end function breakpoint_couple
 
-   !> What equilibrium leaves of forces, over their scale.
+   !> Forces below this part of their scale are residuals of the iteration.
    pure real(wp) function left_over(problem)
       type(problem_t), intent(in) :: problem
       left_over = max(10.0_wp * problem%model%step(problem%step)%tolerance, 1.0e-10_wp)

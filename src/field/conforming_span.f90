@@ -1,8 +1,8 @@
-!> Where a rod lies on an obstacle: its elements on the obstacle's track, and the nodes that follow the track.
+!> Rods in line contact: conforming elements on the obstacle's track, and nodes that take the direction of the track.
 !>
-!> The track is the curve at the distance of the gap's offset from the surface. A node in line contact has one unknown, its
-!> place along the track: rotation and normal displacement are given by it. Elements between two such nodes are
-!> conforming elements, which answer to nothing but these places.
+!> The track is the curve at the distance of the gap's offset from the surface. A node in line contact has one unknown, its place
+!> along the track, which determines rotation and normal displacement. The elements between two such nodes are conforming elements;
+!> their end forces depend on these places only.
 module conforming_span
    use kinds, only: wp, pi
    use problem, only: problem_t, rounding_gap
@@ -19,21 +19,22 @@ module conforming_span
       & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, &
       & rolled_t, rolled, excess_curvature, excess_rate, node_track, track_joints, track_sense, rod_angle, bend_at, ge_end
 
-   !> Excess of curvature times size that is as good as none: what rounding and the tolerance of Newton's method leave.
+   !> Relative curvature times size below which a point contact is osculating: bound of rounding and of the tolerance of Newton's
+   !> method.
    real(wp), parameter :: flat_excess = 1.0e-8_wp
 
-   !> Where the force of a contact is, seen from its node.
+   !> Place of a point contact's force relative to its node.
    type :: rolled_t
-      real(wp) :: way = 0.0_wp        !! along the rod, stress-free
+      real(wp) :: way = 0.0_wp        !! along the rod, stress-free length
       real(wp) :: rise = 0.0_wp       !! of the node above the track
-      real(wp) :: lean = 0.0_wp       !! of that, per rotation of the node
+      real(wp) :: lean = 0.0_wp       !! derivative of `rise` with respect to the node's rotation
       real(wp) :: arm(2) = 0.0_wp     !! from the node to the force
-      real(wp) :: normal(2) = 0.0_wp  !! of the obstacle there
+      real(wp) :: normal(2) = 0.0_wp  !! normal of the obstacle at the force
    end type rolled_t
 
 contains
 
-   !> The track at a node of a contact span.
+   !> Track at a node of a contact span.
    pure type(track_t) function node_track(problem, state, candidate) result(track)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -45,11 +46,11 @@ contains
       end associate
    end function node_track
 
-   !> Where the track of an element that lies on it is joined, as shares of the element: as good as it is stretched alike all along.
+   !> Joints of the track under a conforming element, as parts of the element's length; exact for a constant extension ratio.
    pure function track_joints(problem, state, e) result(share)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e                     !! on an obstacle
+      integer, intent(in) :: e                     !! conforming element
       real(wp), allocatable :: share(:)
       associate (c => problem%conforms(e), list => problem%candidates)
          share = joint_shares(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), &
@@ -57,13 +58,13 @@ contains
       end associate
    end function track_joints
 
-   !> The element at a candidate that what is asked of the rod there is told by: that after it, at the end of a stretch that
-   !> before. Where the rod is not smooth `which` says on which side.
+   !> Element in which quantities of the rod at a candidate are evaluated: the element after the candidate, at the end of a segment
+   !> the element before. If the rod is not smooth there, `which` gives the side.
    pure subroutine own_element(problem, candidate, e, end, which)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       integer, intent(out) :: e
-      integer, intent(out) :: end                   !! of the element, where the candidate is: 1 or 2
+      integer, intent(out) :: end                   !! end of the element at which the candidate is: 1 or 2
       integer, intent(in), optional :: which        !! 1: before the candidate, 2: after it
       integer :: side
       associate (element => problem%candidates%element(:, candidate))
@@ -79,25 +80,25 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer, intent(in), optional :: which        !! as own_element has it, also below
+      integer, intent(in), optional :: which        !! as in own_element, also in the following procedures
       integer :: e, end
       call own_element(problem, candidate, e, end, which)
       angle = state%geometry%element(e)%end_angle(end) + state%u(3, problem%candidates%node(candidate))
    end function rod_angle
 
-   !> 1 where the rod runs in the sense of the track at a candidate, -1 where it runs against it.
+   !> 1 if the rod runs in the sense of the track at a candidate, -1 if in the opposite sense.
    pure real(wp) function track_sense(problem, state, candidate, track, which) result(sense)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      type(track_t), intent(in) :: track            !! there
+      type(track_t), intent(in) :: track            !! at the candidate
       integer, intent(in), optional :: which
       real(wp) :: angle
       angle = rod_angle(problem, state, candidate, which)
       sense = sign(1.0_wp, dot_product([cos(angle), sin(angle)], track%tangent))
    end function track_sense
 
-   !> Rotation of the rod at a candidate against the track, in (-pi/2, pi/2].
+   !> Rotation of the rod relative to the track at a candidate, in (-pi/2, pi/2], counterclockwise.
    pure real(wp) function track_rotation(problem, state, candidate, which) result(rotation)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -112,7 +113,7 @@ contains
       rotation = atan2(t(1) * sin(angle) - t(2) * cos(angle), t(1) * cos(angle) + t(2) * sin(angle))
    end function track_rotation
 
-   !> Derivative of the track's curvature along it, at a node of a contact span.
+   !> Derivative of the track's curvature with respect to the length along the track, at a node of a contact span.
    pure real(wp) function track_bend_rate(problem, state, candidate) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -122,25 +123,25 @@ contains
       rate = track%curvature_rate
    end function track_bend_rate
 
-   !> By how much the rod at a point contact is curved more towards the free side than the obstacle there: o theta' -
-   !> kappa (1 + e), per unit stress-free length. Zero where a line contact, or two points, begin.
+   !> Relative curvature at a point contact: o theta' - kappa (1 + e) per unit stress-free length, > 0 if the rod bends away from
+   !> the obstacle more than its surface. Zero where the point becomes a line contact or two points.
    pure subroutine excess_curvature(problem, state, candidate, excess, extension, which)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       real(wp), intent(out) :: excess
       real(wp), intent(out) :: extension              !! 1 + e
-      integer, intent(in), optional :: which        !! side, where the rod is not smooth or a support takes the moment, which jumps
+      integer, intent(in), optional :: which        !! side, needed if the rod is not smooth or a support makes the moment jump
       type(track_t) :: track
       call contact_track(problem, state, candidate, track, which, excess, extension)
    end subroutine excess_curvature
 
-   !> What that changes by along the rod, per unit stress-free length, at a point that moves.
+   !> Derivative of the relative curvature along the rod, per unit stress-free length, for a moving point contact.
    pure real(wp) function excess_rate(problem, state, candidate, shear) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: shear                 !! force across the rod behind the point
+      real(wp), intent(in) :: shear                 !! shear force in the rod just after the point
       type(track_t) :: track
       real(wp) :: excess, extension, sense, bend(0:2)
       integer :: e
@@ -151,16 +152,16 @@ contains
       rate = sense * (bend(1) - problem%compliance(e)%bending * extension * shear - track%curvature_rate * extension**2)
    end function excess_rate
 
-   !> The track at a node in contact. A point contact lies where the gap is least. Where the rod bends more towards the obstacle
-   !> than the nearest piece of the track does the gap is largest, and least beyond the joint if what follows there bends more than
-   !> the rod: the point is taken for one of that piece, continued.
+   !> Track at a contact node. A point contact lies at the least gap. If the rod bends more towards the obstacle than the nearest
+   !> piece of the track does, the gap is largest there; it is least beyond the joint if the next piece bends more than the rod. The
+   !> contact is then assigned to that piece, continued back across the joint.
    pure subroutine contact_track(problem, state, candidate, track, which, excess, extension)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(track_t), intent(out) :: track
-      integer, intent(in), optional :: which        !! as excess_curvature has it
-      real(wp), intent(out), optional :: excess, extension !! likewise
+      integer, intent(in), optional :: which        !! as in excess_curvature
+      real(wp), intent(out), optional :: excess, extension !! as in excess_curvature
       type(track_t) :: beyond
       real(wp) :: bend, axial, left
       integer :: e
@@ -183,22 +184,22 @@ contains
       if (present(extension)) extension = axial
    end subroutine contact_track
 
-   !> Curvature of the rod at a contact, positive towards the free side, and its stretch.
+   !> Curvature of the rod at a contact, > 0 towards the free side, and its extension ratio.
    pure subroutine rod_curvature(problem, state, candidate, track, curvature, extension, which)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      type(track_t), intent(in) :: track            !! there
+      type(track_t), intent(in) :: track            !! at the contact
       real(wp), intent(out) :: curvature            !! per unit stress-free length
       real(wp), intent(out) :: extension              !! 1 + e
-      integer, intent(in), optional :: which        !! as excess_curvature has it
+      integer, intent(in), optional :: which        !! as in excess_curvature
       type(ge_load_t) :: load
       real(wp) :: angle, bend, sense, n(2), m, turn
       integer :: e, side
       sense = track_sense(problem, state, candidate, track, which)
       call own_element(problem, candidate, e, side, which)
       if (.not. (present(which) .or. problem%candidates%moves(candidate))) then
-         ! Where a couple acts, or sections differ, that of the side to which the contact rolls.
+         ! With a couple or a change of section at the node, the side counts to which the contact rolls.
          angle = rod_angle(problem, state, candidate)
          turn = track%tangent(1) * sin(angle) - track%tangent(2) * cos(angle)
          side = merge(2, 1, turn > 0.0_wp)
@@ -216,7 +217,7 @@ contains
       curvature = sense * (bend + load%curvature + problem%compliance(e)%bending * m)
    end subroutine rod_curvature
 
-   !> Force and moment at one end of a free element.
+   !> Force and moment at one end of a free element, global axes.
    pure subroutine ge_end(problem, state, e, side, n, m)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -236,26 +237,27 @@ contains
       m = second(3)
    end subroutine ge_end
 
-   !> Rotational stiffness of a point contact: it lies where the gap is least, g' = 0, so the energy that its force T takes
-   !> part in is that of T times the least gap, g - g'^2/(2 g''), whose second derivative by g' is T/g''.
+   !> Rotational stiffness of a point contact. The point lies at the least gap, g' = 0, so the potential of its force T is T times
+   !> the least gap, g - g'^2/(2 g''), whose second derivative with respect to g' is T/g''.
    pure real(wp) function touchdown_spring(problem, state, candidate) result(spring)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! with the reaction
+      type(state_t), intent(in) :: state            !! with the contact reactions
       integer, intent(in) :: candidate
       real(wp) :: excess, extension
       spring = 0.0_wp
       if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%held(candidate)) return
       call excess_curvature(problem, state, candidate, excess, extension)
-      ! One that is flat hardly turns, as a line's end, whatever rounding makes of its curvature.
+      ! The node at an osculating contact hardly turns, like the end of a line contact; its relative curvature may be rounding only.
       if (abs(excess) * problem%size <= flat_excess) excess = flat_excess / problem%size
       spring = state%reaction(candidate) * extension / excess
    end function touchdown_spring
 
-   !> What is out of balance at a point contact that is not where the gap is least: its force times the distance. Rotations that
-   !> rounding makes are none: where the point is flat they would be any distance. One at a breakpoint is flat wherever it rolls.
+   !> Unbalanced couple at a point contact that is not at the least gap: force times distance. A rotation below rounding gives none,
+   !> for at an osculating contact it would mean any distance. A point contact at a segment boundary is osculating wherever it
+   !> rolls.
    pure real(wp) function touchdown_couple(problem, state, candidate) result(couple)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! with the reaction
+      type(state_t), intent(in) :: state            !! with the contact reactions
       integer, intent(in) :: candidate
       real(wp) :: spring, turn, excess, extension
       couple = 0.0_wp
@@ -267,7 +269,7 @@ contains
       if (abs(turn) * problem%size > rounding_gap(problem)) couple = spring * turn
    end function touchdown_couple
 
-   !> Where the force of a point contact is that keeps a breakpoint's node: where the gap is least beside it, to second order.
+   !> Place of the force of a point contact whose node is a segment boundary: the least gap beside the node, to second order.
    pure type(rolled_t) function rolled(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -307,13 +309,13 @@ contains
       end associate
    end function stage_bends
 
-   !> Stress-free curvature at a place of an element, and its two derivatives by the stress-free length; at its ends those on its
-   !> own side. The second is that of the parabola through three values of the first.
+   !> Stress-free curvature in an element, and its first two derivatives with respect to the stress-free length; at an end the
+   !> one-sided values. The second derivative is from the parabola through three values of the first.
    pure function bend_at(problem, state, e, tau) result(bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau                   !! 0 to 1 of its stress-free length
+      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
       real(wp) :: bend(0:2), s, middle, step, rate(-1:1), unused
       integer :: i
       bend = 0.0_wp
@@ -327,7 +329,7 @@ contains
          call curve_bend(curve, imperfection, min(max(s, g%s(1) + step), g%s(2) - step), bend(0), bend(1))
          step = epsilon(step)**(1.0_wp / 3.0_wp) * (g%s(2) - g%s(1))
          middle = min(max(s, g%s(1) + step), g%s(2) - step)
-         ! An iterate that goes astray has elements as short as rounding.
+         ! Elements of a diverging iterate may be as short as rounding.
          if (.not. middle + step > middle - step) return
          do i = -1, 1
             call curve_bend(curve, imperfection, middle + i * step, unused, rate(i))
@@ -337,15 +339,15 @@ contains
       end associate
    end function bend_at
 
-   !> A conforming element as linear_system wants every element: in global axes, its unknowns the displacements of both nodes.
-   !> What an obstacle does that moves is what the nodes would do that move the other way; a gap that closes takes the nodes
-   !> along their normals.
+   !> Conforming element in the form that linear_system expects of every element: in global axes, with the displacements of both
+   !> nodes as unknowns. A displacement of the obstacle acts like the opposite displacement of the nodes; a gap that closes
+   !> displaces the nodes along their normals.
    subroutine evaluate_conforming(problem, state, e, f, raw, k, fl, op, defect, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :) !! as those of ge_evaluate
-      real(wp), intent(out) :: defect(2)            !! force and position
+      real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :) !! as in ge_evaluate
+      real(wp), intent(out) :: defect(2)            !! residuals: force and position
       logical, intent(out) :: ok
       type(track_t) :: track(2), moved(2)
       type(ge_load_t) :: load
@@ -408,13 +410,13 @@ contains
       op(:z, ge_columns) = op4(:z, 4)
    end subroutine evaluate_conforming
 
-   !> Resultants (N, Q, M) in the axes of the section inside a conforming element, its place and direction, and the force of
-   !> the obstacle per unit stress-free length.
+   !> Section forces (N, Q, M) in the axes of the section inside a conforming element, place and tangent angle, and the obstacle's
+   !> force per unit stress-free length.
    pure subroutine conforming_forces(problem, state, e, tau, local, place, angle, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau                   !! 0 to 1 of its stress-free length
+      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
       real(wp), intent(out) :: local(3)
       real(wp), intent(out) :: place(2), angle      !! deformed; tangent angle in (-pi, pi]
       real(wp), intent(out), optional :: density
@@ -452,14 +454,14 @@ contains
          call curve_point(curve, problem%model%imperfection, s, x, home, speed)
       end associate
       u(1:2) = place - x
-      ! On the same sheet as at the ends.
+      ! The same multiple of 2 pi as at the ends.
       near = 0.5_wp * sum(state%u(3, problem%model%mesh%node(:, e)))
       u(3) = angle - home
       u(3) = u(3) - 2.0_wp * pi * anint((u(3) - near) / (2.0_wp * pi))
       resultant = [cos(angle) * local(1) - sin(angle) * local(2), sin(angle) * local(1) + cos(angle) * local(2), local(3)]
    end subroutine conforming_point
 
-   !> The displacements and the rotation alone.
+   !> Displacements and rotation inside a conforming element.
    pure function conforming_displacement(problem, state, e, tau) result(u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -469,7 +471,7 @@ contains
       call conforming_point(problem, state, e, tau, u, resultant)
    end function conforming_displacement
 
-   !> (n_x, n_y, m) alone.
+   !> (n_x, n_y, m) inside a conforming element.
    pure function conforming_resultant(problem, state, e, tau) result(resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -480,13 +482,13 @@ contains
       resultant = [cos(angle) * local(1) - sin(angle) * local(2), sin(angle) * local(1) + cos(angle) * local(2), local(3)]
    end function conforming_resultant
 
-   !> Stored unknowns of a conforming element from fields known at its first end and at its stages: a guess, for neither places
-   !> nor forces need be those of the track.
+   !> First guess of a conforming element's stored unknowns from fields at its first end and its stages; neither places nor forces
+   !> need fit the track.
    pure function conforming_guess(problem, state, e, u, resultant, home) result(z)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! with the geometry of the element
+      type(state_t), intent(in) :: state            !! with the element's geometry
       integer, intent(in) :: e
-      real(wp), intent(in) :: u(:, 0:)              !! (3, stages) displacements and rotation, from the first end on
+      real(wp), intent(in) :: u(:, 0:)              !! (3, stages) displacements and rotation, first end at index 0
       real(wp), intent(in) :: resultant(:, 0:)      !! (3, stages) n_x, n_y, m
       real(wp), intent(in) :: home(:, 0:)           !! (3, stages) stress-free place and angle
       real(wp) :: z(1 + 2 * ubound(u, 2))

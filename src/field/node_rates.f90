@@ -1,4 +1,5 @@
-!> How a rod goes on from the nodes of a GE element: by its differential equations, as exact as the resultants of the node.
+!> Derivatives of a rod's position and direction at the nodes of a GE element, from the rod's differential equations; as accurate as
+!> the section forces at the node.
 module node_rates
    use kinds, only: wp
    use problem, only: problem_t
@@ -10,23 +11,23 @@ module node_rates
    private
    public :: rod_rate, rod_derivatives, rotation_rates, resultants_on_ground
 
-   !> What the rod's equations say at an end of an element.
+   !> Cross section at an end of an element.
    type :: section_t
       type(ge_load_t) :: load
-      real(wp) :: n(2) = 0.0_wp, m = 0.0_wp            !! resultants in global axes
-      real(wp) :: t(2) = 0.0_wp, nu(2) = 0.0_wp        !! direction of the section, and across
-      real(wp) :: along = 1.0_wp, across = 0.0_wp      !! components of the position's derivative by the stress-free length
+      real(wp) :: n(2) = 0.0_wp, m = 0.0_wp            !! force and moment, global axes
+      real(wp) :: t(2) = 0.0_wp, nu(2) = 0.0_wp        !! direction of the section's normal, and a quarter turn to its left
+      real(wp) :: along = 1.0_wp, across = 0.0_wp      !! position's derivative by stress-free length, along t and nu
    end type section_t
 
 contains
 
-   !> Rates of position and direction, per unit of the nominal coordinate.
+   !> Derivatives of position and direction at the first end of an element, per unit of the nominal coordinate.
    pure subroutine rod_rate(problem, state, e, rate, turn)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e               !! GE, on a curve
+      integer, intent(in) :: e               !! GE element on a curve
       real(wp), intent(out) :: rate(2)       !! of the deformed position
-      real(wp), intent(out) :: turn          !! of the direction of the section
+      real(wp), intent(out) :: turn          !! of the section's angle
       real(wp) :: t(2), angle, x(2), speed, bend
       type(ge_load_t) :: load
       load = element_load(problem, state, e)
@@ -42,13 +43,13 @@ contains
       end associate
    end subroutine rod_rate
 
-   !> Derivatives of the deformed position by the stress-free length at an end of a GE element. Where a foundation pushes, only of
-   !> rods that do not shear: its force is not known here, only what comes of it in the resultants.
+   !> Derivatives of the deformed position with respect to the stress-free length at an end of a GE element. On foundations valid
+   !> only for rods without shear flexibility: the foundation's force enters through the section forces alone.
    pure subroutine rod_derivatives(problem, state, e, side, x)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e, side
-      real(wp), intent(out) :: x(2, 3)       !! first, second, third
+      real(wp), intent(out) :: x(2, 3)       !! first, second, third derivative
       type(section_t) :: section
       real(wp), dimension(2) :: dn, ddn
       real(wp) :: bend, bend_rate, turn, turn_rate, along(0:2), across(0:2)
@@ -79,7 +80,7 @@ contains
       end associate
    end subroutine rod_derivatives
 
-   !> The first and second one of the rotation.
+   !> First and second derivatives of the rotation with respect to the stress-free length at an end of a GE element.
    pure function rotation_rates(problem, state, e, side) result(rates)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -94,7 +95,7 @@ contains
       end associate
    end function rotation_rates
 
-   !> The section at an end of a GE element.
+   !> Cross section at an end of a GE element.
    pure function end_section(problem, state, e, side) result(section)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -110,7 +111,7 @@ contains
       section%across = problem%compliance(e)%shear * dot_product(section%n, section%nu)
    end function end_section
 
-   !> (n_x, n_y) and m at an end of a GE element, in global axes.
+   !> Forces (n_x, n_y) and moment at an end of a GE element, global axes.
    pure subroutine end_resultants(problem, state, e, side, n, m)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -135,9 +136,9 @@ contains
       m = second(3)
    end subroutine end_resultants
 
-   !> (n_x, n_y, m) at a place of an element on a foundation, whose force is in no sum: the polynomials through their values at the
-   !> stages and at the ends. Those at the second end are what the next element begins with: a node that goes nowhere changes
-   !> nothing.
+   !> (n_x, n_y, m) inside an element on a foundation, where no sum of loads contains the foundation's force: the polynomials
+   !> through the values at the stages and ends. The values at the second end are those with which the next element begins, so that
+   !> a transfer between equal meshes changes nothing.
    pure function resultants_on_ground(problem, state, e, tau) result(resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

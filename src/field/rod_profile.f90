@@ -1,12 +1,12 @@
-!> Where the rod is between two nodes: place and rotation anywhere inside an element.
+!> Dense output of an element: position and rotation between its nodes.
 !>
 !> GE elements with s stages: the collocation polynomial, of degree s in tau, 0 to 1 of the element's stress-free length. The
-!> stress-free axis is exact: what it deviates from its own collocation polynomial is added, turned and stretched with the rod.
-!> So a rigid motion is exact, and an error between nodes is that of what the deformation adds: O(h^(s+1)).
-!> At the nodes, where place and rotation are those of the state, it is O(h^(2 s)).
-!> With its ends mended the profile has direction, curvature and its rate of the nodes there, too: then what it errs by between them
-!> is O(h^8), and falls with the fourth power of the distance from a node; without the rate O(h^6), and with the third power.
-!> UL2: the cubic through the ends of the deformed chord whose slopes there are the natural rotations; O(h^2).
+!> difference between the stress-free axis and its own collocation polynomial is added, rotated and stretched with the rod: rigid
+!> motions are exact, and the error between nodes is that of the deformation, O(h^(s+1)). At the nodes position and rotation are
+!> those of the state, with error O(h^(2 s)).
+!> With the Hermite correction direction, curvature and rate of curvature at the ends are those of the nodes: the error between is
+!> O(h^8) and falls with the fourth power of the distance from a node; without the rate O(h^6), and with the third power.
+!> UL2: the cubic through the ends of the deformed chord with the natural rotations as slopes there; O(h^2).
 module rod_profile
    use kinds, only: wp, pi
    use small_dense, only: solve_small
@@ -26,27 +26,27 @@ module rod_profile
       & profile_look, mended_displacement, profile_angle, home_angle, profile_rate, profile_error, profile_doubt, mended_error, &
       & element_place
 
-   !> One element of one state. Polynomials by their coefficients of tau^0, tau^1, ...
+   !> Dense output of one element in one state. Coefficients of polynomials are those of tau^0, tau^1, ...
    type :: profile_t
       private
-      integer, public :: element = 0            !! 0: of none
+      integer, public :: element = 0            !! 0: undefined
       integer :: degree = 0
-      real(wp) :: stretch = 1.0_wp              !! by heat, without stress
+      real(wp) :: stretch = 1.0_wp              !! extension ratio by heat, without stress
       real(wp) :: s = 0.0_wp, length = 0.0_wp   !! nominal coordinate of the first end; stress-free length
-      logical :: curved = .false.               !! the stress-free axis may deviate from its polynomial
+      logical :: curved = .false.               !! true: the stress-free axis may differ from its polynomial
       real(wp) :: axis(2, 0:max_stages) = 0.0_wp     !! polynomial of the stress-free axis
-      real(wp) :: moved(2, 0:max_stages) = 0.0_wp    !! displacements
+      real(wp) :: moved(2, 0:max_stages) = 0.0_wp    !! polynomial of the displacements
       real(wp) :: rotation(0:max_stages) = 0.0_wp
       logical, public :: mended = .false.
-      integer :: order = 0                      !! of the last derivative that has been mended
-      real(wp) :: mend(2, 3, 2) = 0.0_wp        !! (components, derivatives by tau, ends) of what is to be added
-      real(wp) :: hermite(2, 3, 2) = 0.0_wp     !! hermite_sum of them, up to that order
-      real(wp) :: twist(2, 2) = 0.0_wp          !! (derivatives by tau, ends) the same of the rotation
+      integer :: order = 0                      !! highest derivative with Hermite correction
+      real(wp) :: mend(2, 3, 2) = 0.0_wp        !! (components, derivatives by tau, ends) differences that the correction adds
+      real(wp) :: hermite(2, 3, 2) = 0.0_wp     !! hermite_sum of `mend`, up to `order`
+      real(wp) :: twist(2, 2) = 0.0_wp          !! (derivatives by tau, ends) the same differences for the rotation
    end type profile_t
 
 contains
 
-   !> The profile of an element.
+   !> Dense output of an element.
    pure function new_profile(problem, state, e) result(profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -59,16 +59,16 @@ contains
       end if
    end function new_profile
 
-   !> The same for many places of one state: it is made anew where it is that of another element.
+   !> Dense output for a sequence of places of one state: renewed only if the element changes.
    pure subroutine keep_profile(problem, state, e, profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                      !! element
-      type(profile_t), intent(inout) :: profile     !! of the state, or of nothing
+      type(profile_t), intent(inout) :: profile     !! of the same state, or undefined
       if (profile%element /= e) profile = new_profile(problem, state, e)
    end subroutine keep_profile
 
-   !> The profile of an element that lies on an obstacle: polynomials through both ends and points between.
+   !> Dense output of a conforming element: polynomials through both ends and points between.
    pure function conforming_profile(problem, state, e) result(profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -97,7 +97,7 @@ contains
             end do
          end do
          do j = 0, s
-            ! Chebyshev's points: no polynomial waves between them.
+            ! Chebyshev points, between which the polynomial does not oscillate.
             tau = 0.5_wp * (1.0_wp - cos(j * pi / s))
             if (j == 0) then
                u = state%u(:, node(1))
@@ -122,13 +122,13 @@ contains
       profile%rotation(0:s) = value(3, :s + 1)
    end function conforming_profile
 
-   !> The same with another stress-free geometry under the displacements and resultants of the state.
+   !> Dense output with another stress-free geometry under the displacements and section forces of a state.
    pure function profile_on(problem, state, e, geometry, start) result(profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       type(element_geometry_t), intent(in) :: geometry !! of the element
-      real(wp), intent(in) :: start(2)              !! stress-free position of its first node
+      real(wp), intent(in) :: start(2)              !! stress-free position of the first node
       type(profile_t) :: profile
       type(ge_load_t) :: load
       real(wp) :: u(6), slope(2, max_stages), home(2, max_stages), turn(max_stages), phi(2), d(2), side(2)
@@ -176,12 +176,12 @@ contains
       end if
    end function profile_on
 
-   !> Gives the places of the profile of a GE element the derivatives of its nodes, see rod_derivatives.
+   !> Hermite correction of the positions of a GE element by the derivatives at its nodes, see rod_derivatives.
    pure subroutine mend_ends(problem, state, profile, order)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(profile_t), intent(inout) :: profile     !! of this state
-      integer, intent(in) :: order                  !! of the last derivative: 2, or 3, whose rounding thin rods feel
+      type(profile_t), intent(inout) :: profile     !! of the same state
+      integer, intent(in) :: order                  !! highest derivative: 2, or 3, which brings rounding errors in thin rods
       real(wp) :: along(2), turn(2), bend, bend_rate, home(2, 3), dense(2, 3), tau, whole(2, 0:max_stages), way
       integer :: i, k
       whole = profile%axis + profile%moved
@@ -204,7 +204,7 @@ contains
             end if
             turn = turning_rates(profile, tau)
             way = turning(profile, tau)
-            ! The deviation is turned as the rod turns, and vanishes at its ends.
+            ! The difference of the stress-free axis from its polynomial rotates with the rod, and vanishes at the ends.
             home(:, 3) = home(:, 3) + 3.0_wp * (turned(0.5_wp * pi, turn(1) * home(:, 2) + turn(2) * home(:, 1)) - &
                & turn(1)**2 * home(:, 1))
             home(:, 2) = home(:, 2) + 2.0_wp * turn(1) * turned(0.5_wp * pi, home(:, 1))
@@ -219,11 +219,11 @@ contains
       profile%hermite = hermite_sum(profile%mend, order)
    end subroutine mend_ends
 
-   !> The same of its rotation, for mended_displacement.
+   !> Hermite correction of the rotation, used by mended_displacement.
    pure subroutine mend_rotation(problem, state, profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(profile_t), intent(inout) :: profile     !! of this state
+      type(profile_t), intent(inout) :: profile     !! of the same state
       integer :: i
       associate (h => profile%length)
          do i = 1, 2
@@ -233,7 +233,7 @@ contains
       end associate
    end subroutine mend_rotation
 
-   !> Deformed place.
+   !> Deformed position.
    pure function profile_place(problem, profile, tau) result(x)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
@@ -244,7 +244,7 @@ contains
       x = x + mended_by(profile, tau)
    end function profile_place
 
-   !> What mending adds to a place: about the error of the profile before it. Zero where nothing was mended.
+   !> Hermite correction of a position, which is about the error without it. Zero for an uncorrected profile.
    pure function mended_by(profile, tau) result(x)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
@@ -253,7 +253,7 @@ contains
       if (profile%mended) x = hermite_place(profile%hermite, profile%order, tau)
    end function mended_by
 
-   !> What derivatives up to an order add.
+   !> Hermite correction of a position by derivatives up to an order.
    pure function mended_to(profile, order, tau) result(x)
       type(profile_t), intent(in) :: profile
       integer, intent(in) :: order
@@ -262,8 +262,8 @@ contains
       x = hermite_place(hermite_sum(profile%mend, order), order, tau)
    end function mended_to
 
-   !> Hermite's polynomial of derivatives at 0 and 1, up to an order and without those of order 0, is
-   !> (1 - t)^(order + 1) p(t) + t^(order + 1) q(1 - t): the coefficients of t, t^2, ... in p and q.
+   !> Hermite's polynomial with given derivatives at 0 and 1 up to an order, and zero values there, is (1 - t)^(order + 1) p(t) +
+   !> t^(order + 1) q(1 - t); the result are the coefficients of t, t^2, ... in p and q.
    pure function hermite_sum(mend, order) result(sum)
       real(wp), intent(in) :: mend(2, 3, 2)      !! (components, derivatives, ends)
       integer, intent(in) :: order
@@ -283,7 +283,7 @@ contains
       end do
    end function hermite_sum
 
-   !> The value of that polynomial.
+   !> Value of the polynomial of hermite_sum.
    pure function hermite_place(sum, order, t) result(x)
       real(wp), intent(in) :: sum(2, 3, 2)
       integer, intent(in) :: order
@@ -301,11 +301,11 @@ contains
       x = r**(order + 1) * x + t**(order + 1) * second
    end function hermite_place
 
-   !> Displacements and rotation with the rotation mended at its ends. Places are not: thin rods feel the rounding of their second
-   !> derivatives.
+   !> Displacements and rotation with Hermite correction of the rotation. Positions are not corrected: in thin rods the rounding of
+   !> their second derivatives would matter.
    pure function mended_displacement(problem, profile, tau) result(u)
       type(problem_t), intent(in) :: problem
-      type(profile_t), intent(in) :: profile        !! its rotation mended
+      type(profile_t), intent(in) :: profile        !! after mend_rotation
       real(wp), intent(in) :: tau
       real(wp) :: u(3)
       real(wp) :: twist(2, 3, 2), turn(2)
@@ -316,7 +316,7 @@ contains
       u(3) = u(3) + turn(1)
    end function mended_displacement
 
-   !> Displacement and rotation of the material point.
+   !> Displacement and rotation of a material point.
    pure function profile_displacement(problem, profile, tau) result(u)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
@@ -328,7 +328,7 @@ contains
       u = displacement_beside(profile, tau, d)
    end function profile_displacement
 
-   !> The same together with its stress-free place.
+   !> Displacement and rotation of a material point, and its stress-free position.
    pure subroutine profile_look(problem, profile, tau, home, u)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
@@ -341,7 +341,7 @@ contains
       u = displacement_beside(profile, tau, d)
    end subroutine profile_look
 
-   !> Displacement and rotation where the stress-free axis deviates from its polynomial by d.
+   !> Displacement and rotation at a place where the stress-free axis differs from its polynomial by d.
    pure function displacement_beside(profile, tau, d) result(u)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau, d(2)
@@ -349,12 +349,12 @@ contains
       u(1:2) = polynomial(profile%moved, profile%degree, tau)
       u(3) = turning(profile, tau)
       if (.not. profile%curved) return
-      ! Without the difference of what is turned and what was: small rotations keep their digits.
+      ! Written without the difference of the rotated and the original vector, so that small rotations keep their digits.
       u(1:2) = u(1:2) + (profile%stretch - 1.0_wp) * d + (2.0_wp * profile%stretch * sin(0.5_wp * u(3))) * &
          & (cos(0.5_wp * u(3)) * [-d(2), d(1)] - sin(0.5_wp * u(3)) * d)
    end function displacement_beside
 
-   !> Tangent angle of the deformed rod, that of its sections where it shears.
+   !> Tangent angle of the deformed rod, or of its cross section if the rod shears.
    pure function profile_angle(problem, state, profile, tau) result(angle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -380,15 +380,15 @@ contains
       end associate
    end function home_angle
 
-   !> Change of profile_displacement of a GE element, its stress-free geometry held.
+   !> Change of profile_displacement of a GE element for fixed stress-free geometry.
    pure function profile_rate(problem, state, profile, tau, du, dz, load_change) result(rate)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! that of the profile
+      type(state_t), intent(in) :: state            !! state of the profile
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
-      real(wp), intent(in) :: du(6)                 !! changes of the nodes' displacements,
-      real(wp), intent(in) :: dz(:)                 !! (z_size) of the stored resultants
-      real(wp), intent(in) :: load_change           !! and of the load factor
+      real(wp), intent(in) :: du(6)                 !! changes of the nodes' displacements
+      real(wp), intent(in) :: dz(:)                 !! (z_size) changes of the stored section forces
+      real(wp), intent(in) :: load_change           !! change of the load factor
       real(wp) :: rate(3)
       real(wp) :: basis(max_stages), slope(2, max_stages), d(2)
       type(ge_load_t) :: load
@@ -408,15 +408,16 @@ contains
       rate(1:2) = rate(1:2) + load_change * load%strain_rate * d + profile%stretch * rate(3) * [-d(2), d(1)]
    end function profile_rate
 
-   !> What a place may err by at the most: what mending has changed there, and what that leaves.
+   !> Upper bound of the error of a position: the Hermite correction there, or the remaining error.
    pure real(wp) function profile_doubt(profile, tau) result(doubt)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       doubt = max(norm2(mended_by(profile, tau)), profile_error(profile))
    end function profile_doubt
 
-   !> What a mended place errs by, about. Two derivatives leave what a third one would add; and the nodes err, too: by O(h^(2 s))
-   !> where the polynomial of s stages does by O(h^(s + 1)) and the rod bends by O(h^2) in the element.
+   !> Estimate of the error of a corrected position. With two derivatives the error is the part that a third would add. The nodes
+   !> have errors, too: O(h^(2 s)), where the error of the polynomial of s stages is O(h^(s + 1)) and the rod's deflection in the
+   !> element is O(h^2).
    pure real(wp) function mended_error(profile, tau) result(error)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
@@ -430,11 +431,11 @@ contains
       error = max(norm2(mended_to(profile, 3, tau) - mended_to(profile, 2, tau)), mended)
    end function mended_error
 
-   !> About how far the displacements of a GE element are from those of the rod between its nodes: the next term of the polynomial,
-   !> as the last ones fall, times the largest of the monic polynomial of one degree more that vanishes with the collocation,
-   !> s + 1 times the integral of Legendre's one of degree s on (0, 1), at most (s + 1) / ((2 s + 1) binomial(2 s, s)). With its
-   !> ends mended what the fourth derivatives would add, as what the second and the third ones add falls: Hermite's polynomials of
-   !> degree 3, 5 and 7 err by derivatives of order 4, 6 and 8 over 2^4 4!, 2^6 6! and 2^8 8!.
+   !> Estimate of the error of a GE element's displacements between its nodes: the next term of the polynomial, by the decrease of
+   !> the last terms, times the maximum of the monic polynomial of one degree more that vanishes with the collocation, s + 1 times
+   !> the integral of Legendre's polynomial of degree s on (0, 1), at most (s + 1) / ((2 s + 1) binomial(2 s, s)). With Hermite
+   !> correction: the part of the fourth derivatives, extrapolated from those of the second and third; the errors of Hermite's
+   !> polynomials of degree 3, 5 and 7 are derivatives of order 4, 6 and 8 over 2^4 4!, 2^6 6! and 2^8 8!.
    pure real(wp) function profile_error(profile) result(error)
       type(profile_t), intent(in) :: profile
       real(wp) :: last, before, binomial
@@ -462,17 +463,17 @@ contains
       error = error * (s + 1) / ((2 * s + 1) * binomial)
    end function profile_error
 
-   !> Where a nominal coordinate lies in an element that lies on a curve.
+   !> Place of a nominal coordinate in an element on a curve.
    pure real(wp) function element_place(problem, geometry, e, s) result(tau)
       type(problem_t), intent(in) :: problem
       type(element_geometry_t), intent(in) :: geometry !! of the element
       integer, intent(in) :: e
-      real(wp), intent(in) :: s                     !! nominal coordinate between those of its ends
+      real(wp), intent(in) :: s                     !! nominal coordinate between those of the element's ends
       tau = curve_length(problem%model%curve(problem%model%mesh%curve(e)), problem%model%imperfection, geometry%s(1), s) / &
          & geometry%length
    end function element_place
 
-   !> True where the stress-free axis may deviate from its polynomial.
+   !> True if the stress-free axis may differ from its polynomial.
    pure logical function deviates(problem, e)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: e
@@ -491,7 +492,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: d(2), x(2), angle, speed
       if (problem%ground%founded(profile%element) .and. problem%ground%tabled) then
-         ! Tabulated where the quadratures of foundations ask many times.
+         ! Tabulated, because quadratures of foundations evaluate it very often.
          d = home_deviation(problem%ground, profile%element, tau)
       else
          call curve_point(problem%model%curve(problem%model%mesh%curve(profile%element)), problem%model%imperfection, &
@@ -500,7 +501,7 @@ contains
       end if
    end function deviation
 
-   !> Nominal coordinate of a place.
+   !> Nominal coordinate of a place in the element.
    pure real(wp) function abscissa(problem, profile, tau) result(s)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile
@@ -509,7 +510,7 @@ contains
          & profile%s, tau * profile%length)
    end function abscissa
 
-   !> Rotation at a place.
+   !> Rotation at a place in the element.
    pure real(wp) function turning(profile, tau)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
@@ -520,7 +521,7 @@ contains
       end do
    end function turning
 
-   !> Its first two derivatives.
+   !> First two derivatives of the rotation by tau.
    pure function turning_rates(profile, tau) result(turn)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
@@ -546,7 +547,7 @@ contains
       end do
    end function polynomial
 
-   !> A derivative of such a polynomial.
+   !> Derivative of a polynomial in the plane.
    pure function derivative(coefficient, degree, order, tau) result(x)
       real(wp), intent(in) :: coefficient(2, 0:max_stages)
       integer, intent(in) :: degree, order
@@ -563,7 +564,7 @@ contains
       end do
    end function derivative
 
-   !> A vector turned by an angle, anticlockwise.
+   !> A vector rotated by an angle, counterclockwise.
    pure function turned(angle, d) result(x)
       real(wp), intent(in) :: angle, d(2)
       real(wp) :: x(2)

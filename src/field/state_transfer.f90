@@ -1,8 +1,8 @@
-!> A state seen from other nodes: on another mesh of the same rods, or at other material points of the same mesh.
+!> Transfer of a state to other nodes: to another mesh of the same rods, or to other material points of the same mesh.
 !>
-!> Elastic rods have no memory, so a state is whatever its fields are, and the dense output of the elements has them everywhere:
-!> displacements and rotations O(h^(s+1)) with s stages, exact for rigid motions (rod_profile), resultants likewise (ge_interior).
-!> What stays where it was keeps its values to the last bit. Newton's method makes the rest exact.
+!> Elastic rods have no memory, so a state is given by its fields, and the dense output of the elements has these everywhere:
+!> displacements and rotations with error O(h^(s+1)) for s stages, exact for rigid motions (rod_profile), section forces likewise
+!> (ge_interior). Nodes at unchanged material points keep their values to the last bit. Newton's method removes the transfer error.
 module state_transfer
    use kinds, only: wp
    use problem, only: problem_t
@@ -23,31 +23,31 @@ module state_transfer
    public :: find_point, point_displacement, carried, carried_field, carry_to, carry_stored, move_nodes, displacements_at, &
       & field_at, see_from
 
-   !> What is known of a state from the place looked at last, for the next one.
+   !> Data of the last place, reused for the next one.
    type :: kept_t
-      integer :: along = 0                      !! where the element stands in problem%along
-      type(profile_t) :: profile                !! of an element
-      integer :: directed = 0                   !! element that the directions are of; 0: none
-      real(wp) :: rho(2, max_stages) = 0.0_wp   !! these, at its stages
+      integer :: along = 0                      !! index of the element in problem%along
+      type(profile_t) :: profile                !! dense output of an element
+      integer :: directed = 0                   !! element to which `rho` belongs; 0: none
+      real(wp) :: rho(2, max_stages) = 0.0_wp   !! directions of the cross sections at the element's stages
    end type kept_t
 
 contains
 
-   !> The element of the working mesh that holds a material point, and its place there. At a node it is the element that begins
-   !> there, at the end of a stretch the last one.
+   !> Element of the working mesh that contains a material point, and the point's place in the element. At a node the element that
+   !> begins there, at the end of a rod segment the last element.
    pure subroutine find_point(problem, state, stretch, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: stretch
-      real(wp), intent(in) :: at                !! coordinate along the stretch, 0 to its length
+      real(wp), intent(in) :: at                !! coordinate along the rod segment, 0 to its length
       integer, intent(out) :: e
-      real(wp), intent(out) :: tau              !! 0 to 1 of its stress-free length, 0 and 1 themselves at its nodes
-      integer, intent(inout), optional :: near  !! where the last point was found in problem%along, and this one: it is looked for
-      !! next to that
+      real(wp), intent(out) :: tau              !! 0 to 1 of the element's stress-free length; exactly 0 or 1 at a node
+      integer, intent(inout), optional :: near  !! in: index in problem%along of the last point's element, the search starts there;
+      !! out: index of this point's element
       call find_in(problem, state%geometry, stretch, at, e, tau, near)
    end subroutine find_point
 
-   !> The same in a geometry of the mesh.
+   !> The same for another geometry of the mesh.
    pure subroutine find_in(problem, geometry, stretch, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(geometry_t), intent(in) :: geometry
@@ -91,7 +91,7 @@ contains
 
    contains
 
-      !> True for an element, by its place in problem%along, that begins before the point, or there.
+      !> True for an element, given by its index in problem%along, that begins at the point or before it.
       pure logical function begins_before(place)
          integer, intent(in) :: place
          associate (element => problem%along(place))
@@ -101,13 +101,13 @@ contains
       end function begins_before
    end subroutine find_in
 
-   !> What rounding makes of a coordinate along a stretch: it is the sum of two numbers, and was that of two others before.
+   !> Rounding error of a coordinate along a rod segment, which is a sum of two numbers and came from another sum.
    pure real(wp) function rounding(s, origin)
       real(wp), intent(in) :: s, origin
       rounding = 8.0_wp * epsilon(s) * (abs(s) + abs(origin))
    end function rounding
 
-   !> Coordinate along its stretch of a node that is no breakpoint.
+   !> Coordinate along the rod segment of a node that is no segment boundary.
    pure real(wp) function node_coordinate(problem, geometry, node) result(at)
       type(problem_t), intent(in) :: problem
       type(geometry_t), intent(in) :: geometry
@@ -117,7 +117,7 @@ contains
       end associate
    end function node_coordinate
 
-   !> A state of one problem on the mesh of another one, all nodes at home.
+   !> State on the mesh of another problem, with all nodes at their nominal places.
    function carried(from, state, to) result(new)
       type(problem_t), intent(in) :: from       !! of the same deck as `to`
       type(state_t), intent(in) :: state        !! of `from`
@@ -127,12 +127,12 @@ contains
       call carry_to(from, state, to, new)
    end function carried
 
-   !> A field of rates on another mesh: the difference of two states carried there.
+   !> Transfer of a rate field to another mesh, by the difference of two transferred states.
    function carried_field(from, state, field, to, there) result(new)
       type(problem_t), intent(in) :: from, to
       type(state_t), intent(in) :: state        !! of `from`
       real(wp), intent(in) :: field(:, :)       !! (3, nodes of `from`)
-      type(state_t), intent(in) :: there        !! the same carried to `to`
+      type(state_t), intent(in) :: there        !! `state` on the mesh of `to`
       real(wp) :: new(3, to%model%mesh%n_nodes)
       type(state_t) :: ahead
       real(wp) :: step
@@ -145,14 +145,14 @@ contains
       new = (ahead%u - there%u) / step
    end function carried_field
 
-   !> The same for a state whose geometry is set: it gets load factor, displacements, resultants, and the contact of candidates
-   !> that act at nodes on both meshes; what touches in contact spans is active, its forces are not known.
+   !> Transfer to a state whose geometry is set: load factor, displacements, section forces, and the contact at nodes that are
+   !> candidates on both meshes. Candidates of contact spans are active; their forces remain zero.
    pure subroutine carry_to(from, state, to, new, moved)
       type(problem_t), intent(in) :: from       !! of the same deck as `to`
       type(state_t), intent(in) :: state        !! of `from`
       type(problem_t), intent(in) :: to
       type(state_t), intent(inout) :: new       !! of `to`
-      logical, intent(in), optional :: moved    !! true: nodes of one and the same mesh have moved, and contact forces with them
+      logical, intent(in), optional :: moved    !! true: nodes of one mesh have moved, together with the contact forces on them
       type(kept_t) :: kept
       real(wp) :: tau
       integer :: range(2, to%model%mesh%n_elements)
@@ -188,10 +188,10 @@ contains
       end do
    end subroutine carry_to
 
-   !> Of all that only the stored resultants of some elements, where nodes of one and the same mesh have moved.
+   !> Transfer of the stored section forces of some elements only, after nodes of the mesh have moved.
    pure subroutine carry_stored(problem, state, chosen, new)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state        !! before
+      type(state_t), intent(in) :: state        !! before the nodes moved
       logical, intent(in) :: chosen(:)          !! (elements)
       type(state_t), intent(inout) :: new       !! its geometry is set
       type(kept_t) :: kept
@@ -204,7 +204,7 @@ contains
       end do
    end subroutine carry_stored
 
-   !> What acts at nodes does so at the same nodes of all meshes, in the same order.
+   !> Contact at nodes has the same candidates in the same order on all meshes.
    pure subroutine carry_nodal_contact(from, state, to, new)
       type(problem_t), intent(in) :: from, to
       type(state_t), intent(in) :: state
@@ -223,9 +223,9 @@ contains
       end do
    end subroutine carry_nodal_contact
 
-   !> The elements between the contact forces on both sides of each element.
+   !> For each element the range of elements around it without a contact node between them.
    pure subroutine find_ranges(problem, range)
-      type(problem_t), intent(in) :: problem    !! of contact spans: the elements of a stretch follow each other
+      type(problem_t), intent(in) :: problem    !! with contact spans: the elements of a segment are consecutive
       integer, intent(inout) :: range(:, :)     !! (2, elements) first and last
       logical :: touched(problem%model%mesh%n_nodes)
       integer :: j, e
@@ -245,13 +245,13 @@ contains
       end do
    end subroutine find_ranges
 
-   !> Displacements and rotation at a place of an element; at its nodes their own.
+   !> Displacements and rotation at a place of an element; at a node exactly the node's values.
    pure subroutine point_displacement(problem, state, e, tau, profile, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(profile_t), intent(inout) :: profile !! kept from place to place, see keep_profile
+      type(profile_t), intent(inout) :: profile !! kept for the next place, see keep_profile
       real(wp), intent(out) :: u(3)
       if (tau <= 0.0_wp) then
          u = state%u(:, problem%model%mesh%node(1, e))
@@ -265,30 +265,31 @@ contains
       end if
    end subroutine point_displacement
 
-   !> The same without a jump at nodes. Out of equilibrium a polynomial does not end at its element's second node: what is missing
-   !> there grows along the element, so that a node that goes to either side of where it was finds the same there.
-   !> Touchdown points of contact spans do without.
+   !> The same without jumps at nodes. Out of equilibrium the polynomial misses the second node; the difference is distributed
+   !> linearly along the element, so that nodes that move to either side find the same value. Meshes of contact spans are
+   !> transferred without this correction.
    pure subroutine continuous_displacement(problem, state, e, tau, profile, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(profile_t), intent(inout) :: profile !! kept from place to place
+      type(profile_t), intent(inout) :: profile !! kept for the next place
       real(wp), intent(out) :: u(3)
       call point_displacement(problem, state, e, tau, profile, u)
       if (tau <= 0.0_wp .or. tau >= 1.0_wp .or. problem%has_spans()) return
       u = u + tau * (state%u(:, problem%model%mesh%node(2, e)) - profile_displacement(problem, profile, 1.0_wp))
    end subroutine continuous_displacement
 
-   !> Stored resultants of one element. Where contact forces act at its ends they jump there, wherever these ends go.
+   !> Transfer of one element's stored section forces. If contact forces act at the ends of the element, the section forces jump
+   !> there even if the ends have moved.
    pure subroutine carry_resultants(from, state, to, e, range, kept, new)
       type(problem_t), intent(in) :: from
       type(state_t), intent(in) :: state
       type(problem_t), intent(in) :: to
-      integer, intent(in) :: e                  !! of `to`
-      integer, intent(in) :: range(2)           !! elements of `from` between two contact forces: what jumps there is not taken
-      !! from beyond, wherever these have gone
-      type(kept_t), intent(inout) :: kept       !! of the state of `from`
+      integer, intent(in) :: e                  !! element of `to`
+      integer, intent(in) :: range(2)           !! first and last element of `from` between two contact forces; values beyond these
+      !! forces are not used
+      type(kept_t), intent(inout) :: kept       !! data of the state of `from`
       type(state_t), intent(inout) :: new
       real(wp) :: at(2), tau, end, resultant(3, 0:max_stages), s, u(3, 0:max_stages), home(3, 0:max_stages), speed
       integer :: old, i, stages
@@ -309,7 +310,7 @@ contains
             s = merge(g%s(1), g%at(max(i, 1)), i == 0)
             if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau, kept%along)
             if (to%conforms(e) > 0) then
-               ! N + kappa M, all that is taken, does not jump.
+               ! The only value used, N + kappa M, does not jump.
                if (from%conforms(old) > 0 .and. tau > 0.0_wp .and. tau < 1.0_wp) then
                   call conforming_point(from, state, old, tau, u(:, i), resultant(:, i))
                else
@@ -319,7 +320,7 @@ contains
                call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2, i), home(3, i), speed)
                cycle
             else if (old < range(1) .or. old > range(2)) then
-               ! The polynomial goes on beyond its element.
+               ! The polynomial is continued beyond its element.
                old = min(max(old, range(1)), range(2))
                associate (ends => state%geometry%element(old)%s)
                   tau = (s + to%origin(e) - from%origin(old) - ends(1)) / (ends(2) - ends(1))
@@ -343,7 +344,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(kept_t), intent(inout) :: kept       !! of the state
+      type(kept_t), intent(inout) :: kept       !! data of the same state
       real(wp), intent(out) :: resultant(3)
       type(ge_load_t) :: load
       real(wp) :: span(2), told(3)
@@ -360,20 +361,20 @@ contains
          call ge_between(tab, g%length, g%scale, load, z, kept%rho, tau, span, resultant)
       end associate
       if (.not. problem%ground%founded(e)) return
-      ! The moment is that of the displacements, which Newton's method has brought further than what is stored.
+      ! The moment is from the displacements, which Newton's method has made more accurate than the stored section forces.
       told = resultants_on_ground(problem, state, e, tau)
       resultant(1:2) = told(1:2)
    end subroutine find_resultant
 
-   !> Moves nodes along their stretches, nothing but the geometry.
+   !> Moves nodes along their rod segments, in the geometry only.
    pure subroutine move_nodes(problem, shift, geometry)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: shift(:)          !! (nodes) of nominal length; 0 at breakpoints and on stretches that are not free
+      real(wp), intent(in) :: shift(:)          !! (nodes) of nominal length; 0 at segment boundaries and at fixed nodes
       type(geometry_t), intent(inout) :: geometry
       call shift_nodes(problem%model, problem%tableau, shift, geometry)
    end subroutine move_nodes
 
-   !> Displacements of a state at the material points where the nodes are in another geometry of the same mesh.
+   !> Displacements of a state at the material points of the nodes of another geometry of the same mesh.
    pure function displacements_at(problem, state, geometry) result(u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -382,7 +383,7 @@ contains
       call see_from(problem, state, geometry, u=u)
    end function displacements_at
 
-   !> The same for a field of displacement rates given at the nodes of the state.
+   !> A field of displacement rates, given at the state's nodes, at the material points of another geometry's nodes.
    pure function field_at(problem, state, field, geometry) result(moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -392,17 +393,17 @@ contains
       call see_from(problem, state, geometry, field=field, moved=moved)
    end function field_at
 
-   !> Both at once.
+   !> Displacements of a state, a rate field, or both, at the material points of another geometry's nodes.
    !>
-   !> Displacements are those of a state in equilibrium, near nodes of contact spans as its own curvature and the rate of that have
-   !> them. Those of the polynomial err by O(h^s), and on a coarse mesh nodes that go along the rod would take that for its motion.
+   !> The state must be in equilibrium: near nodes of contact spans the displacements follow from curvature and rate of curvature.
+   !> The polynomial's error is O(h^s); on a coarse mesh nodes that move along the rod would show this error as motion of the rod.
    pure subroutine see_from(problem, state, geometry, u, field, moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(geometry_t), intent(in) :: geometry
       real(wp), intent(out), optional :: u(:, :)  !! (3, nodes)
-      real(wp), intent(in), optional :: field(:, :) !! (3, nodes) at the nodes of the state
-      real(wp), intent(out), optional :: moved(:, :) !! the field, where that is given
+      real(wp), intent(in), optional :: field(:, :) !! (3, nodes) at the state's nodes
+      real(wp), intent(out), optional :: moved(:, :) !! transferred `field`; required with `field`
       type(profile_t) :: profile
       integer :: node, e, near
       real(wp) :: tau
@@ -431,7 +432,7 @@ contains
 
    contains
 
-      !> True where the state is known to be in equilibrium with the nodes.
+      !> True for an element in which the rod's equations at the nodes give the derivatives.
       pure logical function is_smooth(e)
          integer, intent(in) :: e
          is_smooth = problem%has_spans() .and. problem%conforms(e) == 0 .and. collocates(problem%model%mesh%family(e)) .and. &
@@ -450,15 +451,15 @@ contains
       end associate
    end function stays
 
-   !> A field of rates at a place of an element: the rigid motion of its first end, exact, and what goes beyond it as the cubic that
-   !> has its value and its slope at both ends: the relative rotation turns the tangent, and the element stretches evenly.
-   !> O(h^4), the rotation as the turn of that cubic's slope O(h^3), and O(h^2) times what the stretching is not even.
+   !> Rate field at a place of an element: the rigid motion of the first end, exact, and the rest as the cubic with its value and
+   !> slope at both ends; the relative rotation turns the tangent, and the extension rate is constant. The error is O(h^4), that of
+   !> the rotation (turn of the cubic's slope) O(h^3), and O(h^2) times the variation of the extension rate.
    pure function point_rate(problem, state, field, e, profile, tau) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: field(:, :)       !! (3, nodes)
       integer, intent(in) :: e
-      type(profile_t), intent(in) :: profile    !! of it, where it lies on no obstacle and the place is none of its ends
+      type(profile_t), intent(in) :: profile    !! of element `e`; not used for conforming elements and at the element's ends
       real(wp), intent(in) :: tau
       real(wp) :: rate(3)
       real(wp) :: x(2, 2), tangent(2, 2), value(2), slope(2, 2), chord(2), place(2), bow(2), local(3), angle, speed, turn, even
@@ -481,7 +482,7 @@ contains
          tangent(:, 2) = speed * direction(g%end_angle(2) + state%u(3, node(2)))
          turn = field(3, node(2)) - field(3, node(1))
          value = field(1:2, node(2)) - field(1:2, node(1)) - field(3, node(1)) * across(chord)
-         ! A rotation that grows evenly moves the second end across to the way from the mean place of the cubic there.
+         ! A linear rotation moves the second end at right angles to its vector from the mean place of the cubic.
          bow = 0.5_wp * chord - (tangent(:, 1) - tangent(:, 2)) / 12.0_wp
          even = dot_product(value - turn * across(bow), chord) / dot_product(chord, chord)
          slope(:, 1) = even * tangent(:, 1)
@@ -502,7 +503,7 @@ contains
          direction = [cos(angle), sin(angle)]
       end function direction
 
-      !> A vector after a quarter turn anticlockwise.
+      !> A vector rotated by a quarter turn counterclockwise.
       pure function across(d)
          real(wp), intent(in) :: d(2)
          real(wp) :: across(2)

@@ -1,9 +1,9 @@
-!> What foundations do to one element: a quadrature of their forces over the part of it that is in contact.
+!> Forces of foundations on one element: a quadrature over the part of the element in contact.
 !>
-!> Gauss points fill the parts in contact (element_gap), so that they move with their ends. As the force vanishes there, it is a
-!> smooth function of the displacements: Newton finds contact and equilibrium together, no reaction hops from point to point, and
-!> nothing oscillates. A multi-linear law is cut at its corners likewise. Where the state settles the segment of the law all of the
-!> element is on it, whatever its gap (ground_segments).
+!> Gauss points fill the parts in contact (element_gap) and move with the ends of these parts. The force vanishes at the ends, so it
+!> is a smooth function of the displacements: Newton's method finds contact and equilibrium together, without jumps of reactions
+!> between points and without oscillation. A multi-linear law is divided at its corners in the same way. If the state prescribes the
+!> segment of the law, the whole element is on this segment, whatever its gap (ground_segments).
 module element_foundation
    use kinds, only: wp
    use problem, only: problem_t
@@ -19,7 +19,7 @@ module element_foundation
 
 contains
 
-   !> Quadrature of the forces of all foundations on an element; none where it does not touch.
+   !> Quadrature of the forces of all foundations on an element; without points if the element does not touch.
    subroutine foundation_forces(problem, state, e, list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -29,12 +29,12 @@ contains
       if (problem%ground%founded(e)) call find_forces(problem, state, e, list)
    end subroutine foundation_forces
 
-   !> The same where there are foundations: what this works with takes time to set up.
+   !> The same for an element with foundations; separate, because its work arrays take time to set up.
    subroutine find_forces(problem, state, e, list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      type(inner_forces_t), intent(inout) :: list !! empty on entry
+      type(inner_forces_t), intent(inout) :: list !! in: empty
       type(element_gap_t) :: gap
       real(wp) :: part(2, most_parts), from, rounding
       real(wp), allocatable :: corner(:)
@@ -88,15 +88,15 @@ contains
          end do
       end subroutine find_corners
 
-      !> Gauss points of a part of the element, all of it in contact.
+      !> Gauss points of a part of the element that is in contact all along.
       subroutine fill(first, last)
          real(wp), intent(in) :: first, last
          real(wp) :: length
          integer :: q
          length = last - first
          if (length <= 1.0e-12_wp) return
-         ! One point more than stages would ask long elements to be as straight between their stages as the surface is: what their
-         ! polynomials miss of that would be multiplied by the stiffness.
+         ! One point more than stages would make long elements follow the surface between their stages; the error of their
+         ! polynomials there would be multiplied by the stiffness.
          if (carries(state%segment(c)) .and. .not. follows(problem, state, c)) then
             do q = 1, s
                call add_point(q, first + problem%tableau(s)%c(q) * length, problem%tableau(s)%b(q) * length)

@@ -1,8 +1,8 @@
-!> The gap between an obstacle and the rod between two nodes, and where along the element it takes a value: what the quadrature of
-!> a foundation uses, and what is reported of its contact.
+!> Gap between an obstacle and the rod between two nodes, and the places where the gap has a given value; for the quadrature of
+!> foundation forces and for the report of contact.
 !>
-!> The rod is that of rod_profile, a polynomial of degree s, so its gap bends at most some 2 s times: it is sampled at 2 s + 3
-!> places, and between two of them it is taken for as smooth as all of them are.
+!> The rod is the polynomial of degree s of rod_profile, so its gap has at most about 2 s bends: it is sampled at 2 s + 3 places,
+!> and its second differences bound its deviation between two samples.
 module element_gap
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -19,40 +19,41 @@ module element_gap
       & root_factor, is_at, most_samples, most_crossings, most_parts
 
    integer, parameter :: most_samples = 2 * max_stages + 2
-   integer, parameter :: most_crossings = 2 * most_samples  !! of a value: none or one, or two in a dip, between two samples
-   integer, parameter :: most_parts = most_crossings / 2 + 1 !! of an element in contact
+   integer, parameter :: most_crossings = 2 * most_samples  !! places where the gap has a given value: none, one, or in a dip two,
+   !! between two samples
+   integer, parameter :: most_parts = most_crossings / 2 + 1 !! parts of an element in contact
 
-   !> One element before one obstacle.
+   !> Gap of one element to one obstacle.
    type :: element_gap_t
       private
       type(profile_t), public :: profile
       integer :: obstacle = 0
-      logical :: bilateral = .false.            !! the gap is what has been added to that of the stress-free axis
-      real(wp) :: shift(2) = 0.0_wp             !! of the obstacle
-      real(wp) :: home_offset = 0.0_wp          !! of the gap of the stress-free axis
-      real(wp) :: offset = 0.0_wp               !! what came on top of that since
-      real(wp) :: touching = 0.0_wp             !! below it is contact
-      integer :: segment = segment_unknown      !! of a foundation's law, where that is settled: it touches all along, or nowhere
-      integer, public :: samples = 0            !! places at equal distances that show how it bends, less one
+      logical :: bilateral = .false.            !! true: the gap counts from that of the stress-free axis
+      real(wp) :: shift(2) = 0.0_wp             !! displacement of the obstacle
+      real(wp) :: home_offset = 0.0_wp          !! added to the gap of the stress-free axis
+      real(wp) :: offset = 0.0_wp               !! added since the start, see candidate_offset
+      real(wp) :: touching = 0.0_wp             !! the rod is in contact below this gap
+      integer :: segment = segment_unknown      !! prescribed segment of a foundation's law: in contact all along, or nowhere
+      integer, public :: samples = 0            !! number of equal intervals between samples
       logical :: sampled = .false.
       real(wp) :: sample(0:most_samples) = 0.0_wp
    end type element_gap_t
 
-   !> A root that the gap has whatever happens, see ground_ends.
+   !> A known root of the gap, see ground_ends.
    type :: gap_root_t
-      real(wp) :: at = 0.0_wp                   !! where; of the element or elsewhere on the rod
-      real(wp) :: scale = 1.0_wp                !! > 0, what distances from it are measured in
+      real(wp) :: at = 0.0_wp                   !! place, in the unit of the caller (part of an element, or elsewhere along the rod)
+      real(wp) :: scale = 1.0_wp                !! > 0, unit of distances from the root
       integer :: order = 1
-      real(wp) :: limit = 0.0_wp                !! the gap over that power of the measured distance, there
+      real(wp) :: limit = 0.0_wp                !! limit of the gap over (distance/scale)^order at the root
    end type gap_root_t
 
-   !> Measured distance from a root below which it is the limit that counts: of first order the rounding of gaps over the distance
-   !> is then as small as what the limit changes by, to second order.
+   !> Distance over scale below which the limit is used: for order 1 the rounding of gaps over the distance is then as small as the
+   !> second-order change of the limit.
    real(wp), parameter :: at_root = epsilon(1.0_wp)**(1.0_wp / 3.0_wp)
 
 contains
 
-   !> The gap on the element after a candidate of either list.
+   !> Gap on the element after a candidate of either list.
    pure function new_element_gap(problem, state, list, candidate) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -72,7 +73,7 @@ contains
       gap%offset = candidate_offset(problem, state, list, candidate) - gap%home_offset
    end function new_element_gap
 
-   !> The gap on the element after a candidate of the foundations' chain, on the segment of the law that the state has it on.
+   !> Gap on the element after a candidate of the foundations' chain, with the state's segment of the law.
    pure function ground_gap(problem, state, candidate) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -82,7 +83,7 @@ contains
       gap%segment = state%segment(candidate)
    end function ground_gap
 
-   !> Place of the rod, gap, its gradient and its curvature along the obstacle.
+   !> Position of the rod, gap, its gradient and its curvature along the obstacle.
    pure subroutine gap_look(problem, gap, tau, x, value, normal, bend)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
@@ -94,12 +95,12 @@ contains
       x = home + displacement(1:2)
       call moved_gap(problem%model%obstacle(gap%obstacle), home, displacement(1:2) - gap%shift, at_home, value, normal, bend)
       at_home = at_home + gap%home_offset
-      ! What lies on its obstacle begins with no gap, what a bilateral one holds without force.
+      ! A rod on its obstacle begins with a gap of exactly zero, so does a bilateral contact, which begins without force.
       if (gap%bilateral .or. abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
       value = value + at_home + gap%offset
    end subroutine gap_look
 
-   !> The gap at a place.
+   !> Gap at a place.
    pure real(wp) function gap_value(problem, gap, tau) result(value)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
@@ -108,19 +109,19 @@ contains
       call gap_look(problem, gap, tau, x, value, normal, bend)
    end function gap_value
 
-   !> The parts of the element in contact, in order; all of it under a bilateral obstacle.
+   !> Parts of the element in contact, in order; the whole element under a bilateral obstacle.
    subroutine gap_parts(problem, gap, n, part)
       type(problem_t), intent(in) :: problem
-      type(element_gap_t), intent(inout) :: gap !! gets its samples
+      type(element_gap_t), intent(inout) :: gap !! samples are stored here
       integer, intent(out) :: n
-      real(wp), intent(out) :: part(:, :)       !! (2, most_parts) from, to
+      real(wp), intent(out) :: part(:, :)       !! (2, most_parts) beginning and end
       real(wp) :: coarse(3), cut(0:most_crossings + 1)
       integer :: j, crossings
       n = 1
       part(:, 1) = [0.0_wp, 1.0_wp]
       if (gap%segment == segment_open) n = 0
       if (gap%bilateral .or. gap%segment /= segment_unknown) return
-      ! Most elements touch with all of their length or not at all: the gap bends little compared to its size.
+      ! Most elements touch with their whole length or not at all: the gap varies little compared to its size.
       do j = 1, 3
          coarse(j) = gap_value(problem, gap, 0.5_wp * (j - 1)) - gap%touching
       end do
@@ -146,17 +147,17 @@ contains
       end do
    end subroutine gap_parts
 
-   !> Places where the gap passes a value, in order.
+   !> Places where the gap has a given value, in order.
    subroutine gap_crossings(problem, gap, level, n, place)
       type(problem_t), intent(in) :: problem
-      type(element_gap_t), intent(inout) :: gap !! gets its samples
+      type(element_gap_t), intent(inout) :: gap !! samples are stored here
       real(wp), intent(in) :: level
       integer, intent(out) :: n
       real(wp), intent(out) :: place(:)         !! (most_crossings)
       real(wp) :: a, b, fa, fb, vertex, fv, waviness
       integer :: j
       call take_samples(problem, gap)
-      ! How far the gap may leave its samples between them.
+      ! Bound of the deviation of the gap between samples.
       waviness = maxval(abs(gap%sample(:gap%samples - 2) - 2.0_wp * gap%sample(1:gap%samples - 1) + gap%sample(2:gap%samples)))
       n = 0
       do j = 1, gap%samples
@@ -167,7 +168,7 @@ contains
          if ((fa < 0.0_wp) .neqv. (fb < 0.0_wp)) then
             call add_root(a, b, fa, fb)
          else if (min(abs(fa), abs(fb)) <= waviness) then
-            ! It may dip through between two samples.
+            ! The gap may reach the value between two samples.
             call find_extreme(vertex, fv)
             if ((fv < 0.0_wp) .eqv. (fa < 0.0_wp)) cycle
             call add_root(a, vertex, fa, fv)
@@ -177,8 +178,8 @@ contains
 
    contains
 
-      !> A place between a and b where gap - level has the other sign, if there is one: vertices of parabolas, the second
-      !> one through places close to the first.
+      !> A place between a and b where gap - level has the other sign, if one is found: vertex of a parabola, improved by a second
+      !> parabola through closer places.
       subroutine find_extreme(top, f_top)
          real(wp), intent(out) :: top, f_top
          real(wp) :: half, f(2), curvature
@@ -224,16 +225,16 @@ contains
       end subroutine add_root
    end subroutine gap_crossings
 
-   !> Largest or smallest gap between two places, ends included: from samples, the best improved by parabolas.
+   !> Largest or smallest gap between two places, ends included: best sample, improved by parabolas.
    pure subroutine gap_extreme(problem, gap, largest, from, to, value, tau, root)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
-      logical, intent(in) :: largest            !! false: the smallest
+      logical, intent(in) :: largest            !! true: largest, false: smallest gap
       real(wp), intent(in) :: from, to          !! 0 <= from <= to <= 1
       real(wp), intent(out) :: value, tau
-      type(gap_root_t), intent(in), optional :: root(:) !! divided out; `at` and `scale` in parts of the element
+      type(gap_root_t), intent(in), optional :: root(:) !! known roots to divide out; `at` and `scale` in parts of the element
       integer, parameter :: rounds = 40
-      real(wp), parameter :: finest = 1.0e-4_wp !! of the stretch: differences of three values have half their digits
+      real(wp), parameter :: finest = 1.0e-4_wp !! of the interval: a second difference at this distance has half the digits
       real(wp) :: step, f(3), curvature, place, there, middle, last, sense
       integer :: i
       sense = merge(-1.0_wp, 1.0_wp, largest)
@@ -275,10 +276,10 @@ contains
       end function at
    end subroutine gap_extreme
 
-   !> A gap over its roots' powers of the distance.
+   !> Gap over the powers of its distances from the roots; at a root its limit.
    pure real(wp) function without_roots(gap, at, root) result(value)
       real(wp), intent(in) :: gap
-      real(wp), intent(in) :: at                !! where it is, as the roots have it
+      real(wp), intent(in) :: at                !! place, in the unit of the roots
       type(gap_root_t), intent(in) :: root(:)
       integer :: k
       value = gap
@@ -288,7 +289,7 @@ contains
       value = value * root_factor(at, root)
    end function without_roots
 
-   !> What that makes of a gap; at a root, of its limit.
+   !> Factor by which the roots change a gap; a root at the place itself does not count.
    pure real(wp) function root_factor(at, root) result(factor)
       real(wp), intent(in) :: at
       type(gap_root_t), intent(in) :: root(:)
@@ -299,14 +300,14 @@ contains
       end do
    end function root_factor
 
-   !> True for a place that is a root's but for rounding.
+   !> True for a place at a root up to rounding.
    elemental logical function is_at(root, at)
       type(gap_root_t), intent(in) :: root
       real(wp), intent(in) :: at
       is_at = abs(at - root%at) <= at_root * root%scale
    end function is_at
 
-   !> Values at equal distances.
+   !> Samples the gap at equal distances.
    subroutine take_samples(problem, gap)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(inout) :: gap
@@ -318,8 +319,8 @@ contains
       gap%sampled = .true.
    end subroutine take_samples
 
-   !> Gaps below it are contact: zero, or the rounding of positions where an element has not moved yet. A structure may
-   !> begin with all of it on the surface.
+   !> Gap below which the rod is in contact: zero, or the rounding of positions for an element that has not moved yet, because a
+   !> structure may begin with its whole length on the surface.
    pure real(wp) function touching_gap(problem, state, e)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,5 +1,5 @@
-!> Where the kinks of foundations lie along the stretches of the rods, whatever mesh they were found on, and the marks that a mesh
-!> with nodes there gets.
+!> Interface points of foundations, where contact ends or a law has a corner: their places along the rod segments (cut_t),
+!> independent of the mesh, and the interface points of a mesh with nodes there (mark_t).
 module ground_cuts
    use kinds, only: wp
    use problem, only: problem_t, same_place
@@ -14,15 +14,16 @@ module ground_cuts
    private
    public :: find_cuts, inner_cuts, marked, add_marks, graded
 
-   real(wp), parameter :: shortest = 1.0e-6_wp !! span between two cuts, over the size: shorter ones stay inside elements
-   !> The same between two cuts at one level, over the length of a layer beside it, and what lies between a cut and a breakpoint.
-   !> Such a span comes and goes by the root of the load, or goes on beyond the breakpoint, where no mark can follow; what elements
-   !> that find out for themselves miss of its forces is the third power of this.
+   real(wp), parameter :: shortest = 1.0e-6_wp !! least distance of interface points over the size; closer ones get no nodes
+   !> Least distance of two interface points with the same gap, or of an interface point and a segment boundary, over the length of
+   !> a boundary layer beside. Shorter spans open and close with the root of the load, or continue beyond the boundary, where an
+   !> interface point cannot move. Without interface points the elements detect such contact themselves; the error of the force is
+   !> the third power of this.
    real(wp), parameter :: shortest_of_layer = 0.1_wp
 
 contains
 
-   !> All kinks of a converged state, in order along each stretch.
+   !> Interface points of a converged state, in order along each rod segment.
    function find_cuts(problem, state) result(cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -32,7 +33,7 @@ contains
       allocate (cut(0))
       do m = 1, size(problem%mark)
          if (.not. is_live(problem, state, m)) then
-            ! Elements beside it have found out for themselves.
+            ! The elements beside the point detect contact themselves.
             if (.not. crosses_at(problem, state, m)) cycle
          end if
          c = problem%mark(m)%candidate(2)
@@ -65,7 +66,7 @@ contains
       end subroutine add
    end function find_cuts
 
-   !> True where the mesh has marks at all kinks, and no others.
+   !> True if the mesh has an interface point at each place found, and no others.
    logical function marked(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -77,13 +78,13 @@ contains
       end do
    end function marked
 
-   !> How many of them can have marks.
+   !> Number of places at which a mesh can have an interface point.
    pure integer function inner_cuts(cut)
       type(cut_t), intent(in) :: cut(:)
       inner_cuts = count(.not. cut%at_end)
    end function inner_cuts
 
-   !> Orders cuts along the stretches.
+   !> Sorts interface points along the rod segments.
    pure subroutine sort(cut)
       type(cut_t), intent(inout) :: cut(:)
       type(cut_t) :: next
@@ -98,8 +99,8 @@ contains
       end do
    end subroutine sort
 
-   !> Leaves out what no element has room between, and waves of polynomials with the same on both sides; what lies next to a
-   !> breakpoint goes there.
+   !> Removes interface points that are too close for an element between them, and oscillations of polynomials (same segment of the
+   !> law on both sides); moves points next to a segment boundary to this boundary.
    subroutine thin(problem, cut)
       type(problem_t), intent(in) :: problem
       type(cut_t), allocatable, intent(inout) :: cut(:)
@@ -124,7 +125,8 @@ contains
       cut = pack(cut, kept)
    end subroutine thin
 
-   !> The lengths over which foundations bend the rod beside each cut, from the gaps half way to the next ones.
+   !> Lengths over which foundations bend the rod on both sides of each interface point, by the segments of the law half way to the
+   !> next points.
    subroutine add_layers(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -149,11 +151,11 @@ contains
       end do
    end subroutine add_layers
 
-   !> Marks at the nodes where the cuts are.
+   !> Adds interface points at the mesh nodes of the given places.
    subroutine add_marks(problem, cut, division)
       type(problem_t), intent(inout) :: problem
       type(cut_t), intent(in) :: cut(:)
-      type(division_t), intent(in) :: division(:)    !! (stretches) that of its mesh
+      type(division_t), intent(in) :: division(:)    !! (rod segments) coordinates of the mesh nodes
       type(mark_t) :: mark
       integer :: i, j, k, e, side
       deallocate (problem%mark)
@@ -181,15 +183,16 @@ contains
       problem%ground%tabled = size(problem%mark) == 0
    end subroutine add_marks
 
-   !> Coordinates of nodes between two places, n elements of equal shares of a demand where nothing asks for shorter ones. Beside an
-   !> end with a layer of length l, in which all falls as exp(-x / (sqrt(2) l)), an element of s stages errs by its length to the
-   !> power 2 s + 1 times that: with a first length l the lengths that err alike grow as exp(x / ((2 s + 1) sqrt(2) l)).
+   !> Coordinates of nodes between two places: n elements of equal integral of a mesh density, with shorter elements in boundary
+   !> layers. In a layer of length l beside an end displacements fall as exp(-x / (sqrt(2) l)), and the error of an element of s
+   !> stages is this times its length to the power 2 s + 1: after a first length l, lengths of equal error grow as exp(x / ((2 s +
+   !> 1) sqrt(2) l)).
    pure function graded(demand, from, to, n, layer, stages) result(at)
       type(mesh_density_t), intent(in) :: demand
       real(wp), intent(in) :: from, to
       integer, intent(in) :: n, stages
-      real(wp), intent(in) :: layer(2)               !! at both ends, 0: none
-      real(wp), allocatable :: at(:)                 !! both ends among them
+      real(wp), intent(in) :: layer(2)               !! layer length at both ends, 0: none
+      real(wp), allocatable :: at(:)                 !! both ends included
       real(wp), allocatable :: first(:), last(:), inner(:)
       real(wp) :: whole
       integer :: i, middle
@@ -205,7 +208,7 @@ contains
 
    contains
 
-      !> Distances from an end with a layer, 0 first, as long as elements are shorter than all others, up to the middle.
+      !> Distances of layer nodes from an end, 0 first, until the elements are as long as elsewhere, at most up to the middle.
       pure function side(l, sense, end) result(x)
          real(wp), intent(in) :: l, sense, end
          real(wp), allocatable :: x(:)
@@ -223,14 +226,14 @@ contains
          end do
       end function side
 
-      !> How many elements of these lengths lie between two distances from an end with a layer.
+      !> Number of elements of these lengths between two distances from an end with a layer.
       pure real(wp) function wanted(l, near, far)
          real(wp), intent(in) :: l, near, far
          wanted = 0.0_wp
          if (l > 0.0_wp) wanted = grown(l) / l * (exp(-near / grown(l)) - exp(-far / grown(l)))
       end function wanted
 
-      !> The distance over which these lengths grow by e.
+      !> Distance over which these lengths grow by the factor e.
       pure real(wp) function grown(l)
          real(wp), intent(in) :: l
          grown = (2 * stages + 1) * sqrt(2.0_wp) * l

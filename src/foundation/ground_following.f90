@@ -1,12 +1,11 @@
-!> What is in contact with a foundation goes along its surface while Newton iterates, and what the foundation does to it just beside
-!> the end of contact goes along with that end.
+!> Rods in contact with foundations during Newton iterations: nodes follow the curved surface, and the boundary layer beside an end
+!> of contact moves with this end.
 !>
-!> A step of Newton's method is straight. Where a node slides on a curved foundation by d it would leave it by d^2/(2 r), which a
-!> stiff foundation answers with forces that have nothing to do with the solution; and where a mark goes along the rod further than
-!> the length over which the foundation bends the rod beside it, (EI/k)^(1/4), nodes that take over the displacements of the
-!> material points they come to leave that layer behind. So the gap and the angle between the rod and the surface, which are small
-!> and which the foundation answers to, change by what is linear in the step; position along the surface and direction follow the
-!> surface.
+!> A Newton step is straight. A node that slides on a curved foundation by d would leave the surface by d^2/(2 r), and a stiff
+!> foundation would react with forces unrelated to the solution. An interface point may move by more than the layer length
+!> (EI/k)^(1/4) over which the foundation bends the rod; nodes that take the displacements of their new material points would leave
+!> this layer behind. Therefore gap and angle between rod and surface, which are small and determine the reaction, change by their
+!> linear parts in the step; the position along the surface and the direction follow the surface.
 module ground_following
    use kinds, only: wp
    use problem, only: problem_t
@@ -18,15 +17,15 @@ module ground_following
    private
    public :: keep_to_ground, keep_layers
 
-   real(wp), parameter :: short = 1.0e-3_wp !! of an element: over that the layers are straight
+   real(wp), parameter :: short = 1.0e-3_wp !! part of an element over which the layer is straight
 
 contains
 
-   !> Takes out of a step what is not linear in it of the gaps and angles of nodes in contact.
+   !> Removes the nonlinear part of the changes of gap and angle of contact nodes from a Newton step.
    subroutine keep_to_ground(problem, before, state)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: before        !! the step, on the same nodes
-      type(state_t), intent(inout) :: state      !! after it
+      type(state_t), intent(in) :: before        !! before the step, same nodes
+      type(state_t), intent(inout) :: state      !! after the step
       real(wp) :: gap(2), normal(2, 2), bend(2), way(2), wanted, load, linear
       integer :: c
       load = state%load_factor - before%load_factor
@@ -38,7 +37,7 @@ contains
                & load * problem%model%step(problem%step)%load%motion(:, chain%obstacle(c))
             wanted = gap(1) + dot_product(normal(:, 1), way) - load * closing_rate(problem, chain, c)
             linear = -bend(1) * (normal(2, 1) * way(1) - normal(1, 1) * way(2))
-            ! Its square would be rounding.
+            ! The square of a smaller rotation would be rounding.
             if (abs(linear) <= sqrt(epsilon(linear))) cycle
             call chain_gap(problem, state, chain, c, gap(2), normal(:, 2), bend(2))
             state%u(1:2, node) = state%u(1:2, node) + (wanted - gap(2)) * normal(:, 2)
@@ -47,16 +46,16 @@ contains
       end do
    end subroutine keep_to_ground
 
-   !> Takes layers beside marks along: gaps, angles and resultants in contact change by what is linear in the way of the nodes, at
-   !> rates that hold on the side of contact.
+   !> Moves boundary layers with interface points: gaps, angles and section forces in contact change linearly with the nodes' motion
+   !> along the rod, at the rates on the contact side.
    subroutine keep_layers(problem, before, shift, state)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: before        !! before the nodes go
-      real(wp), intent(in) :: shift(:)           !! (nodes) of nominal length
-      type(state_t), intent(inout) :: state      !! carried to where the nodes are now
+      type(state_t), intent(in) :: before        !! before the nodes move
+      real(wp), intent(in) :: shift(:)           !! (nodes) along the rod, nominal length
+      type(state_t), intent(inout) :: state      !! transferred to the new places of the nodes
       type(state_t) :: moved(2)
       real(wp) :: part, gap(2), normal(2, 2), bend(2), rate(2), bow, lift, twist
-      real(wp) :: beside(size(shift))            ! what nodes of elements in contact go by
+      real(wp) :: beside(size(shift))            ! motion of the nodes of elements in contact
       logical :: lying(problem%model%mesh%n_elements)
       integer :: c, e, side
       part = huge(part)
@@ -79,8 +78,8 @@ contains
             bow = bow + bend(1) * (normal(2, 1) * rate(1) - normal(1, 1) * rate(2))
             lift = gap(1) + dot_product(normal(:, 1), rate) * shift(node) - gap(2)
             twist = bow * shift(node) - (direction(problem, state, c) - direction(problem, before, c) - turn(normal))
-            ! Less is the rounding of places and directions. More counts however short the way is: what polynomials carried along
-            ! err by would keep the iteration going to and fro.
+            ! Smaller differences are rounding of positions and directions. Larger ones count however short the motion is: the
+            ! interpolation error of transferred polynomials would keep the iteration oscillating.
             if (abs(lift) > rounding_steps * epsilon(lift) * problem%size) &
                & state%u(1:2, node) = state%u(1:2, node) + lift * normal(:, 2)
             if (abs(twist) > rounding_steps * epsilon(twist)) state%u(3, node) = state%u(3, node) + twist
@@ -104,19 +103,19 @@ contains
       do c = 1, problem%ground%chain%n
          if (.not. pressed(before, c)) cycle
          e = problem%ground%chain%element(2, c)
-         ! Errors of the polynomials at their ends have two signs.
+         ! Central differences, for the errors of polynomials at their two ends have opposite signs.
          state%z(:, e) = before%z(:, e) + (moved(1)%z(:, e) - moved(2)%z(:, e)) / (2.0_wp * part)
       end do
    end subroutine keep_layers
 
-   !> True where the element after a candidate of the foundations' chain is known to be in contact.
+   !> True if the state prescribes contact for the element after a candidate of the foundations' chain.
    pure logical function pressed(state, candidate)
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       pressed = carries(state%segment(candidate))
    end function pressed
 
-   !> True where an element beside a candidate is.
+   !> True if the state prescribes contact for an element beside a candidate.
    pure logical function lies(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -127,7 +126,7 @@ contains
       end associate
    end function lies
 
-   !> Direction of the rod at a candidate.
+   !> Tangent angle of the rod at a candidate.
    pure real(wp) function direction(problem, state, candidate) result(angle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -139,7 +138,7 @@ contains
       end associate
    end function direction
 
-   !> Angle between two unit vectors, anticlockwise.
+   !> Angle between two unit vectors, > 0 counterclockwise.
    pure real(wp) function turn(pair)
       real(wp), intent(in) :: pair(2, 2)         !! (components, vectors)
       turn = atan2(pair(1, 1) * pair(2, 2) - pair(2, 1) * pair(1, 2), dot_product(pair(:, 1), pair(:, 2)))

@@ -1,12 +1,12 @@
-!> Marks: where along the rod the gap of a foundation takes the value at which its law has a corner.
+!> Interface points of a mesh (mark_t): places along the rod where the gap of a foundation has the value of a corner of its law.
 !>
-!> The reaction is the same on both sides of a mark that stands where it belongs, so that its place changes the forces by nothing to
-!> first order: with the marks frozen the tangent is exact at a solution, and symmetric. Elsewhere it is not: a mark that is off by
-!> d leaves the force dk (g - g_0) d, dk the jump of the law's stiffness. With d = -(g - g_0 + n.du) / g' by Newton's method,
-!> g' the slope of the gap along the rod, that is a spring at the mark's node, dk (g - g_0) / g' along the normal, and a force.
-!> With both the method is Newton's for displacements and marks at once, however stiff the foundation is: without, a mark would
-!> go no further than the length over which such a foundation bends a rod, (EI/k)^(1/4). What the foundation does to the rod over
-!> that length goes along with the mark, see ground_following.
+!> At its right place the reaction is the same on both sides of an interface point, so that the place has no first-order effect on
+!> forces: with fixed interface points the tangent is exact at a solution, and symmetric. A point that is off by d leaves the force
+!> dk (g - g_0) d, dk the jump of the law's stiffness. With d = -(g - g_0 + n.du) / g' by Newton's method, g' the slope of the gap
+!> along the rod, this is a spring at the point's node, dk (g - g_0) / g' along the normal, and a force. With both terms the method
+!> is Newton's for displacements and interface points together, however stiff the foundation is; without them a point would move no
+!> further per iteration than the length over which the foundation bends a rod, (EI/k)^(1/4). The boundary layer of this length
+!> moves with the point, see ground_following.
 module ground_marks
    use kinds, only: wp
    use problem, only: problem_t
@@ -21,7 +21,8 @@ module ground_marks
 
 contains
 
-   !> True for a mark that Newton moves: both spans beside it are settled, on different segments.
+   !> True for an interface point that Newton's method moves: the state prescribes the segments of the law on both sides, and they
+   !> differ.
    pure logical function is_live(problem, state, m)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -31,13 +32,13 @@ contains
       end associate
    end function is_live
 
-   !> The gap at a mark over that where it belongs, and how much it grows per unit of the nominal coordinate.
+   !> Gap at an interface point less the gap of its corner, and the derivative of the gap by the nominal coordinate.
    pure subroutine mark_error(problem, state, m, error, slope, normal)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: m
       real(wp), intent(out) :: error, slope
-      real(wp), intent(out), optional :: normal(2) !! of the obstacle
+      real(wp), intent(out), optional :: normal(2) !! normal of the obstacle
       real(wp) :: gap, n(2), bend, rate(2), turn
       associate (mark => problem%mark(m), c => problem%mark(m)%candidate(2), chain => problem%ground%chain)
          call chain_gap(problem, state, chain, c, gap, n, bend)
@@ -48,14 +49,14 @@ contains
       if (present(normal)) normal = n
    end subroutine mark_error
 
-   !> What the place of a mark that is off does to its node: a spring along the normal, a force that is out of balance, and what
-   !> the load factor adds to it. Zero for a mark that stands where it belongs.
+   !> Effect of an interface point at a wrong place on its node: a spring along the normal, an unbalanced force, and its derivative
+   !> by the load factor. Zero for a point at its right place.
    pure subroutine mark_spring(problem, state, m, spring, force, rate, normal)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: m
       real(wp), intent(out) :: spring        !! force per displacement
-      real(wp), intent(out) :: force, rate   !! along the normal; rate: of minus that, by the load factor
+      real(wp), intent(out) :: force, rate   !! along the normal; rate: minus the derivative of the force by the load factor
       real(wp), intent(out) :: normal(2)
       real(wp) :: error, slope, jump
       spring = 0.0_wp
@@ -74,11 +75,11 @@ contains
       end associate
    end subroutine mark_spring
 
-   !> How far a mark goes along its rod with a step of the displacements, in the nominal coordinate: as the linear equations have it
-   !> that mark_spring is a part of.
+   !> Distance that an interface point moves along its rod in a Newton step, in the nominal coordinate: from the same linear
+   !> equations as mark_spring.
    pure real(wp) function mark_step(problem, before, after, m) result(distance)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: before, after !! the step, on the same nodes
+      type(state_t), intent(in) :: before, after !! before and after the step, same nodes
       integer, intent(in) :: m
       real(wp) :: error, slope, normal(2)
       distance = 0.0_wp
@@ -90,7 +91,7 @@ contains
             & (after%load_factor - before%load_factor) * (closing_rate(problem, chain, mark%candidate(2)) + &
             & dot_product(normal, load%motion(:, chain%obstacle(mark%candidate(2)))))
       end associate
-      ! What rounding makes of a gap moves no mark.
+      ! The rounding of a gap moves no interface point.
       if (abs(error) > rounding_steps * epsilon(error) * norm2(after%u(1:2, problem%mark(m)%node))) distance = -error / slope
    end function mark_step
 end module ground_marks

@@ -1,8 +1,9 @@
-!> Which segment of its foundation's law an element is on: a property of the span between two marks, not of a sign at a point.
+!> Segments of the foundation's law on which elements are: a property of the span between two interface points, not of the sign of
+!> the gap at a point.
 !>
-!> While Newton iterates a span of contact pushes and pulls, and a free one feels nothing; where its ends are is told by the marks.
-!> At the solution the gaps must agree with that. Elements that they do not agree with find out for themselves what touches, as all
-!> do on meshes without marks: that is right, too, but of a lower order.
+!> During Newton iterations a span in contact transmits pressure and tension, and a free span no force; the interface points give
+!> the ends of the spans. At the solution the gaps must agree with this. Elements whose gap does not agree detect contact themselves
+!> (segment_unknown), as all do on meshes without interface points: this is right as well, but of lower order.
 module ground_segments
    use kinds, only: wp
    use problem, only: problem_t
@@ -19,26 +20,29 @@ module ground_segments
    public :: segment_stiffness, is_cut, gap_uncertainty, followed_length, followed_part, stiffest, told_gap
    public :: settled_gap, gap_rounding
 
-   real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of what moves: the rounding of gaps, and what Newton leaves
-   real(wp), parameter :: at_mark = 0.1_wp !! of an element: a crossing as near as that to a mark is its own, which Newton goes to
-   real(wp), parameter :: at_node = 1.0e-6_wp !! of an element: one as near as that to a node cuts no element
+   real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of the displacements: rounding of gaps, residual of Newton's method
+   real(wp), parameter :: at_mark = 0.1_wp !! of an element: a crossing this close to an interface point belongs to this point,
+   !! which Newton's method moves there
+   real(wp), parameter :: at_node = 1.0e-6_wp !! of an element: a crossing this close to a node is not inside the element
 
-   !> k h^4/EI up to which the collocation of so many stages follows what a foundation does to a rod. There the amplitudes fall
-   !> along the rod as the exponential of z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
-   !> method, the diagonal Pade approximant, falls up to the fourth root of these values only: stiffer is longer waves.
+   !> Largest k h^4/EI for which collocation with so many stages follows the deflection of a rod on a foundation. The amplitudes
+   !> fall along the rod as the exponential of z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
+   !> method, the diagonal Pade approximant, falls up to the fourth root of these values only, and a stiffer foundation gives longer
+   !> waves.
    real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp, 4434.6_wp, 7682.8_wp]
 
 contains
 
-   !> The longest element of so many stages that follows what a foundation of a stiffness does to a rod of a bending stiffness.
+   !> Longest element of so many stages that follows the deflection of a rod on a foundation.
    pure real(wp) function followed_length(stiffness, bending, stages) result(length)
       real(wp), intent(in) :: stiffness      !! [force/length^2]
-      real(wp), intent(in) :: bending        !! EI
+      real(wp), intent(in) :: bending        !! bending stiffness EI
       integer, intent(in) :: stages
       length = (stiffest(stages) * bending / stiffness)**0.25_wp
    end function followed_length
 
-   !> The part of their stiffness up to which all elements follow foundations that they may leave.
+   !> Part of the foundations' stiffness up to which all elements would follow them; foundations without corners or ends of contact
+   !> do not count.
    pure real(wp) function followed_part(problem) result(part)
       type(problem_t), intent(in) :: problem
       integer :: c
@@ -52,8 +56,8 @@ contains
       end do
    end function followed_part
 
-   !> False for an element in contact that is too long to follow its foundation: it tells nothing of it between its nodes. That is
-   !> a property of the mesh, as its nodes were laid: it does not change where they go along with a mark.
+   !> False for an element in contact that is too long to follow its foundation; its gap between the nodes is meaningless. This is a
+   !> property of the mesh as laid out: the motion of nodes with interface points does not change it.
    pure logical function follows(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -68,9 +72,9 @@ contains
       end associate
    end function follows
 
-   !> The gap on the element after a candidate as it is told between the nodes: much better than the polynomial that the quadrature
-   !> of the foundation's forces takes, where the element follows its foundation. (Of rods that shear it would take its forces at
-   !> the nodes, too.)
+   !> Gap on the element after a candidate, as accurate as the nodes allow: with Hermite correction if the element follows its
+   !> foundation, much better than the polynomial used in the quadrature of the foundation's forces. (Not for rods with shear
+   !> flexibility, where the correction would need the foundation's forces at the nodes.)
    pure function told_gap(problem, state, candidate) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -83,14 +87,14 @@ contains
       if (follows(problem, state, candidate)) call mend_ends(problem, state, gap%profile, 3)
    end function told_gap
 
-   !> The mean gap of the element after a candidate, one that is too long to follow its foundation, and the amplitudes of the waves
-   !> that decay into it from its nodes: (A cos b s + B sin b s) / exp(b s), 4 b^4 = k/EI, for the gap and its slope there. Only
-   !> elements that follow the foundation tell these, on the node's other side.
+   !> Mean gap of the element after a candidate, for an element too long to follow its foundation, and the amplitudes of the waves
+   !> that decay into the element from its nodes: (A cos b s + B sin b s) / exp(b s), 4 b^4 = k/EI, from gap and slope at the node.
+   !> Only neighbouring elements that follow the foundation give these.
    subroutine settled_gap(problem, state, candidate, mean, waves)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp), intent(out) :: mean, waves(2)   !! the latter >= 0
+      real(wp), intent(out) :: mean, waves(2)   !! waves >= 0
       type(element_gap_t) :: gap
       real(wp) :: x(2), value, normal(2), bend, theta, rate, slope
       integer :: i, beside
@@ -101,7 +105,7 @@ contains
          rate = (problem%ground%slope(problem%ground%chain%obstacle(candidate)) / &
             & (4.0_wp * problem%model%section(mesh%section(e))%ei))**0.25_wp
          do i = 1, 2
-            ! The candidate that the element beside comes after.
+            ! The candidate before the neighbouring element.
             beside = problem%ground%chain%neighbour(i, candidate)
             if (i == 2 .and. beside > 0) then
                if (problem%ground%chain%element(2, beside) == 0) beside = 0
@@ -116,7 +120,7 @@ contains
       end associate
    end subroutine settled_gap
 
-   !> The mean gap of an element that is too long to follow its foundation: of what acts on it only the sum means something.
+   !> Mean gap of an element too long to follow its foundation, of which only the integral of the force is meaningful.
    pure real(wp) function mean_gap(problem, candidate, gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -127,7 +131,7 @@ contains
       end associate
    end function mean_gap
 
-   !> True for the element after a candidate of the foundations' chain that the foundation may leave, or whose law has corners.
+   !> True for the element after a candidate of the foundations' chain if its law has corners or contact may end.
    pure logical function has_kinks(problem, candidate)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -135,7 +139,7 @@ contains
       if (problem%ground%chain%element(2, candidate) > 0) has_kinks = size(kink_levels(problem, candidate)) > 0
    end function has_kinks
 
-   !> The gaps at which it has.
+   !> Gaps at which the law has a corner or contact ends.
    pure function kink_levels(problem, candidate) result(level)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -153,7 +157,7 @@ contains
       end associate
    end function kink_levels
 
-   !> The segment that a gap lies on.
+   !> Segment of the law at a gap.
    pure integer function segment_of(problem, candidate, gap) result(segment)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -168,7 +172,7 @@ contains
       end associate
    end function segment_of
 
-   !> Reaction per penetration and length on a segment; 0 where there is no contact.
+   !> Reaction per penetration and length on a segment; 0 without contact.
    pure real(wp) function segment_stiffness(problem, candidate, segment) result(stiffness)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate, segment
@@ -181,12 +185,12 @@ contains
       end associate
    end function segment_stiffness
 
-   !> The segment that a contact is on at a place along a stretch, and its stiffness.
+   !> Segment of the law of a contact at a place along a rod segment, and its stiffness.
    subroutine segment_at(problem, state, stretch, contact, at, segment, stiffness)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: stretch, contact
-      real(wp), intent(in) :: at                !! coordinate along the stretch
+      real(wp), intent(in) :: at                !! coordinate along the rod segment
       integer, intent(out) :: segment
       real(wp), intent(out) :: stiffness
       real(wp) :: tau
@@ -205,20 +209,20 @@ contains
       end do
    end subroutine segment_at
 
-   !> What is not known of the gap between the nodes: the error of the element's polynomial, and rounding.
+   !> Uncertainty of the gap between the nodes: interpolation error and rounding.
    real(wp) function uncertainty(state, gap)
       type(state_t), intent(in) :: state
       type(element_gap_t), intent(in) :: gap
       uncertainty = profile_error(gap%profile) + gap_rounding(state)
    end function uncertainty
 
-   !> What rounding of displacements, and what Newton leaves of them, may make of any gap.
+   !> Error of any gap by the rounding of displacements and the residual of Newton's method.
    pure real(wp) function gap_rounding(state)
       type(state_t), intent(in) :: state
       gap_rounding = noise * maxval(abs(state%u(1:2, :)))
    end function gap_rounding
 
-   !> The same on the element after a candidate.
+   !> Uncertainty of the gap on the element after a candidate.
    real(wp) function gap_uncertainty(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -226,15 +230,15 @@ contains
       gap_uncertainty = uncertainty(state, told_gap(problem, state, candidate))
    end function gap_uncertainty
 
-   !> Places inside the element after a candidate where the gap takes the value of a corner, with what lies between them beyond
-   !> rounding. None at the marks that it lies between.
+   !> Places inside the element after a candidate where the gap has the value of a corner of the law, if the gap between them
+   !> exceeds rounding; without the crossings that belong to the interface points at the element's ends.
    subroutine element_cuts(problem, state, candidate, n, tau, level, smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       integer, intent(out) :: n
       real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) in order for each level
-      real(wp), intent(in), optional :: smallest !! waves of the gap no larger than this are none
+      real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this size are ignored
       type(element_gap_t) :: gap
       real(wp) :: place(most_crossings), least, wave
       real(wp), allocatable :: levels(:)
@@ -249,7 +253,7 @@ contains
       wave = uncertainty(state, gap)
       if (present(smallest)) wave = max(wave, smallest)
       do k = 1, size(levels)
-         ! What lies on its foundation without force has no ends of contact.
+         ! A rod on its foundation without force has no ends of contact.
          if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= least) cycle
          if (.not. follows(problem, state, candidate)) then
             associate (tableau => problem%tableau(problem%model%mesh%stages(problem%ground%chain%element(2, candidate))))
@@ -268,11 +272,11 @@ contains
             if (mine(1) .and. place(j) <= at_mark) known(j) = .false.
             if (mine(2) .and. place(j) >= 1.0_wp - at_mark) known(j) = .false.
          end do
-         ! A wave between two crossings that is no larger than the error of the polynomial.
+         ! The oscillation between two crossings is no larger than the error of the polynomial.
          do j = 1, crossings - 1
             if (abs(gap_value(problem, gap, 0.5_wp * (place(j) + place(j + 1))) - levels(k)) <= wave) known(j:j + 1) = .false.
          end do
-         ! Half of one, with the other half beyond a node.
+         ! Half an oscillation, with the other half beyond a node.
          if (present(smallest) .and. crossings > 0) then
             if (abs(gap_value(problem, gap, 0.0_wp) - levels(k)) <= smallest) known(1) = .false.
             if (abs(gap_value(problem, gap, 1.0_wp) - levels(k)) <= smallest) known(crossings) = .false.
@@ -283,7 +287,8 @@ contains
       n = size(tau)
    end subroutine element_cuts
 
-   !> True where the gap passes the value of a mark in the parts of the elements beside it whose crossings are left to it.
+   !> True if the gap passes the value of an interface point in the parts of the elements beside it whose crossings belong to the
+   !> point.
    logical function crosses_at(problem, state, m)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -294,12 +299,12 @@ contains
       end associate
    end function crosses_at
 
-   !> True where a kink lies inside the element after a candidate.
+   !> True if the gap has the value of a corner of the law inside the element after a candidate.
    logical function is_cut(problem, state, candidate, smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp), intent(in), optional :: smallest !! waves of the gap no larger than this are none
+      real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this size are ignored
       real(wp), allocatable :: tau(:), level(:)
       integer :: n
       is_cut = .false.
@@ -308,12 +313,12 @@ contains
       is_cut = any(tau > at_node .and. tau < 1.0_wp - at_node)
    end function is_cut
 
-   !> Sets the segments of a state: every span is on that of the marks at its ends, where the gaps do not say otherwise.
-   !> Everything on meshes without marks is left to itself.
+   !> Prescribes the segments of a state: each span is on the segment of the interface points at its ends, unless the gaps
+   !> contradict. On meshes without interface points all segments are unknown.
    subroutine tell_segments(problem, state, carried)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
-      logical, intent(in) :: carried            !! it comes from another mesh, where its nodes lay inside elements
+      logical, intent(in) :: carried            !! true: the state comes from another mesh, on which the nodes were inside elements
       logical :: hold
       integer :: c, last, m
       state%segment = segment_unknown
@@ -335,7 +340,7 @@ contains
 
    contains
 
-      !> True where the next candidate's element follows this one's without a mark between.
+      !> True if the element of the next candidate follows without an interface point between.
       pure logical function goes_on(at)
          integer, intent(in) :: at
          integer :: m
@@ -349,8 +354,8 @@ contains
       end function goes_on
    end subroutine tell_segments
 
-   !> Settles what elements have found out for themselves: those beside marks that the one kink in them has left, where Newton's
-   !> method brings the mark, and those without a kink. Others have found what no mark tells.
+   !> Prescribes segments of elements that detected contact themselves: those beside an interface point with a single crossing, to
+   !> which Newton's method will move the point, and those without a crossing. The segments of other elements remain unknown.
    subroutine settle_found(problem, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state         !! converged
@@ -371,7 +376,7 @@ contains
 
    contains
 
-      !> At all levels, or at that of a mark.
+      !> Number of crossings at all levels, or at that of an interface point.
       integer function kinks_in(candidate, mark) result(kinks)
          integer, intent(in) :: candidate
          integer, intent(in), optional :: mark
@@ -390,12 +395,13 @@ contains
       end function kinks_in
    end subroutine settle_found
 
-   !> Whether the gaps of a converged state agree with its segments; where they do not the segment is given up.
+   !> Tests whether the gaps of a converged state agree with the prescribed segments; the segment of an element that does not agree
+   !> becomes unknown.
    subroutine segments_hold(problem, state, hold, carried)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
       logical, intent(out) :: hold
-      logical, intent(in) :: carried            !! as tell_segments has it
+      logical, intent(in) :: carried            !! as in tell_segments
       type(element_gap_t) :: gap
       real(wp) :: low, high, slack
       real(wp), allocatable :: value(:)
@@ -408,7 +414,7 @@ contains
          call segment_range(problem, c, state%segment(c), low, high)
          slack = uncertainty(state, gap)
          if (follows(problem, state, c)) then
-            ! A mark that is not yet where it belongs takes the gap of its node along.
+            ! An interface point that is not yet at its right place shifts the gap at its node.
             marked = .false.
             do j = 1, size(problem%mark)
                marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
@@ -426,7 +432,7 @@ contains
 
    contains
 
-      !> Gaps at samples, and the extreme ones between them where these may leave what the segment allows.
+      !> Gaps at samples, and the extreme values between them if these may exceed the range of the segment.
       function with_extremes(gap, first, last) result(value)
          type(element_gap_t), intent(in) :: gap
          integer, intent(in) :: first, last      !! samples
@@ -447,7 +453,7 @@ contains
       end function with_extremes
    end subroutine segments_hold
 
-   !> The gaps of a segment.
+   !> Range of gaps of a segment.
    pure subroutine segment_range(problem, candidate, segment, low, high)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate, segment

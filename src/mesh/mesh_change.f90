@@ -1,4 +1,4 @@
-!> A state on another mesh, as a guess of the equilibrium there.
+!> Transfer of a state to another mesh, as first guess of the equilibrium there.
 module mesh_change
    use kinds, only: wp
    use problem, only: problem_t
@@ -12,10 +12,10 @@ module mesh_change
 
 contains
 
-   !> State and a direction on another mesh, with the forces of contacts that go on.
+   !> Transfers a state and a displacement direction to another mesh, with the forces of contacts that both meshes have.
    subroutine carry_over(problem, next, state, direction)
-      type(problem_t), intent(in) :: problem, next  !! of the same deck
-      type(state_t), intent(inout) :: state         !! of `problem`, in equilibrium; of `next` on return
+      type(problem_t), intent(in) :: problem, next  !! both of the same deck
+      type(state_t), intent(inout) :: state         !! in: of `problem`, in equilibrium; out: of `next`
       real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) displacements
       type(state_t) :: there
       there = carried(problem, state, next)

@@ -1,4 +1,4 @@
-!> The nodes at which what touches is held: one candidate for every one of them, and where the ends of touches stand in a state.
+!> Candidates of contact spans, one for each node in contact, and the places of the spans' ends in a state.
 module span_candidates
    use kinds, only: wp, pi
    use problem, only: problem_t
@@ -14,11 +14,11 @@ module span_candidates
 
 contains
 
-   !> One candidate for every node in contact with an obstacle, all of them held. A line that goes on over a breakpoint of the
-   !> rod shares the node there.
+   !> Adds one candidate, always active, for each node in contact with an obstacle. Line contacts on both sides of a segment
+   !> boundary share the candidate there.
    subroutine add_touch_candidates(problem, division)
       type(problem_t), intent(inout) :: problem
-      type(division_t), intent(in) :: division(:)    !! (stretches) that of its mesh
+      type(division_t), intent(in) :: division(:)    !! (rod segments) coordinates of the mesh nodes
       integer :: last(problem%model%mesh%n_nodes), first(size(problem%touch)), end(size(problem%touch))
       integer, allocatable :: contact(:), earlier(:), which(:)
       integer :: k, i, c, n, before, side, e, before_all, stretch_first, stretch_last
@@ -59,7 +59,7 @@ contains
             do i = first(k), end(k)
                n = n + 1
                c = before_all + which(n)
-               ! Node i of the stretch stands at the end of the element before e and the beginning of e.
+               ! Node i of the segment lies between the elements e - 1 and e.
                e = stretch_first + i - 1
                if (list%touch(c) == 0) then
                   list%node(c) = node_of(touch%stretch, i)
@@ -94,7 +94,7 @@ contains
             end do
             list%rolls(c) = .not. list%follows(c)
             if (.not. list%moves(c)) list%rolls(c) = list%rolls(c) .and. runs_through(problem, list%element(:, c))
-            ! What lies on one side as another contact's line holds it.
+            ! A line contact of another obstacle beside the node fixes its direction.
             if (list%rolls(c)) list%rolls(c) = .not. any(problem%conforms(pack(list%element(:, c), list%element(:, c) > 0)) > 0)
          end do
          list%twin = twins(list%node, problem%model%mesh%n_nodes)
@@ -103,7 +103,7 @@ contains
 
    contains
 
-      !> A node of the mesh by its number along a stretch, from 1.
+      !> Mesh node of a rod segment by its number along the segment, from 1.
       pure integer function node_of(stretch, i) result(node)
          integer, intent(in) :: stretch, i
          associate (e => problem%element_first(stretch) + i - 1, mesh => problem%model%mesh)
@@ -116,20 +116,20 @@ contains
       end function node_of
    end subroutine add_touch_candidates
 
-   !> The nodes of a stretch, by their numbers along it, from the first to the last of a touch.
+   !> Numbers, along the rod segment, of the first and last node of a contact span.
    pure subroutine touched_nodes(touch, at, first, last)
       type(contact_span_t), intent(in) :: touch
-      real(wp), intent(in) :: at(:)                  !! coordinates of all of them
+      real(wp), intent(in) :: at(:)                  !! coordinates of all nodes of the segment
       integer, intent(out) :: first, last
       first = findloc(at >= touch%at(1), .true., 1)
       last = findloc(at <= touch%at(2), .true., 1, back=.true.)
    end subroutine touched_nodes
 
-   !> True for an end of a stretch where the rod goes on smoothly past the obstacle of a contact: a point that touches there rolls.
+   !> True for an end of a rod segment at which the rod is smooth and the contact covers both sides: a point contact there rolls.
    pure logical function rolls_at(problem, contact, stretch, side)
-      type(problem_t), intent(in) :: problem         !! of contact spans
+      type(problem_t), intent(in) :: problem         !! problem with contact spans
       integer, intent(in) :: contact, stretch
-      integer, intent(in) :: side                    !! 1: where it begins, 2: where it ends
+      integer, intent(in) :: side                    !! 1: beginning of the segment, 2: its end
       integer :: e(2), i
       e(1) = problem%element_first(stretch)
       if (side == 2) e(1) = problem%element_last(stretch)
@@ -141,11 +141,11 @@ contains
       if (rolls_at) rolls_at = runs_through(problem, e)
    end function rolls_at
 
-   !> True for a smooth rod at the node between two elements, free to turn there.
+   !> True if the rod is smooth at the node between two elements and free to rotate there.
    pure logical function runs_through(problem, element)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: element(2)              !! that ends there, and that begins; 0: none, or the obstacle does not see it
-      real(wp), parameter :: same = 1.0e-6_wp        ! as curve_goes_on
+      integer, intent(in) :: element(2)              !! element before and after the node; 0: none, or not covered by the contact
+      real(wp), parameter :: same = 1.0e-6_wp        ! [rad], the same as in curve_goes_on
       real(wp) :: x(2), angle(2), speed, turn
       integer :: side
       runs_through = all(element > 0)
@@ -161,7 +161,7 @@ contains
       runs_through = runs_through .and. abs(turn) <= same
    end function runs_through
 
-   !> The touches where a state has their ends now.
+   !> The contact spans with their ends at the places that a state gives them.
    function present_contact_spans(problem, state) result(touch)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -170,7 +170,7 @@ contains
       touch = problem%touch
       do k = 1, size(touch)
          do side = 1, 2
-            ! Ends at breakpoints stay.
+            ! Ends at segment boundaries are fixed.
             if (touch(k)%at(side) <= 0.0_wp .or. touch(k)%at(side) >= problem%layout%stretch(touch(k)%stretch)%length) cycle
             e = touch(k)%element(side)
             touch(k)%at(side) = state%geometry%element(e)%s(side) + problem%origin(e)
@@ -179,7 +179,7 @@ contains
       end do
    end function present_contact_spans
 
-   !> Coordinate of a candidate along the stretch of its touch.
+   !> Coordinate of a candidate along the rod segment of its contact span.
    pure real(wp) function touch_place(problem, state, candidate) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -189,7 +189,7 @@ contains
       side = 2
       e = problem%candidates%element(2, candidate)
       if (e > 0 .and. touch > 0) then
-         ! A node that two stretches share.
+         ! The node may be the boundary of two segments; the contact span is on one of them.
          if (problem%stretch(e) /= problem%touch(touch)%stretch) e = 0
       end if
       if (e == 0) then

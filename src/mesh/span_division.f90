@@ -1,5 +1,5 @@
-!> Where the nodes stand along the stretches of the rods: what every span gets between its ends, by the deck's elements or by what
-!> is demanded of a mesh that the program makes.
+!> Division of rod segments into elements: each span between contacts, segment boundaries and interface points gets a number of
+!> nodes, from the deck's elements or from a mesh density.
 module span_division
    use kinds, only: wp
    use obstacle_types, only: obstacle_line
@@ -16,23 +16,24 @@ module span_division
    private
    public :: span_nodes, sampled_division, outgrown, present_demand, lasting_demand, looking_demand
 
-   ! Every free span has a node inside, and one in contact is smooth: no layer forms at its ends.
+   ! Each free span needs an inner node; a line contact has no boundary layers at its ends.
    integer, parameter :: least_free = 2, least_conforming = 2
-   real(wp), parameter :: whole_number = 0.01_wp    !! that near to one a sum of parts is it
-   integer, parameter :: least_placed = 2           !! of a mesh that is made for a tolerance: its error is watched
-   ! Elements that tell what touches: at least, and at most where the deck has more.
+   real(wp), parameter :: whole_number = 0.01_wp    !! a sum of parts this close to a whole number is that number
+   integer, parameter :: least_placed = 2           !! least number of elements of a span on a mesh made for a tolerance, whose
+   !! error is estimated
+   ! Numbers of elements of a mesh whose nodes detect contact: lower bound, and upper bound if the deck has more.
    integer, parameter :: sampling = 64, enough = 256
-   !> Shortest elements, over the size: order 4 errs by the fourth power of their length, which is rounding there, and the rounding
-   !> of places over the square of the length makes half of the digits of a curvature.
+   !> Length of the shortest elements over the structure's size. The error of order 4, the fourth power of the length, is rounding
+   !> there, and the rounding of coordinates over the square of the length makes half of the digits of a curvature.
    real(wp), parameter :: finest = sqrt(sqrt(epsilon(1.0_wp)))
 
 contains
 
-   !> Coordinates of the nodes along a stretch: equal parts of every span, or shares of what is wanted there.
+   !> Coordinates of the nodes along a rod segment: equal parts of each span, or parts of equal integral of the mesh density.
    function span_nodes(base, touch, cut, stretch, state) result(at)
       type(problem_t), intent(in) :: base
       type(contact_span_t), intent(in) :: touch(:)          !! sorted
-      type(cut_t), intent(in) :: cut(:)              !! sorted
+      type(cut_t), intent(in) :: cut(:)              !! interface points, sorted
       integer, intent(in) :: stretch
       type(state_t), intent(in), optional :: state
       real(wp), allocatable :: at(:), middle(:)
@@ -67,7 +68,7 @@ contains
 
    contains
 
-      !> A free span, which foundations may divide further.
+      !> Divides a free span, with nodes at the interface points of foundations.
       subroutine divide_free(to)
          real(wp), intent(in) :: to
          integer :: i
@@ -83,7 +84,7 @@ contains
          layer = 0.0_wp
       end subroutine divide_free
 
-      !> The layer of a foundation whose contact ends next to an end of the stretch.
+      !> Boundary layer length of a foundation whose contact ends next to an end of the segment; 0: none.
       pure real(wp) function layer_at(end)
          real(wp), intent(in) :: end
          integer :: i
@@ -94,12 +95,13 @@ contains
          end do
       end function layer_at
 
-      !> Nodes up to the end of a span. Free spans share all elements of the deck; in contact there are as many as the deck has
-      !> there, a quarter of them where the rod is perfect; but not less than a span needs, nor more than rounding allows. A mesh
-      !> that is made has what is asked for, in contact, too: a line without pressure buckles as a free span does.
+      !> Adds the nodes up to the end of a span. On the deck's density all free spans together get the deck's number of elements; a
+      !> line contact gets the deck's number on its length, or a quarter of it for a perfect rod, within the least number and the
+      !> rounding limit. A mesh made for a tolerance follows its density in line contacts as well, for a line contact without
+      !> pressure buckles as a free span does.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
-         integer, intent(in) :: contact              ! of a line, 0: a free span
+         integer, intent(in) :: contact              ! contact of a line contact, 0: a free span
          real(wp) :: wanted
          integer :: n, least, i, stages
          type(mesh_density_t) :: deck
@@ -147,21 +149,21 @@ contains
       end subroutine divide
    end function span_nodes
 
-   !> True for a stretch without imperfections: in contact it is as smooth as the obstacle.
+   !> True for a rod segment without imperfections, which is as smooth as the obstacle in a line contact.
    pure logical function is_perfect(base, stretch)
       type(problem_t), intent(in) :: base
       integer, intent(in) :: stretch
       is_perfect = all(base%deck%curve(base%deck%mesh%curve(base%layout%stretch(stretch)%element))%imperfection == 0)
    end function is_perfect
 
-   !> True for a straight obstacle: there one element is exact for a perfect rod, its axial force is linear.
+   !> True for a straight obstacle: there one element is exact for a perfect rod, whose axial force is linear.
    pure logical function on_straight(base, contact)
       type(problem_t), intent(in) :: base
       integer, intent(in) :: contact
       on_straight = base%deck%obstacle(base%deck%contact(contact)%obstacle)%kind == obstacle_line
    end function on_straight
 
-   !> How many of the deck's elements lie before a coordinate, parts counted.
+   !> Number of the deck's elements before a coordinate, with fractions.
    pure real(wp) function deck_elements(base, stretch, at) result(n)
       type(problem_t), intent(in) :: base
       integer, intent(in) :: stretch
@@ -173,7 +175,7 @@ contains
       end associate
    end function deck_elements
 
-   !> Middles of the elements of a stretch.
+   !> Coordinates of the middles of a segment's elements.
    pure function element_middles(problem, state, stretch) result(middle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -184,10 +186,10 @@ contains
          & e=problem%element_first(stretch), problem%element_last(stretch))]
    end function element_middles
 
-   !> Nodes that stand close enough to tell what touches, before any contact span is known.
+   !> Division with nodes close enough to detect contact before any contact span is known.
    function sampled_division(base, touch) result(division)
-      type(problem_t), intent(in) :: base            !! of the deck
-      type(contact_span_t), intent(in), optional :: touch(:) !! places at which a node stands, too
+      type(problem_t), intent(in) :: base            !! on the deck's mesh
+      type(contact_span_t), intent(in), optional :: touch(:) !! places at which there must be a node as well
       type(division_t) :: division(size(base%layout%stretch))
       real(wp) :: length, share
       integer :: k, n, i
@@ -210,11 +212,11 @@ contains
       end if
    end function sampled_division
 
-   !> True where some span has grown so much that it wants a quarter more elements than it has.
+   !> True if any span has grown so much that a new mesh would give it a quarter more elements than it has.
    logical function outgrown(problem, state, cuts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(cut_t), intent(in), optional :: cuts(:)   !! sorted, where the kinks of foundations are
+      type(cut_t), intent(in), optional :: cuts(:)   !! interface points of foundations, sorted
       type(contact_span_t), allocatable :: touch(:)
       type(cut_t), allocatable :: cut(:)
       real(wp), allocatable :: at(:), now(:), ends(:)
@@ -248,7 +250,7 @@ contains
 
    contains
 
-      !> True where an element beside a mark with a layer is a quarter longer than a new mesh would have it.
+      !> True if an element beside an interface point with a boundary layer is a quarter longer than on a new mesh.
       pure logical function coarse_beside(mark)
          type(cut_t), intent(in) :: mark
          real(wp) :: wanted(2), has(2)
@@ -271,7 +273,7 @@ contains
       end function coarse_beside
    end function outgrown
 
-   !> The demand that a mesh fulfils where its nodes stand now.
+   !> Mesh density of the present mesh: one element between neighbouring nodes at their present places.
    function present_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -289,13 +291,13 @@ contains
       end do
    end function present_demand
 
-   !> The same for meshes of other touches: spans that have no more than they must have, however short they are, want little more
-   !> than what is beside them. When they have gone no tiny elements are to remain.
+   !> Present mesh density for meshes with other contact spans. Spans with the least number of elements, however short, get little
+   !> more than the density beside them, so that no tiny elements remain after such a span has closed.
    function lasting_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(mesh_density_t) :: demand(size(problem%layout%stretch))
-      logical, allocatable :: begins(:)              ! nodes, of spans
+      logical, allocatable :: begins(:)              ! (nodes) a span begins there
       integer :: k, m, n
       demand = present_demand(problem, state)
       do k = 1, size(demand)
@@ -314,11 +316,11 @@ contains
       end do
    end function lasting_demand
 
-   !> What is demanded of the next mesh, but more where elements are so much too long to tell what touches them, up to what tells
-   !> it anywhere.
+   !> Mesh density for the next mesh, raised where elements are too long to detect contact, up to the number that detects it
+   !> anywhere.
    function looking_demand(problem, longer) result(demand)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: longer                 !! than they should be, a factor
+      real(wp), intent(in) :: longer                 !! factor by which elements are longer than they should be
       type(mesh_density_t) :: demand(size(problem%layout%stretch))
       real(wp) :: most
       integer :: k

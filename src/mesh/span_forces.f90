@@ -1,4 +1,4 @@
-!> What obstacles push contact spans with: forces at touchdown points, densities along lines, their sums.
+!> Forces of obstacles on contact spans: concentrated forces at touchdown points, densities along line contacts, resultants.
 module span_forces
    use kinds, only: wp
    use problem, only: problem_t
@@ -16,7 +16,8 @@ module span_forces
 
 contains
 
-   !> Sums of the forces of the obstacle of every contact on the structure: in x, in y, normal; and their moment about a place.
+   !> Resultant of each contact's forces on the structure, in x, in y and as sum of normal forces; and the moment of all about a
+   !> place.
    subroutine span_totals(problem, state, middle, total, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -50,8 +51,8 @@ contains
       end do
    end subroutine span_totals
 
-   !> Forces of a contact by the deck's nodes: each of a material point goes to its two neighbours by the rule of the lever, so
-   !> that the sum is right; and the densities at these nodes.
+   !> Forces of a contact distributed to the deck's nodes, and force densities at these nodes. A force between two nodes is divided
+   !> between them by the lever rule, so that the sum is exact.
    subroutine node_shares(problem, state, contact, share, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -75,7 +76,7 @@ contains
          e = problem%candidates%element(2, c)
          if (e == 0) cycle
          if (problem%conforms(e) == 0) cycle
-         ! Piece by piece between the deck's nodes, which may be many or few in an element.
+         ! Integration between neighbouring nodes of the deck, of which an element may contain many or none.
          associate (tab => problem%tableau(problem%model%mesh%stages(e)), g => state%geometry%element(e), &
             & whole => problem%layout%stretch(problem%stretch(e))%at)
             start = g%s(1) + problem%origin(e)
@@ -107,7 +108,7 @@ contains
 
    contains
 
-      !> A force at a material point.
+      !> Adds a force at a material point.
       subroutine add(stretch, at, force)
          integer, intent(in) :: stretch
          real(wp), intent(in) :: at, force
@@ -123,7 +124,7 @@ contains
       end subroutine add
    end subroutine node_shares
 
-   !> Concentrated force at a node in contact: none inside a line.
+   !> Concentrated force at a contact node; zero inside a line contact.
    real(wp) function end_force(problem, state, candidate) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -134,7 +135,7 @@ contains
          force = point_force(problem, state, candidate)
          return
       end if
-      ! Not inside a stretch: there loads and supports do not act.
+      ! Loads and supports act at segment boundaries only, so inside a segment the force is zero.
       next = problem%candidates%element(2, candidate)
       inside = minval(problem%candidates%element(:, candidate)) > 0
       if (inside) inside = next == problem%candidates%element(1, candidate) + 1
@@ -143,9 +144,9 @@ contains
       if (.not. inside) force = breakpoint_force(problem, state, candidate)
    end function end_force
 
-   !> What the cuts on both sides of a touchdown point leave over, in x and y. In equilibrium it is normal to the obstacle. While
-   !> the point moves along a rod whose nodes are held it is what is pushed between both places, too, so that sums of forces
-   !> have their derivatives.
+   !> Difference of the section forces on both sides of a touchdown point, in x and y. In equilibrium the difference is normal to
+   !> the obstacle. While the point moves along a rod with fixed nodes, the difference includes the forces between the old and the
+   !> new place, so that sums of forces have the right derivatives.
    function cut_force(problem, state, candidate) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -161,8 +162,8 @@ contains
       end do
    end function cut_force
 
-   !> Force of the obstacle on a conforming element, in x, in y, and the integral of the density; its moment about a place. Force
-   !> and moment are what the ends and the loads leave over: densities are derivatives of what is solved for, less exact.
+   !> Force of the obstacle on a conforming element in x and y, integral of its density, and moment about a place. Force and moment
+   !> follow from the end forces and loads, which are more accurate than the density, a derivative of the solution.
    subroutine line_force(problem, state, e, middle, force, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -186,7 +187,7 @@ contains
          moment = ends(3, 1) - ends(3, 2) + place(1, 1) * ends(2, 1) - place(2, 1) * ends(1, 1) - place(1, 2) * ends(2, 2) + &
             & place(2, 2) * ends(1, 2) - 0.5_wp * load%pressure * (dot_product(place(:, 2), place(:, 2)) - &
             & dot_product(place(:, 1), place(:, 1)))
-         ! Where the track is joined the density has a kink.
+         ! The density has a kink at the joints of the track.
          part = [0.0_wp, track_joints(problem, state, e), 1.0_wp]
          do k = 2, size(part)
             do i = 1, tab%stages

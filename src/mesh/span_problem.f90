@@ -1,5 +1,5 @@
-!> The problem on a mesh that goes with the contact: a few elements for every span, between breakpoints of the rods and
-!> touchdown points, and one candidate for every node in contact.
+!> Problem on a mesh that follows the contact: a few elements for each span between segment boundaries and touchdown points, and one
+!> candidate for each node in contact.
 module span_problem
    use kinds, only: wp
    use problem, only: problem_t, copy_problem, remeshed_problem, mesh_sampled, mesh_of_marks, mesh_of_spans
@@ -16,16 +16,16 @@ module span_problem
    private
    public :: new_span_problem, same_spans, new_sampled_problem, place_spans
 
-   real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! of a stretch: as near as that is there
+   real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! part of a segment's length: a closer end lies on the boundary
 
 contains
 
-   !> The problem with a set of touches; loads, step and all that goes before are those of `base`.
+   !> Problem with a given set of contact spans; loads, step and history are those of `base`.
    function new_span_problem(base, touches, state, cuts) result(problem)
       type(problem_t), intent(in) :: base            !! of the same deck, on any mesh
       type(contact_span_t), intent(in) :: touches(:)
-      type(state_t), intent(in), optional :: state   !! of `base`: no span that goes on gets fewer elements than it has
-      type(cut_t), intent(in), optional :: cuts(:)   !! sorted: where the laws of foundations have their corners
+      type(state_t), intent(in), optional :: state   !! of `base`: no continuing span gets fewer elements than it has
+      type(cut_t), intent(in), optional :: cuts(:)   !! interface points of the foundations' laws, sorted
       type(problem_t) :: problem
       type(contact_span_t) :: touch(size(touches))
       type(division_t) :: division(size(base%layout%stretch))
@@ -47,10 +47,10 @@ contains
       call lay_spans(base, touch, cut, division, problem)
    end function new_span_problem
 
-   !> The problem with the touches and on the mesh of another one that has the same stretches: what differs are values in the deck.
+   !> Problem with the contact spans and the mesh of another problem with the same rod segments; only values in the deck differ.
    function same_spans(base, like) result(problem)
       type(problem_t), intent(in) :: base            !! on any mesh
-      type(problem_t), intent(in) :: like            !! with spans
+      type(problem_t), intent(in) :: like            !! problem with contact spans
       type(problem_t) :: problem
       type(contact_span_t) :: touch(size(like%touch))
       type(division_t) :: division(size(like%layout%stretch))
@@ -72,7 +72,7 @@ contains
       end do
       touch = like%touch
       do k = 1, size(touch)
-         ! The node that stands there, but for rounding.
+         ! The end of the span is at this node up to rounding.
          associate (at => division(touch(k)%stretch)%at)
             do i = 1, 2
                touch(k)%at(i) = at(minloc(abs(at - touch(k)%at(i)), 1))
@@ -82,12 +82,12 @@ contains
       call lay_spans(base, touch, cut, division, problem)
    end function same_spans
 
-   !> The problem with a set of touches on a mesh that has nodes at their ends.
+   !> Problem with a set of contact spans on a mesh with nodes at their ends.
    subroutine lay_spans(base, touch, cut, division, problem)
       type(problem_t), intent(in) :: base
       type(contact_span_t), intent(in) :: touch(:)          !! sorted
       type(cut_t), intent(in) :: cut(:)              !! sorted
-      type(division_t), intent(in) :: division(:)    !! (stretches)
+      type(division_t), intent(in) :: division(:)    !! (rod segments) coordinates of the mesh nodes
       type(problem_t), intent(out) :: problem
       problem = remeshed_problem(with_spans(base, .true.), division)
       problem%touch = touch
@@ -99,16 +99,17 @@ contains
       call find_rolling(problem)
    end subroutine lay_spans
 
-   !> The problem before any contact span is known: a mesh fine enough to tell by its nodes what touches.
+   !> Problem before any contact span is known, on a mesh fine enough for its nodes to detect contact.
    function new_sampled_problem(base, touch) result(problem)
-      type(problem_t), intent(in) :: base            !! of the deck
-      type(contact_span_t), intent(in), optional :: touch(:) !! places at which a node stands, too
+      type(problem_t), intent(in) :: base            !! on the deck's mesh
+      type(contact_span_t), intent(in), optional :: touch(:) !! places at which there must be a node as well
       type(problem_t) :: problem
       problem = remeshed_problem(with_spans(base, .false.), sampled_division(base, touch))
       problem%mesh_kind = mesh_sampled
    end function new_sampled_problem
 
-   !> Where spans may be, and what they count from, as the deck has it.
+   !> Sets the parts of rods where contact spans are allowed, the origins of their coordinates and the initial overlaps, as on the
+   !> deck's mesh.
    subroutine place_spans(deck, problem)
       type(problem_t), intent(in) :: deck            !! on the deck's mesh
       type(problem_t), intent(inout) :: problem      !! of the same deck, on any mesh
@@ -123,10 +124,10 @@ contains
       problem%overlap = deck%overlap
    end subroutine place_spans
 
-   !> Coordinates of the beginnings of all stretches along the chains of the contacts, 0 where there is none.
+   !> Coordinate of the first node of each rod segment along the chain of each contact, 0 if the contact does not cover the segment.
    function chain_starts(deck) result(start)
       type(problem_t), intent(in) :: deck            !! on the deck's mesh
-      real(wp) :: start(size(deck%layout%stretch), size(deck%deck%contact)) !! (stretches, contacts)
+      real(wp) :: start(size(deck%layout%stretch), size(deck%deck%contact)) !! (rod segments, contacts)
       integer :: i
       start = 0.0_wp
       do i = 1, deck%candidates%n
@@ -138,7 +139,7 @@ contains
       end do
    end function chain_starts
 
-   !> The problem whose deck has its contacts as spans, or at nodes.
+   !> Copy of a problem whose deck has its contacts as contact spans, or at nodes.
    function with_spans(base, spans) result(problem)
       type(problem_t), intent(in) :: base
       logical, intent(in) :: spans

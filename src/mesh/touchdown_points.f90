@@ -1,9 +1,9 @@
-!> Touchdown points: where along the rod contact begins and ends.
+!> Touchdown points: the places along the rod where contact begins and ends.
 !>
-!> At the end of a line the obstacle gives no couple, so the moment is continuous there: the excess of the free part's moment
-!> over the line's, M_f - M_l, changes by -(1 + e) (Q_f - Q_l) per unit of length, and vanishes at the touchdown point. A
-!> point contact lies where the gap is least. With these points frozen the equations have a symmetric tangent, exact along
-!> the path; between Newton's iterations the points go to where the iterate has them.
+!> At the end of a line contact the obstacle exerts no couple, so the moment is continuous there: the difference between the moments
+!> of the free part and of the line, M_f - M_l, changes by -(1 + e) (Q_f - Q_l) per unit of length, and vanishes at the touchdown
+!> point. A point contact lies at the least gap. With fixed touchdown points the equations have a symmetric tangent, exact along the
+!> path; between Newton iterations the points move to the places that the iterate gives them.
 module touchdown_points
    use kinds, only: wp
    use problem, only: problem_t, same_place, copy_problem
@@ -20,16 +20,17 @@ module touchdown_points
    public :: misfit, with_held, opening_misfit, move_touchdown_points, touchdown_travel, touchdown_steps, touchdown_slopes, &
       & shift_touchdown_points, point_force, carry_forces, excess_ahead
 
-   real(wp), parameter :: most = 0.5_wp     !! of a span, that its ends may come nearer at once: its nodes keep their order
+   real(wp), parameter :: most = 0.5_wp     !! largest part of a span by which its ends may approach each other at once, so that the
+   !! order of the nodes is kept
 
 contains
 
-   !> How far each touchdown point is from where it belongs, and the moment that is out of balance there.
+   !> Distance of each touchdown point from its place in equilibrium, and the largest unbalanced moment.
    subroutine misfit(problem, state, distance, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: distance(:)  !! (candidates) along the rod, 0 for those that stay
-      real(wp), intent(out) :: moment       !! the largest
+      real(wp), intent(out) :: distance(:)  !! (candidates) along the rod, 0 for fixed candidates
+      real(wp), intent(out) :: moment       !! largest jump of the moment at a touchdown point
       real(wp), dimension(problem%candidates%n) :: error, slope
       logical, dimension(problem%candidates%n) :: told
       integer :: c
@@ -43,9 +44,9 @@ contains
       end do
    end subroutine misfit
 
-   !> Whose place the moment tells, which jumps where a force is not where it belongs: ends of lines, where the rod has the
-   !> obstacle's direction. A point contact of force T is both where the moment does not jump, by dM = T ds, and where the gap is
-   !> least, by dg' = g'' ds. What EI g'' is to T L what the second errs by is to what the first does.
+   !> True for touchdown points located by continuity of the moment: ends of line contacts, where the rod has the obstacle's
+   !> direction. A point contact of force T is located by continuity of the moment (dM = T ds) or by the least gap (dg' = g'' ds);
+   !> the errors of the two places have the ratio of EI g'' to T L, and the more accurate one is used.
    function told_by_moment(problem, state) result(told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -62,13 +63,13 @@ contains
       end do
    end function told_by_moment
 
-   !> What is not zero at each touchdown point, and how much that falls per unit of distance along the rod: the jump of the moment,
-   !> or the slope of the gap over the stretch.
+   !> Residual at each touchdown point and its decrease per unit of distance along the rod: jump of the moment, or slope of the gap
+   !> over the extension ratio.
    subroutine measure_errors(problem, state, told, error, slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      logical, intent(in) :: told(:)        !! (candidates) by the moment
-      real(wp), intent(out) :: error(:), slope(:) !! (candidates) 0 for those that stay
+      logical, intent(in) :: told(:)        !! (candidates) located by continuity of the moment
+      real(wp), intent(out) :: error(:), slope(:) !! (candidates) 0 for fixed candidates
       real(wp) :: local(3, 2), extension, sense
       integer :: c
       error = 0.0_wp
@@ -87,14 +88,14 @@ contains
       end do
    end subroutine measure_errors
 
-   !> Error over slope, zero where nothing tells.
+   !> Error over slope; zero for a zero slope.
    elemental real(wp) function quotient(error, slope)
       real(wp), intent(in) :: error, slope
       quotient = 0.0_wp
       if (abs(slope) > 0.0_wp) quotient = error / slope
    end function quotient
 
-   !> The problem with touchdown points held where they are.
+   !> Copy of a problem in which some touchdown points are fixed at their present places.
    pure function with_held(problem, points) result(frozen)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(:)      !! candidates, 0: none
@@ -103,8 +104,8 @@ contains
       frozen%candidates%held(pack(points, points > 0)) = .true.
    end function with_held
 
-   !> What is left to do at two touchdown points, each on its own: of a point the rotation against the obstacle, of a line's end
-   !> how far it is from where it belongs, over the size. 0 for a side that has none.
+   !> Residual at two touchdown points, each by itself: the rotation against the obstacle of a point contact, the distance of a line
+   !> contact's end from its place over the size. 0 for a side without point.
    function opening_misfit(problem, points, state) result(left)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(2)      !! candidates, 0: none
@@ -124,7 +125,7 @@ contains
       end do
    end function opening_misfit
 
-   !> (N, Q, M) of the elements on both sides of a candidate, zero where there is none.
+   !> (N, Q, M) at a candidate of the elements on both sides, zero for a side without element.
    function forces_beside(problem, state, candidate) result(local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -143,7 +144,7 @@ contains
       end do
    end function forces_beside
 
-   !> (N, Q, M) of the free element on one side of a candidate.
+   !> (N, Q, M) at a candidate of the free element on one side.
    subroutine end_of_free(problem, state, candidate, side, local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -157,7 +158,7 @@ contains
       end associate
    end subroutine end_of_free
 
-   !> Concentrated force of the obstacle at a contact point or an end of a line, >= 0 when it pushes: the jump of Q.
+   !> Concentrated force of the obstacle at a point contact or an end of a line contact, > 0 in compression: the jump of Q.
    real(wp) function point_force(problem, state, candidate) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -168,8 +169,8 @@ contains
       force = sense * (local(2, 1) - local(2, 2))
    end function point_force
 
-   !> The excess of curvature at a point contact, as excess_curvature has it, where the moments beside it tell the point to go, by
-   !> the forces of a state next to this one.
+   !> Relative curvature of a point contact, as in excess_curvature, at the place to which the jump of the moment shifts the point;
+   !> the rates are those of the neighbouring state `before`.
    real(wp) function excess_ahead(problem, before, state, candidate) result(excess)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state
@@ -183,12 +184,12 @@ contains
          & forces(2, 1) - forces(2, 2))
    end function excess_ahead
 
-   !> Forces of contacts that go on with another set: that of a point holds it from turning (touchdown_spring), so the tangent
-   !> is not the path's without.
+   !> Transfers the forces of continuing contacts to a problem with another contact set. The force of a point contact is part of its
+   !> rotational stiffness (touchdown_spring), so without the force the tangent would be wrong.
    subroutine carry_forces(from, state, to, new)
       type(problem_t), intent(in) :: from, to  !! of the same deck
       type(state_t), intent(in) :: state       !! of `from`, in equilibrium
-      type(state_t), intent(inout) :: new      !! the same on the mesh of `to`
+      type(state_t), intent(inout) :: new      !! `state` on the mesh of `to`
       integer :: c, old
       do c = 1, to%candidates%n
          if (to%candidates%touch(c) == 0) cycle
@@ -199,7 +200,7 @@ contains
             if (to%candidates%follows(c)) then
                new%reaction(c) = state%reaction(old)
             else if (at_breakpoint(from, old)) then
-               ! Loads and supports act there, too.
+               ! Loads and supports, too, act at a segment boundary.
                new%reaction(c) = breakpoint_force(from, state, old)
             else
                new%reaction(c) = point_force(from, state, old)
@@ -208,13 +209,14 @@ contains
       end do
    end subroutine carry_forces
 
-   !> Brings the touchdown points to where the state has them, by the slopes of the iterate before, about which the equations
-   !> were linear; all nodes between go along, displacements and resultants are those of the material points that they come to.
+   !> Moves the touchdown points to their places in an iterate, with the slopes of the previous iterate, about which the equations
+   !> were linearised. The nodes between move along; displacements and section forces become those of the material points at the new
+   !> nodes.
    subroutine move_touchdown_points(problem, before, state, travelled)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before
       type(state_t), intent(inout) :: state
-      real(wp), intent(out), optional :: travelled !! the largest part of a span beside it that one has gone
+      real(wp), intent(out), optional :: travelled !! largest distance as part of the length of a span beside the point
       real(wp) :: distance(problem%candidates%n), mark(size(problem%mark))
       integer :: m
       mark = [(mark_step(problem, before, state, m), m=1, size(mark))]
@@ -223,7 +225,7 @@ contains
       call shift_touchdown_points(problem, state, distance, travelled, mark)
    end subroutine move_touchdown_points
 
-   !> How far touchdown points are from where an iterate has them, by the slopes of the one before.
+   !> Distances of touchdown points from their places in an iterate, with the slopes of the previous iterate `before`.
    function touchdown_steps(problem, before, state) result(error)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state
@@ -235,8 +237,8 @@ contains
       call measure_errors(problem, state, told, error, now)
       where (problem%candidates%held(:size(error))) error = 0.0_wp
       where (told .and. abs(now) > abs(slope)) slope = now
-      ! A line's end that is pulled has yet to let go further: the other way a free span beside it would become none, which is in
-      ! balance, too, and no force tells from it.
+      ! If a line's end is pulled, the contact must recede. The other direction would lead to a free span of zero length, which is
+      ! in equilibrium as well and without a force that leads away from it.
       do c = 1, size(error)
          if (.not. (told(c) .and. problem%candidates%follows(c))) cycle
          slope(c) = sign(slope(c), track_sense(problem, state, c, node_track(problem, state, c)))
@@ -244,7 +246,7 @@ contains
       error = quotient(error, slope)
    end function touchdown_steps
 
-   !> The jump of the moment falls by this per unit of distance along the rod at touchdown points; 0 where it does not tell.
+   !> Decrease of the moment's jump at touchdown points per unit of distance along the rod; 0 for points located by the least gap.
    function touchdown_slopes(problem, state) result(slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -255,22 +257,22 @@ contains
       where (.not. told) slope = 0.0_wp
    end function touchdown_slopes
 
-   !> The largest part of a span beside it that a touchdown point is from there; they stay.
+   !> Largest distance of a touchdown point from its place, as part of the length of a span beside the point. No point is moved.
    real(wp) function touchdown_travel(problem, before, state) result(part)
-      type(problem_t), intent(in) :: problem    !! without marks
+      type(problem_t), intent(in) :: problem    !! without interface points
       type(state_t), intent(in) :: before, state
       real(wp) :: distance(problem%candidates%n), shift(problem%model%mesh%n_nodes)
       distance = touchdown_steps(problem, before, state)
       call node_shifts(problem, state, distance, shift, part)
    end function touchdown_travel
 
-   !> Moves touchdown points and marks by given distances.
+   !> Moves touchdown points and interface points by given distances.
    subroutine shift_touchdown_points(problem, state, distance, travelled, mark)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
-      real(wp), intent(inout) :: distance(:) !! (candidates) reduced where spans would vanish
-      real(wp), intent(out), optional :: travelled !! the largest part of a span beside it that one has gone
-      real(wp), intent(in), optional :: mark(:) !! (marks)
+      real(wp), intent(inout) :: distance(:) !! (candidates) reduced where a span would close
+      real(wp), intent(out), optional :: travelled !! largest distance as part of the length of a span beside the point
+      real(wp), intent(in), optional :: mark(:) !! (interface points) distances
       real(wp) :: shift(problem%model%mesh%n_nodes), part
       type(state_t) :: before
       call node_shifts(problem, state, distance, shift, part, mark)
@@ -287,14 +289,15 @@ contains
       if (size(problem%mark) > 0) call keep_layers(problem, before, shift, state)
    end subroutine shift_touchdown_points
 
-   !> How far all nodes go along with the touchdown points and marks: in proportion between these and the breakpoints, which stay.
+   !> Displacements of all nodes along the rods that follow from those of touchdown points and interface points: proportional
+   !> between these and the fixed segment boundaries.
    subroutine node_shifts(problem, state, distance, shift, part, mark)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(inout) :: distance(:) !! (candidates) reduced where spans would vanish
-      real(wp), intent(out) :: shift(:)      !! (nodes)
-      real(wp), intent(out) :: part          !! the largest distance over the length of the span that it shortens
-      real(wp), intent(in), optional :: mark(:) !! (marks) how far these are to go
+      real(wp), intent(inout) :: distance(:) !! (candidates) reduced where a span would close
+      real(wp), intent(out) :: shift(:)      !! (nodes) along the rod
+      real(wp), intent(out) :: part          !! largest distance over the length of the span that it shortens
+      real(wp), intent(in), optional :: mark(:) !! (interface points) distances
       integer, allocatable :: node(:), stop(:)
       real(wp), allocatable :: at(:)
       real(wp) :: closing, length, goes(problem%model%mesh%n_nodes)
@@ -321,7 +324,7 @@ contains
             & state%geometry%element(first:first + n - 2)%s(2) + problem%origin(first:first + n - 2)]
          stop = pack([(i, i=1, n)], [(i == 1 .or. i == n .or. leads(node(i)), i=1, n)])
          if (size(stop) == 2) cycle
-         ! Twice, from both sides: what one end gives up the next may need.
+         ! Two passes, one from each side: a reduction at one end of a span may require another in the next span.
          do i = 1, size(stop) - 1
             length = at(stop(i + 1)) - at(stop(i))
             closing = way(i) - way(i + 1)
@@ -343,7 +346,7 @@ contains
 
    contains
 
-      !> How far a touchdown point or a mark goes.
+      !> Distance that a touchdown point or an interface point moves.
       pure real(wp) function way(i)
          integer, intent(in) :: i
          way = goes(node(stop(i)))

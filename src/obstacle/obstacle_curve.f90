@@ -1,9 +1,9 @@
-!> Curves that divide the plane: straight, circular and quintic pieces one after the other with a common tangent, continued
-!> straight beyond both ends.
+!> Curves that divide the plane: consecutive straight, circular and quintic pieces with common tangents, continued straight beyond
+!> both ends.
 !>
-!> The nearest point is searched with a tree of circles around the pieces: only pieces that can hold it are looked at, so
-!> the cost grows with the logarithm of their number, and no search depends on the one before it. Quintic pieces turn by so
-!> little that the nearest point within one is the only one; Newton's method finds it, kept inside a bracket.
+!> The nearest point is found with a tree of circles around the pieces: only pieces that may contain it are examined, so the cost
+!> grows with the logarithm of their number, and no search depends on a previous one. A quintic piece turns by so little that its
+!> nearest point is unique; Newton's method, kept inside a bracket, finds this point.
 module obstacle_curve
    use kinds, only: wp
    use gauss_tableau, only: gauss_points
@@ -15,54 +15,55 @@ module obstacle_curve
 
    integer, parameter :: shape_straight = 1, shape_arc = 2, shape_quintic = 3
 
-   real(wp), parameter :: piece_turn = 0.25_wp   !! [rad] most that a quintic piece turns
-   real(wp), parameter :: sample_turn = 0.05_wp  !! [rad] between samples
-   integer, parameter :: n_gauss = 10            !! points on a quintic piece: it turns so little that rounding is all they leave
+   real(wp), parameter :: piece_turn = 0.25_wp   !! [rad] largest turn of a quintic piece
+   real(wp), parameter :: sample_turn = 0.05_wp  !! [rad] turn between samples
+   integer, parameter :: n_gauss = 10            !! quadrature points on a quintic piece, whose turn is so small that the quadrature
+   !! error is rounding
    real(wp), parameter :: factorial(0:5) = [1.0_wp, 1.0_wp, 2.0_wp, 6.0_wp, 24.0_wp, 120.0_wp]
 
-   !> One piece, its parameter runs from 0 to 1.
+   !> One piece; its parameter runs from 0 to 1.
    type :: piece_t
       integer :: shape = shape_straight
       real(wp) :: c(2, 6) = 0.0_wp      !! straight, quintic: position = sum c(:, k) t^(k - 1)
       real(wp) :: centre(2) = 0.0_wp, radius = 0.0_wp
-      real(wp) :: angle = 0.0_wp        !! [rad] arc: direction from the centre to its first point
-      real(wp) :: turn = 0.0_wp         !! [rad] arc: positive anticlockwise
+      real(wp) :: angle = 0.0_wp        !! [rad] arc: direction from the centre to the first point
+      real(wp) :: turn = 0.0_wp         !! [rad] arc: > 0 counterclockwise
    end type piece_t
 
    type :: obstacle_curve_t
       type(piece_t), allocatable :: piece(:)
-      integer :: leaves = 0             !! leaves of the tree, a power of 2
-      real(wp), allocatable :: ball(:, :) !! (3, 2 leaves - 1) centre and radius of a circle around node k, whose children are
-      !! 2 k and 2 k + 1; negative: nothing in it
-      real(wp) :: point(2, 2) = 0.0_wp  !! both ends
-      real(wp) :: tangent(2, 2) = 0.0_wp !! unit, in the sense of the curve
-      real(wp), allocatable :: start(:) !! (pieces + 1) arc length at the first point of each piece and the last one of all
-      real(wp), allocatable :: turned(:) !! (pieces + 1) [rad] and the angle by which the curve has turned to the left
-      logical, allocatable :: jumps(:)  !! (0:pieces) the curvature does where piece i ends, and the next one begins
-      real(wp) :: abscissa(n_gauss) = 0.0_wp, weight(n_gauss) = 0.0_wp !! of arc_length
+      integer :: leaves = 0             !! number of leaves of the tree, a power of 2
+      real(wp), allocatable :: ball(:, :) !! (3, 2 leaves - 1) centre and radius of a circle around node k, whose children are 2 k
+      !! and 2 k + 1; radius < 0: empty
+      real(wp) :: point(2, 2) = 0.0_wp  !! both ends of the curve
+      real(wp) :: tangent(2, 2) = 0.0_wp !! unit tangents at the ends, in the sense of the curve
+      real(wp), allocatable :: start(:) !! (pieces + 1) arc length at the first point of each piece, and at the end
+      real(wp), allocatable :: turned(:) !! (pieces + 1) [rad] turn of the curve to the left up to the same points
+      logical, allocatable :: jumps(:)  !! (0:pieces) true: the curvature jumps at the end of piece i
+      real(wp) :: abscissa(n_gauss) = 0.0_wp, weight(n_gauss) = 0.0_wp !! quadrature rule of arc_length
    end type obstacle_curve_t
 
-   real(wp), parameter :: smooth = 1.0e-9_wp !! jump of curvature times length of a piece: far above rounding in splines
+   real(wp), parameter :: smooth = 1.0e-9_wp !! least jump of curvature times piece length; far above the rounding in splines
 
-   !> The nearest point of a curve.
+   !> A point of a curve.
    type :: foot_t
       real(wp) :: point(2) = 0.0_wp
       real(wp) :: tangent(2) = 0.0_wp   !! unit
-      real(wp) :: curvature = 0.0_wp    !! positive where the curve turns to the left
-      integer :: piece = 0              !! its number; 0 and pieces + 1: the continuations
-      real(wp) :: t = 0.0_wp            !! parameter on it; continuations: signed distance from the end, along the curve
+      real(wp) :: curvature = 0.0_wp    !! > 0 where the curve turns to the left
+      integer :: piece = 0              !! number of the piece; 0 and pieces + 1: the straight continuations
+      real(wp) :: t = 0.0_wp            !! parameter on the piece; continuations: signed distance from the end, along the curve
    end type foot_t
 
 contains
 
-   !> The straight piece between two points.
+   !> Straight piece between two points.
    pure type(piece_t) function straight_piece(first, second) result(piece)
       real(wp), intent(in) :: first(2), second(2)
       piece%c(:, 1) = first
       piece%c(:, 2) = second - first
    end function straight_piece
 
-   !> An arc; `angle` leads from the centre to its first point, `turn` is positive anticlockwise, both in radians.
+   !> Circular arc; `angle` is the direction from the centre to the first point, `turn` is > 0 counterclockwise, both in radians.
    pure type(piece_t) function arc_piece(centre, radius, angle, turn) result(piece)
       real(wp), intent(in) :: centre(2), radius, angle, turn
       piece%shape = shape_arc
@@ -72,7 +73,7 @@ contains
       piece%turn = turn
    end function arc_piece
 
-   !> The quintic with coefficients c, parameter 0 to 1, cut into pieces that hardly turn.
+   !> The quintic with coefficients c, parameter 0 to 1, divided into pieces with a small turn.
    pure function quintic_pieces(c) result(pieces)
       real(wp), intent(in) :: c(2, 6)
       type(piece_t), allocatable :: pieces(:)
@@ -93,11 +94,11 @@ contains
       end do
    end function quintic_pieces
 
-   !> Legs of the control polygon of a quintic, times 5: values of its derivative where that is written by Bernstein's polynomials.
+   !> Legs of the control polygon of a quintic, times 5: the coefficients of its derivative in Bernstein's polynomials.
    pure function legs(c) result(leg)
       real(wp), intent(in) :: c(2, 6)
       real(wp) :: leg(2, 5)
-      ! binomial(i, k)/binomial(4, k) times k + 1, i the row from 0, k the column
+      ! binomial(i, k)/binomial(4, k) times k + 1, row i from 0, column k
       leg(:, 1) = c(:, 2)
       leg(:, 2) = leg(:, 1) + 0.5_wp * c(:, 3)
       leg(:, 3) = c(:, 2) + c(:, 3) + 0.5_wp * c(:, 4)
@@ -105,9 +106,9 @@ contains
       leg(:, 5) = c(:, 2) + 2 * c(:, 3) + 3 * c(:, 4) + 4 * c(:, 5) + 5 * c(:, 6)
    end function legs
 
-   !> Value and derivatives of a polynomial by its parameter, 0 to 5.
+   !> Value and derivatives 1 to 5 of a polynomial by its parameter.
    pure function polynomial_at(c, t) result(d)
-      real(wp), intent(in) :: c(2, 6)     !! as piece_t has it
+      real(wp), intent(in) :: c(2, 6)     !! as in piece_t
       real(wp), intent(in) :: t
       real(wp) :: d(2, 0:5)
       integer :: k, i
@@ -124,7 +125,7 @@ contains
       end do
    end function polynomial_at
 
-   !> Value and two derivatives by the parameter: polynomial_at for those who ask often.
+   !> Value and first two derivatives of a polynomial; faster than polynomial_at.
    pure subroutine first_derivatives(c, t, x, d, dd)
       real(wp), intent(in) :: c(2, 6), t
       real(wp), intent(out) :: x(2), d(2), dd(2)
@@ -133,7 +134,7 @@ contains
       dd = 2 * c(:, 3) + t * (6 * c(:, 4) + t * (12 * c(:, 5) + t * 20 * c(:, 6)))
    end subroutine first_derivatives
 
-   !> A curve of pieces, each of which begins where the one before ends, in the same direction.
+   !> Curve of pieces, each of which begins at the end of the previous one, with the same tangent.
    pure function join_pieces(pieces) result(curve)
       type(piece_t), intent(in) :: pieces(:)
       type(obstacle_curve_t) :: curve
@@ -167,11 +168,11 @@ contains
       end do
    end function join_pieces
 
-   !> True when the curvature jumps where piece i ends and the next one begins, 0 and the last included.
+   !> True if the curvature jumps between piece i and the next one; pieces 0 and size + 1 are the straight continuations.
    pure logical function curvature_jumps(curve, i) result(jumps)
       type(obstacle_curve_t), intent(in) :: curve
       integer, intent(in) :: i
-      type(foot_t) :: before, after         ! of continuations: straight
+      type(foot_t) :: before, after         ! undefined: straight continuation
       real(wp) :: length
       length = 0.0_wp
       if (i > 0) then
@@ -185,7 +186,7 @@ contains
       jumps = abs(after%curvature - before%curvature) * length > smooth
    end function curvature_jumps
 
-   !> The point of the curve, its straight continuations included, that is nearest to x.
+   !> Nearest point to x on the curve and its straight continuations.
    pure type(foot_t) function nearest_point(curve, x) result(foot)
       type(obstacle_curve_t), intent(in) :: curve
       real(wp), intent(in) :: x(2)
@@ -208,7 +209,7 @@ contains
       do while (top > 0)
          k = stack(top)
          top = top - 1
-         ! Nothing of it is nearer than the best point so far.
+         ! No point of this node can be nearer than the best one so far.
          if (waiting(top + 1) >= best) cycle
          if (k >= curve%leaves) then
             candidate = piece_foot(curve%piece(k - curve%leaves + 1), x)
@@ -216,7 +217,7 @@ contains
             call keep_nearer(x, candidate, foot, best)
             cycle
          end if
-         ! The nearer child is looked at first: it often settles the other one.
+         ! The nearer child comes first, for its result often excludes the other one.
          least = [least_square(2 * k), least_square(2 * k + 1)]
          near = merge(1, 2, least(1) <= least(2))
          stack(top + 1:top + 2) = 2 * k - 1 + [3 - near, near]
@@ -226,8 +227,7 @@ contains
 
    contains
 
-      !> Below the squared distance of any point of a node of the tree: negative within its circle, by how far, and huge where it is
-      !> empty.
+      !> Lower bound of the signed squared distance to the points of a tree node: < 0 inside its circle, huge for an empty node.
       pure real(wp) function least_square(node)
          integer, intent(in) :: node
          least_square = huge(best)
@@ -272,7 +272,7 @@ contains
       foot%curvature = (foot%tangent(1) * dd(2) - foot%tangent(2) * dd(1)) / speed**2
    end function piece_point
 
-   !> The point of a piece that is nearest to x, its ends included.
+   !> Nearest point to x on a piece, ends included.
    pure type(foot_t) function piece_foot(piece, x) result(foot)
       type(piece_t), intent(in) :: piece
       real(wp), intent(in) :: x(2)
@@ -282,7 +282,7 @@ contains
          t = dot_product(x - piece%c(:, 1), piece%c(:, 2)) / dot_product(piece%c(:, 2), piece%c(:, 2))
          t = min(max(t, 0.0_wp), 1.0_wp)
       case (shape_arc)
-         ! Angles count from the middle of the arc, so that the jump of atan2 lies opposite.
+         ! Angles count from the middle of the arc, so that the jump of atan2 is opposite.
          d = x - piece%centre
          first = [cos(piece%angle + 0.5_wp * piece%turn), sin(piece%angle + 0.5_wp * piece%turn)]
          t = 0.5_wp
@@ -298,7 +298,7 @@ contains
 
    !> Arc length along piece i from its first point to parameter t (straight and circular pieces: any t).
    pure real(wp) function arc_length(curve, i, t) result(length)
-      type(obstacle_curve_t), intent(in) :: curve !! its pieces and quadrature are used
+      type(obstacle_curve_t), intent(in) :: curve !! with pieces and quadrature rule
       integer, intent(in) :: i
       real(wp), intent(in) :: t
       real(wp) :: x(2), d(2), dd(2)
@@ -320,7 +320,7 @@ contains
       end associate
    end function arc_length
 
-   !> Angle [rad] by which piece i turns to the left from its first point to parameter t.
+   !> Turn [rad] of piece i to the left from its first point to parameter t.
    pure real(wp) function turned_angle(curve, i, t) result(angle)
       type(obstacle_curve_t), intent(in) :: curve
       integer, intent(in) :: i
@@ -335,7 +335,7 @@ contains
       end associate
    end function turned_angle
 
-   !> Parameter of the point of a quintic piece that is nearest to x: a zero of the derivative of half the squared distance.
+   !> Parameter of the nearest point to x on a quintic piece: zero of the derivative of half the squared distance.
    pure real(wp) function nearest_parameter(c, x) result(t)
       real(wp), intent(in) :: c(2, 6), x(2)
       real(wp) :: low, high, f, slope, q(2), d(2), dd(2), ends(2), next
@@ -374,7 +374,7 @@ contains
       end do
    end function nearest_parameter
 
-   !> Signed angle from one direction to another.
+   !> Signed angle from one direction to another, > 0 counterclockwise.
    pure real(wp) function angle_between(a, b)
       real(wp), intent(in) :: a(2), b(2)
       angle_between = 0.0_wp
@@ -382,7 +382,7 @@ contains
          & angle_between = atan2(a(1) * b(2) - a(2) * b(1), dot_product(a, b))
    end function angle_between
 
-   !> Centre and radius of a circle around a piece; arcs are half circles at most.
+   !> Centre and radius of a circle around a piece; arcs are at most half circles.
    pure function piece_ball(piece) result(ball)
       type(piece_t), intent(in) :: piece
       real(wp) :: ball(3), polygon(2, 6), leg(2, 5)
@@ -403,7 +403,7 @@ contains
       ball(3) = ball(3) * (1.0_wp + 1.0e-9_wp)
    end function piece_ball
 
-   !> A circle around two.
+   !> Smallest circle around two circles.
    pure function ball_around(a, b) result(ball)
       real(wp), intent(in) :: a(3), b(3)
       real(wp) :: ball(3), distance
@@ -417,7 +417,7 @@ contains
       ball(1:2) = a(1:2) + (ball(3) - a(3)) / distance * (b(1:2) - a(1:2))
    end function ball_around
 
-   !> Points along the curve, dense enough to draw it.
+   !> Points along the curve, close enough to draw it.
    pure function curve_samples(curve) result(points)
       type(obstacle_curve_t), intent(in) :: curve
       real(wp), allocatable :: points(:, :)   !! (2, samples)
@@ -460,7 +460,7 @@ contains
       end function parts
    end function feet
 
-   !> The largest angle [rad] by which the curve turns to the right, against the structure, within a length.
+   !> Largest turn [rad] of the curve to the right, against the structure, within a given length.
    pure real(wp) function sharpest_turn(curve, length) result(sharpest)
       type(obstacle_curve_t), intent(in) :: curve
       real(wp), intent(in) :: length
@@ -481,10 +481,10 @@ contains
       end do
    end function sharpest_turn
 
-   !> True when the curve and its straight continuations meet themselves: then it does not divide the plane in two.
+   !> True if the curve with its straight continuations intersects itself and thus does not divide the plane in two.
    pure logical function crosses_itself(curve) result(crosses)
       type(obstacle_curve_t), intent(in) :: curve
-      real(wp), parameter :: far = 1.0e4_wp !! length of the continuations, over the size of the curve
+      real(wp), parameter :: far = 1.0e4_wp !! length of the continuations over the size of the curve
       real(wp), allocatable :: p(:, :), inner(:, :)
       real(wp) :: size_
       integer :: i, k, n
@@ -504,7 +504,7 @@ contains
       end do
    end function crosses_itself
 
-   !> True when the segments ab and cd have a point in common.
+   !> True if the segments ab and cd have a common point.
    pure logical function segments_meet(a, b, c, d) result(meet)
       real(wp), intent(in) :: a(2), b(2), c(2), d(2)
       integer :: i
@@ -516,7 +516,7 @@ contains
 
    contains
 
-      !> Which side of pq the point r is on; rounding counts as neither.
+      !> Side of pq on which the point r is: 1 left, -1 right, 0 within rounding.
       pure real(wp) function side(p, q, r)
          real(wp), intent(in) :: p(2), q(2), r(2)
          side = (q(1) - p(1)) * (r(2) - p(2)) - (q(2) - p(2)) * (r(1) - p(1))

@@ -9,7 +9,7 @@ module obstacle_geometry
 
 contains
 
-   !> Signed distance to the obstacle, positive on the free side; hessian = bend * (tangent tangent^T).
+   !> Signed distance to the obstacle, > 0 on the free side; hessian = bend * (tangent tangent^T).
    pure subroutine obstacle_gap(obstacle, x, gap, normal, bend)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: x(2)
@@ -43,25 +43,25 @@ contains
             bend = -bend
          end if
       case default
-         ! The normal of the curve, not the direction from its point: that one has no meaning where the gap is small.
+         ! The normal of the curve, not the direction from its point, which is undetermined for a small gap.
          foot = nearest_point(obstacle%curve, x)
          normal = [-foot%tangent(2), foot%tangent(1)]
          gap = dot_product(x - foot%point, normal)
-         ! Nearest points end where the gap is the radius of curvature; there the distance has no curvature.
+         ! At a gap equal to the radius of curvature the nearest point is not unique; the curvature is set to zero there.
          r = 1.0_wp - foot%curvature * gap
          bend = 0.0_wp
          if (r > epsilon(r)) bend = -foot%curvature / r
       end select
    end subroutine obstacle_gap
 
-   !> What a motion does to the gap of a point, with normal and curvature where it ends. On lines and circles the change is
-   !> exact to the rounding of the motion, not to that of positions: a stiff foundation would multiply it.
+   !> Change of a point's gap by a motion, with normal and curvature after the motion. For lines and circles the error is the
+   !> rounding of the motion, not that of positions, which a stiff foundation would multiply.
    pure subroutine moved_gap(obstacle, home, motion, at_home, change, normal, bend)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: home(2), motion(2)
-      real(wp), intent(out) :: at_home     !! gap before
-      real(wp), intent(out) :: change      !! of the gap
-      real(wp), intent(out) :: normal(2), bend !! as those of obstacle_gap
+      real(wp), intent(out) :: at_home     !! gap before the motion
+      real(wp), intent(out) :: change      !! change of the gap
+      real(wp), intent(out) :: normal(2), bend !! as in obstacle_gap
       real(wp) :: gap, d(2)
       call obstacle_gap(obstacle, home, at_home, normal, bend)
       call obstacle_gap(obstacle, home + motion, gap, normal, bend)
@@ -79,15 +79,15 @@ contains
       end select
    end subroutine moved_gap
 
-   !> True where contact has an angle about a centre.
+   !> True for an obstacle with contact angles about a centre.
    pure logical function has_angle(obstacle)
       type(obstacle_t), intent(in) :: obstacle
       has_angle = obstacle%kind == obstacle_circle .or. obstacle%kind == obstacle_arc
    end function has_angle
 
-   !> Direction of a point seen from the centre, in degrees from the reference direction, in (-180, 180].
+   !> Direction of a point from the centre, in degrees from the reference direction, in (-180, 180].
    pure real(wp) function contact_angle(obstacle, x) result(angle)
-      type(obstacle_t), intent(in) :: obstacle !! with has_angle
+      type(obstacle_t), intent(in) :: obstacle !! has_angle is true
       real(wp), intent(in) :: x(2)
       real(wp) :: d(2), c, s
       d = x - obstacle%centre
@@ -96,19 +96,19 @@ contains
       angle = atan2(c * d(2) - s * d(1), c * d(1) + s * d(2)) / degree
    end function contact_angle
 
-   !> True where the angle grows along a rod through point x in direction `tangent`.
+   !> True if the contact angle increases along a rod through point x in direction `tangent`.
    pure logical function turns_forward(obstacle, x, tangent)
-      type(obstacle_t), intent(in) :: obstacle !! with has_angle
+      type(obstacle_t), intent(in) :: obstacle !! has_angle is true
       real(wp), intent(in) :: x(2), tangent(2)
       real(wp) :: d(2)
       d = x - obstacle%centre
       turns_forward = d(1) * tangent(2) - d(2) * tangent(1) > 0.0_wp
    end function turns_forward
 
-   !> Adds full turns to the angle where a stretch of contact ends, so that it is about its length over the radius away
-   !> from the angle where it starts, forward or backward.
+   !> Adds full turns to the angle at the end of a contact region, so that it differs from the angle at the start by about length
+   !> over radius, forward or backward.
    pure subroutine unwrap_angle(obstacle, length, forward, start, end)
-      type(obstacle_t), intent(in) :: obstacle !! with has_angle
+      type(obstacle_t), intent(in) :: obstacle !! has_angle is true
       real(wp), intent(in) :: length
       logical, intent(in) :: forward
       real(wp), intent(in) :: start
@@ -119,10 +119,10 @@ contains
       end = end + 360.0_wp * anint((start + span - end) / 360.0_wp)
    end subroutine unwrap_angle
 
-   !> Curvature d(angle)/ds that a rod running along the obstacle through point x in direction `tangent` would have.
+   !> Curvature d(angle)/ds of a rod on the obstacle through point x in direction `tangent`.
    pure real(wp) function contact_curvature(obstacle, x, tangent) result(curvature)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: x(2)         !! on the surface, or on a curve that keeps its distance from it
+      real(wp), intent(in) :: x(2)         !! on the surface, or on a curve at constant distance from it
       real(wp), intent(in) :: tangent(2)
       real(wp) :: gap, normal(2), bend
       call obstacle_gap(obstacle, x, gap, normal, bend)

@@ -1,4 +1,4 @@
-!> The curves that decks describe as obstacles: arcs, polylines with rounded corners, splines.
+!> Curves of obstacles as decks describe them: arcs, polylines with rounded corners, splines.
 module obstacle_shapes
    use kinds, only: wp
    use quintic_spline, only: spline_derivatives, hermite_coefficients, ends_straight
@@ -7,19 +7,19 @@ module obstacle_shapes
    private
    public :: arc_curve, polyline_curve, spline_curve, corner_turn, widest_corner_radius, default_corner_radius
 
-   real(wp), parameter :: straight_on = 1.0e-9_wp   !! [rad] corners that turn by less are none
-   real(wp), parameter :: default_share = 0.1_wp    !! of a segment that a corner takes at most by default
+   real(wp), parameter :: straight_on = 1.0e-9_wp   !! [rad] corners with a smaller turn are ignored
+   real(wp), parameter :: default_share = 0.1_wp    !! largest part of a segment for a corner by default
 
 contains
 
-   !> A circular arc; from start to end angle [rad], anticlockwise when that increases.
+   !> Circular arc from start to end angle [rad], counterclockwise if the angle increases.
    pure function arc_curve(centre, radius, start_angle, end_angle) result(curve)
       real(wp), intent(in) :: centre(2), radius, start_angle, end_angle
       type(obstacle_curve_t) :: curve
       curve = join_pieces([arc_piece(centre, radius, start_angle, end_angle - start_angle)])
    end function arc_curve
 
-   !> Straight segments through points, neighbours apart, with corners rounded by arcs of one radius that fits.
+   !> Straight segments through distinct points, with corners rounded by arcs of one radius.
    function polyline_curve(point, radius) result(curve)
       real(wp), intent(in) :: point(:, :)     !! (2, 2 or more)
       real(wp), intent(in) :: radius          !! at most widest_corner_radius(point)
@@ -47,7 +47,7 @@ contains
 
    contains
 
-      !> Straight on to a point; arcs that use a segment up leave nothing between them.
+      !> Adds a straight piece up to a point, unless arcs take the whole segment.
       subroutine add_straight(to)
          real(wp), intent(in) :: to(2)
          if (norm2(to - at) <= 1.0e-12_wp * norm2(point(:, i) - point(:, i - 1))) return
@@ -55,8 +55,8 @@ contains
       end subroutine add_straight
    end function polyline_curve
 
-   !> The quintic spline through points, neighbours apart, over the length of the chords: what a rod that lies along it presses
-   !> with, EI times the second derivative of its curvature among it, is continuous.
+   !> Quintic spline through distinct points, parameter by chord length. The pressure of a rod along the curve, which contains EI
+   !> times the second derivative of the curvature, is continuous.
    function spline_curve(point) result(curve)
       real(wp), intent(in) :: point(:, :)     !! (2, 2 or more)
       type(obstacle_curve_t) :: curve
@@ -83,7 +83,7 @@ contains
       curve = join_pieces(piece)
    end function spline_curve
 
-   !> Angle [rad] by which a polyline turns at an inner point, positive to the left, between -pi and pi.
+   !> Turn [rad] of a polyline at an inner point, > 0 to the left, between -pi and pi.
    pure real(wp) function corner_turn(point, i) result(turn)
       real(wp), intent(in) :: point(:, :)
       integer, intent(in) :: i
@@ -93,7 +93,7 @@ contains
       turn = atan2(a(1) * b(2) - a(2) * b(1), dot_product(a, b))
    end function corner_turn
 
-   !> The largest radius with which all corners of a polyline fit on its segments; huge when it has none.
+   !> Largest radius with which all corners of a polyline fit on its segments; huge without corners.
    pure real(wp) function widest_corner_radius(point) result(radius)
       real(wp), intent(in) :: point(:, :)
       real(wp) :: need
@@ -105,7 +105,7 @@ contains
       end do
    end function widest_corner_radius
 
-   !> The largest radius with which no corner takes more than a tenth of a segment beside it; 0 when there is none.
+   !> Largest radius with which no corner takes more than a tenth of a segment beside it; 0 without corners.
    pure real(wp) function default_corner_radius(point) result(radius)
       real(wp), intent(in) :: point(:, :)
       real(wp) :: need
@@ -118,7 +118,7 @@ contains
       if (radius >= huge(radius)) radius = 0.0_wp
    end function default_corner_radius
 
-   !> Length that the rounding of point i takes from both segments, per unit of radius.
+   !> Length of both segments that the rounding at point i takes, per unit of radius.
    pure real(wp) function cut(point, i)
       real(wp), intent(in) :: point(:, :)
       integer, intent(in) :: i

@@ -1,11 +1,11 @@
-!> The track of an obstacle: the curve at a constant distance from its surface, on its free side, on which the axis of a rod
-!> in line contact runs. It has the free side on its left, so it runs from the first to the second point of a line, along
-!> curves, anticlockwise within circles and clockwise around them.
+!> Track of an obstacle: the curve at constant distance from its surface, on the free side, along which the axis of a rod in line
+!> contact runs. The free side is on the left of the track: it runs from the first to the second point of a line, along curves,
+!> counterclockwise within circles and clockwise around them.
 !>
-!> Where the surface has the curvature k (positive when it turns left) and arc length s, the track at the distance d has
+!> With the curvature k (> 0 to the left) and arc length s of the surface, the track at the distance d has
 !>   d(sigma) = (1 - k d) ds,   curvature k / (1 - k d),   its derivatives by sigma by the chain rule,
-!> so sigma = s - d * (angle by which the surface has turned to the left). d is smaller than the radius of every turn to the
-!> left: beyond it there is no such curve.
+!> so sigma = s - d * (turn of the surface to the left). d must be smaller than the radius of every turn to the left, otherwise the
+!> track does not exist.
 module obstacle_track
    use kinds, only: wp, pi
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
@@ -17,24 +17,24 @@ module obstacle_track
 
    !> A point of the track.
    type :: track_t
-      real(wp) :: sigma = 0.0_wp             !! arc length of the track; lines and curves: from the first point, circles: the
-      !! angle from the x axis times the radius of the track, growing in its sense
+      real(wp) :: sigma = 0.0_wp             !! arc length of the track; lines and curves: from the first point, circles: angle from
+      !! the x axis times the radius of the track, increasing in its sense
       real(wp) :: place(2) = 0.0_wp
-      real(wp) :: tangent(2) = 0.0_wp        !! unit, the free side on its left
-      real(wp) :: curvature = 0.0_wp         !! d(angle)/d(sigma), positive when the track turns left
-      real(wp) :: curvature_rate = 0.0_wp    !! its derivative by sigma
-      real(wp) :: curvature_second = 0.0_wp  !! and the next one
-      integer :: piece = 0                   !! of a curve, as in foot_t
+      real(wp) :: tangent(2) = 0.0_wp        !! unit vector, the free side on its left
+      real(wp) :: curvature = 0.0_wp         !! d(angle)/d(sigma), > 0 where the track turns left
+      real(wp) :: curvature_rate = 0.0_wp    !! first derivative of the curvature by sigma
+      real(wp) :: curvature_second = 0.0_wp  !! second derivative of the curvature by sigma
+      integer :: piece = 0                   !! piece of a curve, as in foot_t
    end type track_t
 
-   real(wp), parameter :: at_joint = 1.0e-6_wp !! of a stretch of the track: its end is at the joint
+   real(wp), parameter :: at_joint = 1.0e-6_wp !! part of a length of the track: its end this close to a joint is at the joint
 
 contains
 
-   !> The point of the track that is nearest to x, seen from the obstacle's own axes.
+   !> Nearest point to x on the track, in the obstacle's own axes.
    pure type(track_t) function track_foot(obstacle, offset, x) result(track)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset      !! distance from the surface, positive towards the free side
+      real(wp), intent(in) :: offset      !! distance from the surface, > 0 towards the free side
       real(wp), intent(in) :: x(2)
       type(foot_t) :: foot
       real(wp) :: d(2)
@@ -54,16 +54,15 @@ contains
       end select
    end function track_foot
 
-   !> The point of the track at arc length sigma.
+   !> Point of the track at arc length sigma.
    !>
-   !> On curves the search starts on the piece of `near`. It goes over to a neighbour only where the curvature does not jump
-   !> (quintic pieces); else the piece goes on beyond its end, straight or circular, so that nothing jumps within Newton's
-   !> method.
+   !> On curves the search starts on the piece of `near` and passes to a neighbour only if the curvature does not jump (quintic
+   !> pieces); otherwise the piece is continued beyond its end, straight or circular, so that nothing jumps within Newton's method.
    pure type(track_t) function track_at(obstacle, offset, sigma, near) result(track)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
       real(wp), intent(in) :: sigma
-      type(track_t), intent(in) :: near   !! its piece is used
+      type(track_t), intent(in) :: near   !! only its piece is used
       integer :: i
       select case (obstacle%kind)
       case (obstacle_line)
@@ -101,8 +100,8 @@ contains
       ahead = ahead - round * anint(ahead / round)
    end function track_ahead
 
-   !> A point on the piece that a stretch of the track with the given ends lies on, to be the `near` of track_at: ends at a
-   !> joint may count as points of either piece.
+   !> A point on the piece that contains a length of the track with given ends, for the argument `near` of track_at: ends at a joint
+   !> may be points of either piece.
    pure type(track_t) function track_between(obstacle, offset, first, last) result(between)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -120,7 +119,8 @@ contains
       between%piece = i
    end function track_between
 
-   !> True where the track's curvature jumps between two of its points: a rod cannot lie along it there, for its moment would jump.
+   !> True if the track's curvature jumps between two of its points: a rod cannot follow the track there, because its moment would
+   !> jump.
    pure logical function jump_between(obstacle, offset, first, last)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -138,8 +138,8 @@ contains
       end do
    end function jump_between
 
-   !> A point of the track as a point of the piece beyond the nearer joint at which the curvature jumps, or of what continues that;
-   !> the point itself where none is within reach.
+   !> A point of the track as a point of the piece beyond the nearer joint with a jump of curvature, or of this piece's
+   !> continuation; the point itself if no such joint is within reach.
    pure type(track_t) function across_joint(obstacle, offset, track, reach) result(other)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -165,7 +165,7 @@ contains
       other%sigma = track%sigma
    end function across_joint
 
-   !> Where a stretch of the track is joined, as shares of it from its first point on: rising, none at its ends.
+   !> Joints of a length of the track, as parts of this length from its first point: increasing, without joints at its ends.
    pure function joint_shares(obstacle, offset, first, last) result(share)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -203,7 +203,7 @@ contains
       track%curvature = sense / r
    end function on_circle
 
-   !> 1 where the track is anticlockwise, -1 where it is clockwise.
+   !> 1 if the track is counterclockwise, -1 if clockwise.
    pure real(wp) function circle_sense(obstacle)
       type(obstacle_t), intent(in) :: obstacle
       circle_sense = merge(1.0_wp, -1.0_wp, obstacle%inside)
@@ -215,7 +215,7 @@ contains
       track_radius = obstacle%radius - circle_sense(obstacle) * offset
    end function track_radius
 
-   !> Arc length of the track where piece i begins, 1 to pieces + 1; the first continuation goes backwards from 0, too.
+   !> Arc length of the track at the beginning of piece i, 1 to pieces + 1; the first continuation extends from 0 backwards.
    pure real(wp) function piece_start(obstacle, offset, i) result(sigma)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -224,7 +224,7 @@ contains
       if (i > 0) sigma = obstacle%curve%start(i) - offset * obstacle%curve%turned(i)
    end function piece_start
 
-   !> Arc length of the track from the beginning of a piece, or what continues it, to its parameter t.
+   !> Arc length of the track from the beginning of a piece, or of a continuation, to its parameter t.
    pure real(wp) function piece_length(obstacle, offset, i, t) result(length)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -236,7 +236,7 @@ contains
       if (abs(offset) > 0.0_wp) length = length - offset * turned_angle(obstacle%curve, i, t)
    end function piece_length
 
-   !> The point of the track that belongs to parameter t of a piece, but for its arc length.
+   !> Point of the track at parameter t of a piece, without its arc length.
    pure type(track_t) function on_piece(obstacle, offset, i, t) result(track)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -286,7 +286,7 @@ contains
       associate (d1 => d(:, 1), d2 => d(:, 2), d3 => d(:, 3), d4 => d(:, 4))
          speed = norm2(d1)
          tangent = d1 / speed
-         growth = dot_product(d1, d2) / speed**2 ! of the speed by t, over the speed
+         growth = dot_product(d1, d2) / speed**2 ! derivative of the speed by t over the speed
          k(0) = cross(d1, d2) / speed**3
          by_t = cross(d1, d3) / speed**3 - 3 * k(0) * growth
          twice_by_t = (cross(d2, d3) + cross(d1, d4)) / speed**3 - 3 * growth * cross(d1, d3) / speed**3 - 3 * by_t * growth - &
@@ -296,7 +296,7 @@ contains
       end associate
    end subroutine polynomial_curvature
 
-   !> Parameter of the point at arc length sigma on piece i or what continues it.
+   !> Parameter of the point at arc length sigma on piece i or on a continuation.
    pure real(wp) function piece_parameter(obstacle, offset, i, sigma) result(t)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset

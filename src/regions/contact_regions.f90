@@ -1,9 +1,9 @@
-!> Connected stretches of contact and where they end, to a small part of an element.
+!> Contact regions of contact at nodes: connected lengths of contact and their ends, accurate to a small part of an element.
 !>
-!> A rod leaves a rigid obstacle smoothly: its curvature is the obstacle's up to the lift-off point and changes about
-!> linearly beyond. So the end is where the curvature of the open element, continued backwards, meets the obstacle's;
-!> that point may lie on either side of the last node in contact. On a foundation the end is where the gap changes sign;
-!> where the foundation carries load sideways the last reaction tells how much of the node's length still presses.
+!> A rod leaves a rigid obstacle smoothly: its curvature is the obstacle's up to the lift-off point and changes about linearly
+!> beyond. The end is where the curvature of the open element, continued backwards, meets the obstacle's; this point may be on
+!> either side of the last node in contact. On a foundation the end is where the gap changes sign; on coupled ground the last
+!> reaction gives the part of the node's length that still presses.
 module contact_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -22,18 +22,18 @@ module contact_regions
    private
    public :: find_regions, resolved_contact, candidate_coordinate, region_of
 
-   real(wp), parameter :: unresolved = 8.0_wp !! elements: shorter open stretches do not divide a region
+   real(wp), parameter :: unresolved = 8.0_wp !! in elements: a shorter gap in the contact does not divide a region
 
 contains
 
-   !> All regions of contacts at nodes, in the order of the candidates; then those of distributed foundations.
+   !> All regions of contacts at nodes, in the order of the candidates, followed by those of distributed foundations.
    function find_regions(problem, state) result(regions)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(region_t), allocatable :: regions(:)
       integer :: c, last
       logical, allocatable :: seen(:), touching(:)
-      logical :: forward                       ! angles grow along the rod
+      logical :: forward                       ! angles increase along the rod
       allocate (regions(0))
       forward = .true.
       touching = resolved_contact(problem, state)
@@ -43,7 +43,7 @@ contains
          if (previous(c) > 0) cycle
          regions = [regions, follow(c, last)]
       end do
-      ! What is left is a closed chain in contact all round.
+      ! The rest are closed chains in contact all round.
       do c = 1, problem%candidates%n
          if (.not. seen(c)) regions = [regions, follow(c, last)]
       end do
@@ -51,7 +51,7 @@ contains
 
    contains
 
-      !> The active neighbour before a candidate, 0 if there is none.
+      !> Active neighbour before a candidate, 0: none.
       integer function previous(candidate)
          integer, intent(in) :: candidate
          previous = problem%candidates%neighbour(1, candidate)
@@ -59,7 +59,7 @@ contains
          if (.not. touching(previous)) previous = 0
       end function previous
 
-      !> Collects the region that starts at a candidate.
+      !> Collects the region that begins at a candidate.
       type(region_t) function follow(first, last) result(region)
          integer, intent(in) :: first
          integer, intent(out) :: last
@@ -95,7 +95,7 @@ contains
          end if
       end function follow
 
-      !> Coordinate and angle of the region's end at a candidate, on side 1 (before) or 2 (after); side 0: the node itself.
+      !> Coordinate and angle of the region's end at a candidate. side 1: before the candidate, 2: after it, 0: at its node.
       subroutine set_end(candidate, side, s, angle)
          integer, intent(in) :: candidate, side
          real(wp), intent(out) :: s, angle
@@ -127,11 +127,10 @@ contains
       end subroutine set_end
    end function find_regions
 
-   !> The candidates in contact as far as the mesh can tell.
+   !> Candidates in contact within the resolution of the mesh.
    !>
-   !> Reactions at nodes make a rod on a rigid obstacle wave a little between and next to them, so that some nodes lift
-   !> off by a gap far below the mesh's resolution. An open stretch between two contacts that is no longer than eight of
-   !> the elements around it counts as contact.
+   !> Reactions at nodes make a rod on a rigid obstacle wavy between and next to them, so that some nodes lift off by a gap far
+   !> below the mesh's resolution. A gap between two contacts no longer than eight of the elements around it counts as contact.
    function resolved_contact(problem, state) result(touching)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -165,7 +164,7 @@ contains
       end do
    end function resolved_contact
 
-   !> Arc length of a candidate along its chain, where its node is now.
+   !> Arc length of a candidate along its chain, at the present place of its node.
    real(wp) function candidate_coordinate(problem, state, candidate) result(s)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -179,13 +178,13 @@ contains
          & problem%model%mesh%s(2, e), state%geometry%element(e)%s(2))
    end function candidate_coordinate
 
-   !> Signed distance from the last candidate in contact to the end of the contact, outwards positive.
+   !> Signed distance from the last candidate in contact to the end of the contact, > 0 outwards.
    real(wp) function overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, side
       if (problem%candidates%bilateral(candidate)) then
-         ! The neighbour is not held by the obstacle because a support holds it.
+         ! The neighbour is not in contact only because a support holds it.
          beyond = state%geometry%element(problem%candidates%element(side, candidate))%length
       else if (problem%model%obstacle(problem%candidates%obstacle(candidate))%rigid) then
          beyond = rigid_overhang(problem, state, candidate, side)
@@ -196,7 +195,8 @@ contains
       end if
    end function overhang
 
-   !> Rigid: a parabola through the curvature misfit at both ends of the open element and its slope at the far end.
+   !> Rigid obstacle: root of the parabola through the curvature differences at both ends of the open element and the slope at the
+   !> far end.
    real(wp) function rigid_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -214,7 +214,7 @@ contains
       near = misfit(inner, candidate)
       far = misfit(outer, problem%candidates%neighbour(side, candidate))
       slope = -direction * problem%compliance(e)%bending * local(2, outer) - obstacle_slope()
-      ! misfit(d) = far + slope (d - h) + a (d - h)^2, d counted from the candidate outwards
+      ! misfit(d) = far + slope (d - h) + a (d - h)^2, d from the candidate outwards
       a = (near - far + slope * h) / h**2
       beyond = 0.0_wp
       root = slope**2 - 4.0_wp * a * far
@@ -222,7 +222,7 @@ contains
       b = slope + sign(sqrt(root), slope)
       if (.not. abs(b) > 0.0_wp) return
       beyond = h - 2.0_wp * far / b
-      ! On a short free span the moment's maximum may lie in this element: then the contact ends at the other root.
+      ! On a short free span the maximum of the moment may be in this element; then the contact ends at the other root.
       if (abs(a) > 0.0_wp) then
          other = h - 0.5_wp * b / a
          if (abs(other) < abs(beyond)) beyond = other
@@ -231,7 +231,7 @@ contains
 
    contains
 
-      !> Curvature of the rod minus that of the obstacle under a rod stretched like this one.
+      !> Curvature of the rod less that of a rod with the same extension ratio on the obstacle.
       real(wp) function misfit(k, c)
          integer, intent(in) :: k, c
          real(wp) :: stretch
@@ -240,7 +240,7 @@ contains
             & local(3, k) * problem%compliance(e)%bending - stretch * obstacle_curvature(k, c, 0.0_wp)
       end function misfit
 
-      !> Curvature of a rod on the obstacle, at the point nearest to a candidate moved along the rod.
+      !> Curvature of a rod on the obstacle, at the point nearest to a candidate shifted along the rod.
       real(wp) function obstacle_curvature(k, c, moved) result(curvature)
          integer, intent(in) :: k, c      !! end of the element and its candidate
          real(wp), intent(in) :: moved
@@ -254,7 +254,7 @@ contains
          end associate
       end function obstacle_curvature
 
-      !> How that curvature changes along the rod, outwards, at the far end.
+      !> Derivative of that curvature along the rod, outwards, at the far end.
       real(wp) function obstacle_slope() result(change)
          real(wp), parameter :: part = 1.0e-4_wp
          integer :: c
@@ -266,7 +266,7 @@ contains
       end function obstacle_slope
    end function rigid_overhang
 
-   !> Winkler: where the gap changes its sign in the open element.
+   !> Winkler foundation: place where the gap changes sign in the open element.
    real(wp) function winkler_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -285,8 +285,8 @@ contains
       beyond = beyond * state%geometry%element(problem%candidates%element(side, candidate))%length
    end function winkler_overhang
 
-   !> Ground that couples: how much of the last node's length its reaction fills, the pressure continued from the two nodes
-   !> before it. On a half-space it falls to zero with the root of the distance from the end.
+   !> Coupled ground: part of the last node's length that the node's reaction fills at the pressure extrapolated from the two nodes
+   !> before. On a half-space the pressure falls to zero with the root of the distance from the end.
    real(wp) function patch_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -315,7 +315,7 @@ contains
       if (fall > 0.0_wp) then
          filled = (1.5_wp * state%reaction(candidate) / sqrt(fall))**(2.0_wp / 3.0_wp)
       else
-         if (pressure <= 0.5_wp * inner(1)) pressure = inner(1) ! it runs out: the line says nothing
+         if (pressure <= 0.5_wp * inner(1)) pressure = inner(1) ! the extrapolation reaches zero and is useless
          filled = state%reaction(candidate) / pressure
       end if
       beyond = min(max(filled, 0.0_wp), sum(half)) - half(1)

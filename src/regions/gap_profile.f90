@@ -1,5 +1,5 @@
-!> The gap between nodes that may come into rigid contact: a quintic through gap, slope and curvature at both ends of an element.
-!> At the nodes these have the full order of the element; the rod's profile between them has order s + 1 only.
+!> Gap between two nodes of a rigid contact: a quintic through gap, slope and curvature at both ends of an element. At the nodes
+!> these have the full order of the element, whereas the rod's profile between them has the order s + 1 only.
 module gap_profile
    use kinds, only: wp
    use problem, only: problem_t
@@ -18,7 +18,7 @@ module gap_profile
 
 contains
 
-   !> Profile on the element after a candidate.
+   !> Gap profile on the element after a candidate.
    function element_profile(problem, state, candidate) result(profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -39,14 +39,14 @@ contains
       profile%bend = profile%bend * h**2
    end function element_profile
 
-   !> Gap, its slope and its second derivative along the rod at one end of an element, by the stress-free length: the rod
-   !> goes on as r' = (1 + e + N/EA) t + (Q/GA) nu, e from heat.
+   !> Gap, slope and second derivative of the gap along the rod at one end of an element, by the stress-free length, from r' = (1 +
+   !> e + N/EA) t + (Q/GA) nu, e the thermal strain.
    subroutine end_derivatives(problem, state, candidate, e, side, local, change, gap, slope, second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, e, side
       real(wp), intent(in) :: local(3)     !! N, Q, M at that end
-      real(wp), intent(in) :: change(2)    !! of N and Q per length
+      real(wp), intent(in) :: change(2)    !! derivatives of N and Q by length
       real(wp), intent(out) :: gap, slope, second
       real(wp) :: normal(2), bend, angle, t(2), nu(2), curvature, along, across, shear, d(2)
       type(ge_load_t) :: load
@@ -66,14 +66,14 @@ contains
          & (change(1) * problem%compliance(e)%axial - across * curvature) * t)
    end subroutine end_derivatives
 
-   !> The gap at a place.
+   !> Gap at a place in the element.
    pure real(wp) function profile_value(profile, tau)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       profile_value = quintic(profile%value, profile%slope, profile%bend, tau)
    end function profile_value
 
-   !> Smallest value, ends included.
+   !> Smallest gap of the element, ends included, and its place.
    pure subroutine profile_least(profile, least, tau)
       type(profile_t), intent(in) :: profile
       real(wp), intent(out) :: least, tau
@@ -109,11 +109,12 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate     !! with a neighbour after it
       real(wp), intent(out) :: least
-      real(wp), intent(out) :: tau         !! where, 0 to 1 from the candidate to its neighbour
+      real(wp), intent(out) :: tau         !! place, 0 to 1 from the candidate to its neighbour
       call profile_least(element_profile(problem, state, candidate), least, tau)
    end subroutine least_gap_after
 
-   !> Smallest gap along the elements that touch a set of candidates; at the nodes where the ground between them settles.
+   !> Smallest gap along the elements that join marked candidates; on coupled ground at the nodes only, relative to the settled
+   !> surface.
    real(wp) function smallest_gap(problem, state, marked) result(least)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -134,7 +135,7 @@ contains
       end do
    end function smallest_gap
 
-   !> Deformed over stress-free length where the normal force is n.
+   !> Extension ratio, deformed over stress-free length, for the normal force n.
    pure real(wp) function stretch(problem, state, e, n)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -145,7 +146,7 @@ contains
       stretch = 1.0_wp + load%strain + n * problem%compliance(e)%axial
    end function stretch
 
-   !> Hermite quintic on (0, 1).
+   !> Hermite's quintic on (0, 1).
    pure real(wp) function quintic(value, slope, bend, tau)
       real(wp), intent(in) :: value(2), slope(2), bend(2), tau
       real(wp) :: d, p, c3, c4, c5
@@ -157,7 +158,7 @@ contains
       quintic = value(1) + tau * (slope(1) + tau * (0.5_wp * bend(1) + tau * (c3 + tau * (c4 + tau * c5))))
    end function quintic
 
-   !> 1/GA of an element, without what belongs to the bending of one stage.
+   !> 1/GA of an element, without the part that belongs to the bending of one stage.
    pure real(wp) function shear_compliance(problem, e)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: e

@@ -1,9 +1,9 @@
-!> Ends of a foundation's chain that supports hold on its surface: there the gap has a root whatever the load.
+!> Ends of a foundation's chain that supports hold on its surface: there the gap has a root at every load.
 !>
-!> Contact beside such an end is lost as its length shrinks to nothing. Its least gap falls with the power 3/2 of the slope at the
-!> end, and then is that of the root: it never goes through zero, so that any place behind the loss would do, another one on every
-!> mesh. The gap over the distance from the root, over its square where the support holds the slope, too, is smooth and goes
-!> through zero where the slope, or the curvature, does.
+!> Contact beside such an end is lost as its length shrinks to zero. The least gap falls with the power 3/2 of the slope at the end,
+!> and after the loss it is the root itself: the least gap has no zero that would locate the loss. The gap over the distance from
+!> the root, or over its square if the support fixes the slope as well, is smooth and has a zero where the slope, or the curvature,
+!> has one.
 module ground_ends
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -17,12 +17,12 @@ module ground_ends
 
 contains
 
-   !> Orders of the roots at the first and the last end of a contact's chain, 0: none that lies on a stretch.
+   !> Orders of the roots at the first and the last end of a contact's chain; 0: no root in the given range.
    function root_orders(problem, state, contact, from, to) result(order)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: contact          !! with a chain
-      real(wp), intent(in) :: from, to        !! arc lengths
+      integer, intent(in) :: contact          !! contact with a chain
+      real(wp), intent(in) :: from, to        !! range of arc lengths
       integer :: order(2)
       real(wp) :: gap, slope, bend
       integer :: side, c, e
@@ -42,12 +42,12 @@ contains
       end do
    end function root_orders
 
-   !> These roots, in arc lengths of the chain.
+   !> Roots with their places in arc lengths of the chain.
    function chain_roots(problem, state, contact, order) result(root)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
-      integer, intent(in) :: order(2)         !! 0: what is there does not count
+      integer, intent(in) :: order(2)         !! 0: the root of this end is not included
       type(gap_root_t) :: root(count(order > 0))
       real(wp) :: gap, slope, bend
       integer :: side, c, e, n
@@ -65,10 +65,10 @@ contains
       end do
    end function chain_roots
 
-   !> The candidate at an end of an open chain, and its element. 0: there is none.
+   !> Candidate at an end of an open chain, and its element; 0: none.
    pure subroutine chain_end(problem, contact, side, candidate, element)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: contact, side    !! 1: first end, 2: last
+      integer, intent(in) :: contact, side    !! 1: first end, 2: last end
       integer, intent(out) :: candidate, element
       associate (chain => problem%ground%chain)
          candidate = findloc(chain%contact == contact .and. chain%element(side, :) == 0 .and. chain%element(3 - side, :) > 0, &
@@ -78,7 +78,7 @@ contains
       end associate
    end subroutine chain_end
 
-   !> The gap at an end of a rod, and its first and second derivatives by the stress-free distance from there.
+   !> Gap at an end of a rod, and its first and second derivatives by the stress-free distance from the end.
    subroutine look_at_end(problem, state, side, candidate, e, gap, slope, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,4 +1,4 @@
-!> Connected stretches of contact with foundations that act inside elements, and what the nodes along them see.
+!> Contact regions of foundations that act inside elements, and pressures and reactions at nodes.
 module ground_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -36,7 +36,7 @@ contains
       real(wp) :: part(2, most_parts), h
       integer :: c, e, i, n, first, closes
       logical :: open_end
-      logical :: forward(size(problem%model%contact)) ! contact's angles grow along its chain
+      logical :: forward(size(problem%model%contact)) ! angles of the contact increase along its chain
       allocate (regions(0))
       forward = .true.
       associate (chain => problem%ground%chain)
@@ -49,7 +49,7 @@ contains
                cycle
             end if
             if (chain%neighbour(1, c) == 0) open_end = .false.
-            ! A closed chain begins where the list does.
+            ! A closed chain begins where the list begins.
             if (c == 1) then
                first = 1
             else if (chain%contact(c) /= chain%contact(c - 1)) then
@@ -71,7 +71,7 @@ contains
                end if
                open_end = part(2, i) >= 1.0_wp
             end do
-            ! Once round a closed chain: the last region goes on as the first one.
+            ! End of a closed chain: its last region may continue as its first.
             closes = chain%neighbour(2, c)
             if (closes >= 1 .and. closes <= c .and. open_end .and. size(regions) >= first) then
                if (regions(first)%start <= chain_place(problem, state, closes)) then
@@ -88,7 +88,7 @@ contains
                open_end = .false.
             end if
          end do
-         ! Ends that have come to a support may leave the mesh an element of no length.
+         ! A contact end at a support may leave an element of zero length.
          regions = pack(regions, regions%end > regions%start)
          do i = 1, size(regions)
             associate (obstacle => problem%model%obstacle(problem%model%contact(regions(i)%contact)%obstacle))
@@ -119,16 +119,16 @@ contains
       end subroutine set_end
    end function find_ground_regions
 
-   !> Smallest gap on a stretch of a contact's chain; what lies beyond the chain's ends does not count.
+   !> Smallest gap in a range of a contact's chain; the range may exceed the chain.
    real(wp) function smallest_ground_gap(problem, state, contact, from, to, candidate, place, root, factor) result(least)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
-      real(wp), intent(in) :: from, to           !! arc lengths; on a closed chain `to` may lie in the next round
-      integer, intent(out), optional :: candidate !! it is on the element after this one, 0: nowhere
-      real(wp), intent(out), optional :: place   !! and there, 0 to 1
-      type(gap_root_t), intent(in), optional :: root(:) !! divided out, see ground_ends
-      real(wp), intent(out), optional :: factor  !! what that makes of the gap there; 0: the place is a root
+      real(wp), intent(in) :: from, to           !! arc lengths; on a closed chain `to` may be in the next round
+      integer, intent(out), optional :: candidate !! candidate before the element with the smallest gap, 0: empty range
+      real(wp), intent(out), optional :: place   !! place in that element, 0 to 1
+      type(gap_root_t), intent(in), optional :: root(:) !! roots divided out of the gap, see ground_ends
+      real(wp), intent(out), optional :: factor  !! factor of the division at the place; 0: the place is a root
       type(gap_root_t), allocatable :: there(:)
       real(wp) :: range(2), value, tau, h
       integer :: c, round
@@ -158,19 +158,18 @@ contains
       end do
    end function smallest_ground_gap
 
-   !> Largest local maximum of the gap on a stretch with contact on both sides of it: positive where a contact region is
-   !> split, negative where it nearly is; minus the greatest penetration where the gap has no such maximum. It is followed
-   !> wherever it moves to.
+   !> Largest local maximum of the gap in a range, with contact on both sides of the maximum: > 0 if the region is divided there, <
+   !> 0 if not. Without such a maximum minus the deepest penetration. The maximum is found wherever it has moved.
    real(wp) function inner_opening(problem, state, contact, from, to, candidate, place) result(opening)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       real(wp), intent(in) :: from, to
-      integer, intent(out), optional :: candidate !! as above
+      integer, intent(out), optional :: candidate !! as in smallest_ground_gap
       real(wp), intent(out), optional :: place
       type(element_gap_t) :: between
       real(wp), allocatable :: gap(:), peak(:), tau(:)
-      integer, allocatable :: after(:)           ! which candidate
+      integer, allocatable :: after(:)           ! candidate before the sample
       real(wp) :: range(2), ends(2), rounding
       integer :: c, i, n, round, first_contact, last_contact, found
       allocate (gap((most_samples + 1) * (1 + rounds(problem, contact)) * problem%ground%chain%n))
@@ -188,7 +187,7 @@ contains
                peak(n) = gap(n)
                tau(n) = ends(2)
                after(n) = c
-               ! The value between this sample and the last one, if it is larger than both.
+               ! Largest gap between this sample and the previous one, if it exceeds both.
                if (i > 0) call gap_extreme(problem, between, .true., ends(1), ends(2), peak(n), tau(n))
             end do
          end do
@@ -199,12 +198,12 @@ contains
       if (n == 0) return
       opening = minval(gap(:n))
       found = 0
-      ! What lies at an end of contact but for rounding is none of its own.
+      ! A maximum within rounding of an end of contact is not counted.
       rounding = rounding_steps * epsilon(rounding) * maxval(abs(state%u(1:2, :)))
       first_contact = findloc(gap(:n) < -rounding, .true., 1)
       last_contact = findloc(gap(:n) < -rounding, .true., 1, back=.true.)
       do i = first_contact + 1, last_contact
-         ! A peak inside the interval before sample i, or at sample i.
+         ! Maximum inside the interval before sample i, or at sample i.
          if (peak(i) > max(gap(i - 1), gap(i)) + rounding) then
             if (peak(i) > opening) found = i
             opening = max(opening, peak(i))
@@ -219,14 +218,14 @@ contains
       if (present(place)) place = tau(found)
    end function inner_opening
 
-   !> The part of the element after a candidate that lies on a stretch; false if none does.
+   !> Part of the element after a candidate that is in a range of the chain; false if none is.
    logical function part_of_stretch(problem, state, contact, candidate, round, from, to, range) result(lies)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact, candidate
-      integer, intent(in) :: round               !! on a closed chain: how often it has been followed already
+      integer, intent(in) :: round               !! number of completed rounds on a closed chain
       real(wp), intent(in) :: from, to
-      real(wp), intent(out) :: range(2)          !! 0 to 1
+      real(wp), intent(out) :: range(2)          !! part of the element, 0 to 1
       real(wp) :: s, h
       range = 0.0_wp
       associate (chain => problem%ground%chain)
@@ -239,7 +238,7 @@ contains
       end associate
    end function part_of_stretch
 
-   !> Arc length along its chain of the node of a candidate with an element after it, wherever that has gone.
+   !> Arc length along its chain of a candidate with an element after it, at the present place of its node.
    pure real(wp) function chain_place(problem, state, candidate) result(s)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -256,12 +255,12 @@ contains
       end associate
    end function chain_place
 
-   !> Regions of a state where the nodes of another one on the same mesh are: ends of contact that nodes go along with are where
-   !> they have gone.
+   !> Regions of a state transferred to the node places of another state on the same mesh: ends of contact that are nodes move with
+   !> them.
    function taken_along(problem, from, to, regions) result(moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
-      type(region_t), intent(in) :: regions(:)   !! of `from`
+      type(region_t), intent(in) :: regions(:)   !! regions of `from`
       type(region_t) :: moved(size(regions))
       real(wp), allocatable :: place(:), way(:)  !! of the nodes of a contact
       integer :: c, k
@@ -286,7 +285,7 @@ contains
 
    contains
 
-      !> Between the nodes.
+      !> Displacement along the chain, interpolated between the nodes.
       real(wp) function way_at(s)
          real(wp), intent(in) :: s
          real(wp) :: at
@@ -304,7 +303,7 @@ contains
       end function way_at
    end function taken_along
 
-   !> How often a closed chain is followed once more.
+   !> Number of additional rounds: 1 for a closed chain, 0 for an open one.
    pure integer function rounds(problem, contact)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact
@@ -324,7 +323,7 @@ contains
       end do
    end subroutine ground_pressure
 
-   !> Shares of the distributed reaction at the nodes of the chains, linear between them.
+   !> Distributed reactions as forces at the nodes of the chains, by linear interpolation.
    subroutine ground_reaction(problem, state, reaction)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -347,14 +346,14 @@ contains
       end do
    end subroutine ground_reaction
 
-   !> The same of one contact at the nodes that the deck gives to it, wherever those of the mesh are; and the force per stress-free
-   !> length there.
+   !> Distributed reaction of one contact as forces at the deck's nodes of this contact, whatever the mesh; and the force per
+   !> stress-free length at these nodes.
    subroutine deck_ground_reaction(problem, state, contact, gap, reaction, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: contact             !! index into model%contact, distributed
+      integer, intent(in) :: contact             !! index into model%contact, with distributed reactions
       real(wp), intent(in) :: gap(:)             !! (nodes of the contact in the deck)
-      real(wp), intent(out) :: reaction(:), density(:) !! (the same)
+      real(wp), intent(out) :: reaction(:), density(:) !! (nodes of the contact in the deck)
       type(inner_forces_t) :: inner
       integer :: row(problem%deck%mesh%n_nodes), e, q, i, k
       real(wp) :: at, share, part
@@ -397,7 +396,7 @@ contains
       end associate
    end function pressure_at
 
-   !> Resultant force in x and y and sum of the normal reactions of every obstacle's distributed foundations.
+   !> Resultant force in x and y and sum of the normal reactions of each obstacle's distributed foundations.
    subroutine foundation_totals(problem, state, total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,4 +1,4 @@
-!> The contact regions of a state of contact spans, for the results: one a touch, in order along the rods.
+!> Contact regions of a state with contact spans, for the results: one for each connected contact, in order along the rods.
 module span_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -17,7 +17,7 @@ module span_regions
 
 contains
 
-   !> All regions, contact by contact along the chains. A line that goes on over a breakpoint is one.
+   !> All regions, contact by contact along the chains. A line contact that continues past a segment boundary is one region.
    function find_span_regions(problem, state) result(regions)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -27,7 +27,7 @@ contains
       integer :: c, i
       allocate (regions(0))
       seen = problem%candidates%touch(:problem%candidates%n) == 0
-      ! A clamp that stands on an obstacle by itself.
+      ! A clamped node on an obstacle is no region of its own.
       do c = 1, problem%candidates%n
          if (seen(c) .or. any(problem%candidates%neighbour(:, c) > 0)) cycle
          seen(c) = stands(problem, state, c)
@@ -35,7 +35,7 @@ contains
       do c = 1, problem%candidates%n
          if (.not. seen(c) .and. problem%candidates%neighbour(1, c) == 0) regions = [regions, follow(c)]
       end do
-      ! What is left is a closed chain in contact all round.
+      ! The rest are closed chains in contact all round.
       do c = 1, problem%candidates%n
          if (.not. seen(c)) regions = [regions, follow(c)]
       end do
@@ -91,16 +91,16 @@ contains
          end associate
       end function follow
 
-      !> Identity of what touches at a candidate.
+      !> Number of the contact span at a candidate.
       pure integer function number_of(candidate)
          integer, intent(in) :: candidate
          number_of = problem%touch(problem%candidates%touch(candidate))%number
       end function number_of
 
-      !> Where a candidate is on an obstacle that has angles.
+      !> Angle of a candidate's place on an obstacle that has angles.
       real(wp) function angle_at(candidate, arm) result(angle)
          integer, intent(in) :: candidate
-         real(wp), intent(in) :: arm(2)          !! from its node to the force
+         real(wp), intent(in) :: arm(2)          !! from the candidate's node to the force
          angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))
             if (has_angle(obstacle)) angle = contact_angle(obstacle, candidate_position(problem, state, candidate) + arm)
@@ -108,7 +108,7 @@ contains
       end function angle_at
    end function find_span_regions
 
-   !> Puts the error bars of touchdown points to the regions that they are the ends of.
+   !> Assigns the error bars of touchdown points to the ends of their regions.
    subroutine tell_places(bars, regions)
       type(error_bars_t), intent(in) :: bars
       type(region_t), intent(inout) :: regions(:)
@@ -118,14 +118,16 @@ contains
       do r = 1, size(regions)
          at = [regions(r)%start, regions(r)%end]
          do side = 1, 2
-            ! What touches and does not go along the rod is held by a breakpoint. What has just begun has no number yet.
+            ! A contact end that does not move is fixed by a segment boundary, with a zero bar. A contact that just began has no
+            ! number yet.
             if (regions(r)%touch(side) > 0) regions(r)%bar(side) = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
             do k = 1, size(bars%place)
                associate (place => bars%place(k), bar => regions(r)%bar(side))
                   if (place%touch /= regions(r)%touch(side) .and. (regions(r)%touch(side) > 0 .or. is_known(place%touch))) cycle
                   if (place%last .neqv. (side == 2 .and. regions(r)%line)) cycle
                   bar = place%bar
-                  ! Where contact begins the gap's least place and the point that it makes are as near as the element's polynomials.
+                  ! Where contact begins, the place of the least gap and the new point contact differ by the error of the element's
+                  ! polynomials.
                   bar%correction = bar%correction + (place%at - at(side))
                   bar%bar = bar%bar + abs(place%at - at(side))
                end associate
@@ -135,7 +137,7 @@ contains
 
    contains
 
-      !> True for the number of what touches already.
+      !> True if the number belongs to a contact span of a region.
       pure logical function is_known(touch)
          integer, intent(in) :: touch
          integer :: i
@@ -143,12 +145,12 @@ contains
       end function is_known
    end subroutine tell_places
 
-   !> The region of a point contact that is about to begin: the obstacle touches, but does not push yet.
+   !> Region of a point contact that just begins: gap zero, force zero.
    type(region_t) function beginning_region(problem, state, contact, stretch, at) result(region)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact, stretch
-      real(wp), intent(in) :: at            !! coordinate along the stretch
+      real(wp), intent(in) :: at            !! coordinate along the rod segment
       real(wp) :: tau
       integer :: e
       call find_point(problem, state, stretch, at, e, tau)
@@ -169,9 +171,10 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer, intent(in) :: side           !! the element that says it where a chain closes: 1 before, 2 after
+      integer, intent(in) :: side           !! element that gives the coordinate, of importance where a chain closes: 1 before the
+      !! candidate, 2 after it
       integer :: e, tried, at
-      ! Beyond a breakpoint the rod may have no contact.
+      ! Beyond a segment boundary the contact may not cover the rod.
       at = side
       do tried = 1, 2
          e = problem%candidates%element(at, candidate)
@@ -186,7 +189,7 @@ contains
       end associate
    end function chain_coordinate
 
-   !> Stress-free length of all that a contact covers: where a chain is closed, that of the chain.
+   !> Stress-free length of all rod segments that a contact covers; for a closed chain its length.
    pure real(wp) function whole_length(problem, state, contact) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,4 +1,4 @@
-!> Elements of contact spans, which lie on an obstacle, as the program sees every element.
+!> Conforming elements of line contacts, as a kind of rod_element_t.
 module conforming_rod
    use kinds, only: wp
    use problem, only: problem_t
@@ -65,7 +65,7 @@ contains
       call conforming_forces(problem, state, e, tau, local, place, angle)
    end function local_forces
 
-   !> See rod_element: on an obstacle of constant curvature all strains are linear in the displacements.
+   !> See rod_element. Zero: on an obstacle of constant curvature all strains are linear in the displacements.
    subroutine stress_stiffness(self, problem, state, du, dz, e, factor, k, shift)
       class(conforming_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -104,7 +104,7 @@ contains
             total = total + [force, position(1) * force(2) - position(2) * force(1)]
          end do
       end associate
-      ! What the pressure does depends on the ends alone.
+      ! The resultant of the pressure depends on the positions of the ends only.
       total = total + load%pressure * [x(2, 1) - x(2, 2), x(1, 2) - x(1, 1), &
          & 0.5_wp * (dot_product(x(:, 2), x(:, 2)) - dot_product(x(:, 1), x(:, 1)))]
    end function load_sum

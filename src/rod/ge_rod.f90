@@ -1,4 +1,4 @@
-!> The geometrically exact elements GE2 to GE8 as the program sees every element.
+!> Geometrically exact elements GE2 to GE8, as a kind of rod_element_t.
 module ge_rod
    use kinds, only: wp
    use problem, only: problem_t
@@ -63,7 +63,7 @@ contains
       end associate
    end subroutine end_forces
 
-   !> See rod_element; O(h^(s+1)) with s stages.
+   !> See rod_element; error O(h^(s+1)) for s stages.
    function local_forces(self, problem, state, e, tau) result(local)
       class(ge_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -131,7 +131,7 @@ contains
       end associate
    end function load_sum
 
-   !> See rod_element: the collocation polynomials of the resultants.
+   !> See rod_element: the collocation polynomials of the section forces.
    function finer_unknowns(self, problem, state, finer, e) result(z)
       class(ge_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem

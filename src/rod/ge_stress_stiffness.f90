@@ -1,4 +1,4 @@
-!> What the forces of a change of the load factor alone add to the tangent of a geometrically exact element: linear buckling.
+!> Stress stiffness of a geometrically exact element, for linear buckling.
 module ge_stress_stiffness
    use kinds, only: wp
    use gauss_tableau, only: max_stages
@@ -13,13 +13,13 @@ module ge_stress_stiffness
 
 contains
 
-   !> Under a change of the load factor: what it adds to the condensed tangent. Where the change is 0 the
-   !> derivative, by central differences, to the sixth order in n h^2/EI.
+   !> Change of the element's tangent, inner unknowns eliminated, by the forces of a change of the load factor; for factor 0 its
+   !> derivative, by central differences of sixth order in n h^2/EI.
    subroutine ge_stress(problem, state, du, dz, e, factor, k, shift)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: du(6)            !! node displacements per unit of load factor
-      real(wp), intent(in) :: dz(:)            !! stored resultants per unit of load factor
+      real(wp), intent(in) :: du(6)            !! nodal displacements per unit of load factor
+      real(wp), intent(in) :: dz(:)            !! stored section forces per unit of load factor
       integer, intent(in) :: e
       real(wp), intent(in) :: factor
       real(wp), intent(out) :: k(6, 6)
@@ -27,7 +27,7 @@ contains
       ! (64 D(e/4) - 20 D(e/2) + D(e)) / 45 with D(e) = (K(e) - K(-e)) / 2e
       real(wp), parameter :: sides(6) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp, 0.25_wp, -0.25_wp]
       real(wp), parameter :: weights(6) = [0.5_wp, -0.5_wp, -20.0_wp, 20.0_wp, 128.0_wp, -128.0_wp] / 45.0_wp
-      real(wp), parameter :: small = 0.3_wp    !! n h^2/EI at the outermost sides
+      real(wp), parameter :: small = 0.3_wp    !! n h^2/EI at the outermost points of the difference
       type(ge_load_t) :: load
       real(wp) :: force(2, max_stages), step, largest
       type(inner_forces_t) :: inner, pressed
@@ -62,7 +62,7 @@ contains
 
    contains
 
-      !> Adds the condensed tangent under the stresses of a part of the load, times a weight.
+      !> Adds the tangent, inner unknowns eliminated, under the stresses of a part of the load, times a weight.
       subroutine add(part_of_load, weight)
          real(wp), intent(in) :: part_of_load, weight
          type(ge_load_t) :: shifted
@@ -81,7 +81,7 @@ contains
          shift = shift + weight * moved
       end subroutine add
 
-      !> The curvature of a foundation's surface under the additional pressure.
+      !> Adds the geometric stiffness of a curved foundation surface under the additional pressure.
       subroutine press(part_of_load)
          real(wp), intent(in) :: part_of_load
          real(wp) :: along(2), d(2), rho(2, max_stages), change

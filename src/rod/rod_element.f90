@@ -1,7 +1,7 @@
-!> What the program asks of an element, whatever its kind.
+!> Interface of all kinds of elements.
 !>
-!> A kind extends rod_element_t in a module of its own and is put down in rod_elements; it has no data: what it needs is in the
-!> problem and the state, its unknowns besides the displacements of its nodes are the first z_size of state%z(:, e).
+!> A kind extends rod_element_t in a module of its own and has an entry in rod_elements. It has no data of its own: all data are in
+!> the problem and the state, and its unknowns besides the displacements of its nodes are the first z_size of state%z(:, e).
 module rod_element
    use kinds, only: wp
    use problem, only: problem_t
@@ -25,28 +25,28 @@ module rod_element
    end type rod_element_t
 
    abstract interface
-      !> Forces and tangent. Signs: f = (-n, -m) at the first node and (n, m) at the second. With du the increments of the six node
-      !> displacements and dl that of the load factor, f + k du - fl dl are the end forces after a step of Newton's method and
-      !> z + op (du, 1, dl) the unknowns of a kind that takes increments; another one leaves its new unknowns in op(:, 1).
+      !> Forces and tangent. Signs: f = (-n, -m) at the first node and (n, m) at the second. With increments du of the six nodal
+      !> displacements and dl of the load factor, f + k du - fl dl are the end forces after a Newton step, and z + op (du, 1, dl)
+      !> the unknowns of a kind that takes increments; other kinds return their new unknowns in op(:, 1).
       subroutine evaluate_element(self, problem, state, base, e, f, raw, k, fl, op, defect, ok, inner, shift)
          import :: rod_element_t, problem_t, state_t, inner_forces_t, wp
          class(rod_element_t), intent(in) :: self
          type(problem_t), intent(in) :: problem
          type(state_t), intent(in) :: state
-         type(state_t), intent(in) :: base        !! the last converged one, for kinds that refer to it
+         type(state_t), intent(in) :: base        !! last converged state, the reference of updated-Lagrangian kinds
          integer, intent(in) :: e
-         real(wp), intent(out) :: f(6)            !! end forces, what its own unknowns err by eliminated
-         real(wp), intent(out) :: raw(6)          !! the same as stored: free of stiffness times rounding
-         real(wp), intent(out) :: k(6, 6)         !! symmetric
+         real(wp), intent(out) :: f(6)            !! end forces, with the errors of the element's own unknowns eliminated
+         real(wp), intent(out) :: raw(6)          !! end forces as stored, without the rounding of stiffness times displacement
+         real(wp), intent(out) :: k(6, 6)         !! tangent, symmetric
          real(wp), intent(out) :: fl(6)           !! minus the derivative of f by the load factor
          real(wp), intent(out) :: op(:, :)        !! (at least z_size, ge_columns)
-         real(wp), intent(out) :: defect(3)       !! what its own unknowns err by: rotation [rad], force, place
-         logical, intent(out) :: ok               !! false: singular, the rest is undefined
-         type(inner_forces_t), intent(inout) :: inner !! storage for the forces of foundations, these on return
+         real(wp), intent(out) :: defect(3)       !! residuals of the element's own unknowns: rotation [rad], force, place
+         logical, intent(out) :: ok               !! false: singular, other results are undefined
+         type(inner_forces_t), intent(inout) :: inner !! in: storage; out: forces of foundations
          real(wp), intent(out) :: shift(6, 2)     !! k times unit translations in x and in y
       end subroutine evaluate_element
 
-      !> (n_x, n_y, m) in global axes at both ends: what the part behind the section exerts on the part before it.
+      !> (n_x, n_y, m) in global axes at both ends: force and moment of the part after the section on the part before it.
       subroutine both_ends(self, problem, state, e, first, second)
          import :: rod_element_t, problem_t, state_t, wp
          class(rod_element_t), intent(in) :: self
@@ -56,33 +56,33 @@ module rod_element
          real(wp), intent(out) :: first(3), second(3)
       end subroutine both_ends
 
-      !> (N, Q, M) in the axes of the deformed section inside, where no foundation acts along the element.
+      !> (N, Q, M) in the axes of the deformed section inside an element without a foundation along it.
       function inside(self, problem, state, e, tau) result(local)
          import :: rod_element_t, problem_t, state_t, wp
          class(rod_element_t), intent(in) :: self
          type(problem_t), intent(in) :: problem
          type(state_t), intent(in) :: state
          integer, intent(in) :: e
-         real(wp), intent(in) :: tau              !! 0 to 1 of its stress-free length
+         real(wp), intent(in) :: tau              !! 0 to 1 of the stress-free length
          real(wp) :: local(3)
       end function inside
 
-      !> What forces and pressure of a change of the load factor alone add to the tangent, the geometry held; the derivative
-      !> of this where the change is 0.
+      !> Change of the tangent by the forces and the pressure of a change of the load factor, at fixed geometry; for factor 0 the
+      !> derivative.
       subroutine by_load(self, problem, state, du, dz, e, factor, k, shift)
          import :: rod_element_t, problem_t, state_t, wp
          class(rod_element_t), intent(in) :: self
          type(problem_t), intent(in) :: problem
          type(state_t), intent(in) :: state
-         real(wp), intent(in) :: du(6)            !! node displacements per unit of load factor
+         real(wp), intent(in) :: du(6)            !! nodal displacements per unit of load factor
          real(wp), intent(in) :: dz(:)            !! unknowns of a kind that takes increments, per unit of load factor
          integer, intent(in) :: e
-         real(wp), intent(in) :: factor           !! the change
+         real(wp), intent(in) :: factor           !! change of the load factor
          real(wp), intent(out) :: k(6, 6)
          real(wp), intent(out) :: shift(6, 2)     !! k times unit translations
       end subroutine by_load
 
-      !> Resultant force and moment about `middle` of the load on the element, from its definition.
+      !> Resultant force and moment about `middle` of the loads on the element, by their definition.
       function sum_of_loads(self, problem, state, e, middle) result(total)
          import :: rod_element_t, problem_t, state_t, wp
          class(rod_element_t), intent(in) :: self
@@ -93,13 +93,13 @@ module rod_element
          real(wp) :: total(3)
       end function sum_of_loads
 
-      !> Unknowns of its counterpart in the finer problem, out of balance by what the element errs.
+      !> Unknowns of the same element in the enriched problem; their residual is the discretisation error of the element.
       function unknowns(self, problem, state, finer, e) result(z)
          import :: rod_element_t, problem_t, state_t, wp
          class(rod_element_t), intent(in) :: self
          type(problem_t), intent(in) :: problem
          type(state_t), intent(in) :: state       !! converged
-         type(problem_t), intent(in) :: finer     !! see enriched_problem
+         type(problem_t), intent(in) :: finer     !! enriched problem, see enriched_problem
          integer, intent(in) :: e
          real(wp) :: z(finer%z_size(e))
       end function unknowns
@@ -107,13 +107,13 @@ module rod_element
 
 contains
 
-   !> True when the operator of `evaluate` gives increments of the unknowns; else it gives themselves.
+   !> True if the operator of `evaluate` gives increments of the unknowns, false if it gives the unknowns.
    pure logical function takes_increments(self)
       class(rod_element_t), intent(in) :: self
       takes_increments = .true.
    end function takes_increments
 
-   !> Forces that cancel in it and whose rounding is felt beside what it carries.
+   !> Size of forces that cancel in the element; their rounding is part of its section forces.
    function force_scale(self, problem, state, e) result(scale)
       class(rod_element_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -123,8 +123,7 @@ contains
       scale = 0.0_wp
    end function force_scale
 
-   !> What displacements of a size, times its stiffness, are: rounding of the first makes this of forces. 0 where forces are
-   !> stored.
+   !> Forces by the rounding of displacements: size of the displacements times stiffness. 0 if the forces are stored unknowns.
    function force_noise(self, problem, state, e, moved) result(noise)
       class(rod_element_t), intent(in) :: self
       type(problem_t), intent(in) :: problem

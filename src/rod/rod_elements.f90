@@ -1,4 +1,4 @@
-!> The kinds of elements there are: the list where a new one is put down.
+!> List of the kinds of elements; a new kind is entered here.
 module rod_elements
    use model, only: family_ul2
    use problem, only: problem_t
@@ -10,14 +10,14 @@ module rod_elements
    private
    public :: rod_at
 
-   ! They have no data: nothing in them can change.
+   ! The kinds have no data, so these variables cannot change.
    type(ge_rod_t), target, save :: ge = ge_rod_t()
    type(ul2_rod_t), target, save :: ul2 = ul2_rod_t()
    type(conforming_rod_t), target, save :: conforming = conforming_rod_t()
 
 contains
 
-   !> The kind of an element, as contact spans have it now.
+   !> Kind of an element in the present contact set.
    function rod_at(problem, e) result(rod)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: e

@@ -1,4 +1,4 @@
-!> Resultants at the ends of the elements and inside, from the stored unknowns.
+!> Section forces at the ends of elements and inside, from the stored unknowns.
 module section_forces
    use kinds, only: wp
    use problem, only: problem_t
@@ -11,8 +11,7 @@ module section_forces
 
 contains
 
-   !> (n_x, n_y, m) in global axes at both ends of an element: the force and moment that the part behind the section
-   !> exerts on the part before it.
+   !> (n_x, n_y, m) in global axes at both ends of an element: force and moment of the part after the section on the part before it.
    subroutine end_forces(problem, state, e, first, second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -31,7 +30,7 @@ contains
       angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
    end function rod_direction
 
-   !> (N, Q, M) in the axes of the deformed section at both ends: N positive in tension, Q along the left normal.
+   !> (N, Q, M) in the axes of the deformed section at both ends: N > 0 in tension, Q along the left normal.
    subroutine local_forces(problem, state, e, local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -48,7 +47,7 @@ contains
       end do
    end subroutine local_forces
 
-   !> The same inside an element on which no distributed foundation acts.
+   !> (N, Q, M) inside an element without a distributed foundation.
    function inner_local_forces(problem, state, e, tau) result(local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

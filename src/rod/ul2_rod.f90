@@ -1,4 +1,4 @@
-!> The paper's straight updated-Lagrangian element as the program sees every element.
+!> The paper's straight updated-Lagrangian element, as a kind of rod_element_t.
 module ul2_rod
    use kinds, only: wp
    use problem, only: problem_t
@@ -68,7 +68,7 @@ contains
       shear = -(force(2) + force(3)) / l
       first = [force(1) * d(1) - shear * d(2), force(1) * d(2) + shear * d(1), -force(2)]
       second = [first(1:2), force(3)]
-      ! Its loads are lumped: half of them acts between each end and the node.
+      ! The loads of this element are lumped: half of them acts between each end and the node.
       half = 0.5_wp * (state%geometry%element(e)%length * load%line + load%pressure * l * [-d(2), d(1)])
       first(1:2) = first(1:2) + half
       second(1:2) = second(1:2) - half
@@ -135,7 +135,7 @@ contains
       total = [force, position(1) * force(2) - position(2) * force(1)]
    end function load_sum
 
-   !> See rod_element: there is no finer one, it stays as it is.
+   !> See rod_element: the element is the same in the enriched problem.
    function finer_unknowns(self, problem, state, finer, e) result(z)
       class(ul2_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -146,13 +146,13 @@ contains
       z = state%z(:problem%z_size(e), e)
    end function finer_unknowns
 
-   !> Its forces follow from displacements.
+   !> See rod_element: forces follow from displacements.
    pure logical function takes_increments(self)
       class(ul2_rod_t), intent(in) :: self
       takes_increments = .false.
    end function takes_increments
 
-   !> See rod_element: those that heat would make.
+   !> See rod_element: the force of suppressed thermal strain.
    function force_scale(self, problem, state, e) result(scale)
       class(ul2_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -164,7 +164,7 @@ contains
       scale = ul2_heat_scale * abs(load%strain) / problem%compliance(e)%axial
    end function force_scale
 
-   !> See rod_element: N is taken from displacements.
+   !> See rod_element: N follows from displacements.
    function force_noise(self, problem, state, e, moved) result(noise)
       class(ul2_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem

@@ -1,7 +1,7 @@
-!> What foundations answer per unit length of rod: in proportion to the penetration, or piecewise linear.
+!> Laws of foundations: force per length of rod, proportional to the penetration or piecewise linear.
 !>
-!> Segments are numbered from the first one, which begins at zero; what is pulled answers as what is pushed, on segments of the
-!> other sign but for the first, which goes through zero.
+!> Segments are numbered from the first one, which begins at zero penetration. Tension follows the same law as pressure, on segments
+!> with negative numbers, except for the first segment, which passes through zero.
 module force_law
    use kinds, only: wp
    use model, only: model_t, law_t
@@ -11,23 +11,23 @@ module force_law
    public :: foundation_reaction, law_segment, segment_slope, carries, segment_open, segment_unknown
 
    integer, parameter :: segment_open = 0               !! no contact
-   integer, parameter :: segment_unknown = -huge(1)     !! it is looked for
+   integer, parameter :: segment_unknown = -huge(1)     !! from the gap
 
 contains
 
-   !> True for a segment that is known to be in contact.
+   !> True for a prescribed segment in contact.
    elemental logical function carries(segment)
       integer, intent(in) :: segment
       carries = segment /= segment_open .and. segment /= segment_unknown
    end function carries
 
-   !> Force per length of what is in contact with a foundation, and its derivative by the penetration.
+   !> Force per length of a foundation in contact, and its derivative by the penetration.
    pure subroutine foundation_reaction(model, obstacle, penetration, push, spring, segment)
       type(model_t), intent(in) :: model
       type(obstacle_t), intent(in) :: obstacle         !! with a modulus or a law
-      real(wp), intent(in) :: penetration              !! negative: pulled
+      real(wp), intent(in) :: penetration              !! < 0: tension
       real(wp), intent(out) :: push, spring
-      integer, intent(in), optional :: segment         !! that it is on; without, or unknown: the penetration's
+      integer, intent(in), optional :: segment         !! segment of the law; absent or segment_unknown: from the penetration
       integer :: on
       if (obstacle%law == 0) then
          push = obstacle%modulus * penetration
@@ -44,7 +44,7 @@ contains
       spring = obstacle%width * spring
    end subroutine foundation_reaction
 
-   !> The segment that a penetration lies on; at a kink the one beyond.
+   !> Segment of a law at a penetration; at a corner the segment beyond.
    pure integer function law_segment(law, penetration) result(segment)
       type(law_t), intent(in) :: law
       real(wp), intent(in) :: penetration
@@ -59,16 +59,16 @@ contains
    !> Derivative of the force by the penetration on a segment.
    pure real(wp) function segment_slope(law, segment) result(slope)
       type(law_t), intent(in) :: law
-      integer, intent(in) :: segment           !! one that carries
+      integer, intent(in) :: segment           !! segment in contact
       associate (p => law%penetration, f => law%force, k => abs(segment))
          slope = (f(k + 1) - f(k)) / (p(k + 1) - p(k))
       end associate
    end function segment_slope
 
-   !> Force and slope of a segment, which goes on beyond both of its ends.
+   !> Force and slope on a segment, continued beyond its ends.
    pure subroutine segment_reaction(law, segment, penetration, force, slope)
       type(law_t), intent(in) :: law
-      integer, intent(in) :: segment           !! one that carries
+      integer, intent(in) :: segment           !! segment in contact
       real(wp), intent(in) :: penetration
       real(wp), intent(out) :: force, slope
       real(wp) :: sense

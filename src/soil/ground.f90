@@ -1,4 +1,4 @@
-!> Foundations that act inside elements: which elements they act on, and where the stress-free axis lies between the nodes.
+!> Foundations that act inside elements: their elements, and the stress-free axis between nodes.
 module ground
    use kinds, only: wp
    use force_law, only: segment_slope
@@ -11,29 +11,29 @@ module ground
    private
    public :: ground_t, new_ground, home_deviation
 
-   integer, parameter :: n_knots = 10 !! of the deviation's polynomial: far beyond the elements' order
+   integer, parameter :: n_knots = 10 !! degree + 1 of the deviation's polynomial, far above the elements' order
 
-   !> The deviation is the stress-free axis minus its collocation polynomial, which only meets it at the nodes: without it
-   !> an arc would lie on its cavity at the nodes, and beside it in between.
+   !> The deviation is the stress-free axis less its collocation polynomial. Without it an arc would be on its cavity at the nodes,
+   !> but beside it between them.
    type :: ground_t
-      type(candidates_t) :: chain               !! the nodes along the foundations, in order
-      integer, allocatable :: first(:)          !! (elements + 1) entries of `candidate` for each element
-      integer, allocatable :: candidate(:)      !! at the element's first node: index into chain
-      logical, allocatable :: founded(:)        !! (elements) some foundation acts on it
-      logical :: tabled = .true.                !! the deviation is known once for all: no node goes along its rod
-      logical, allocatable :: curved(:)         !! (elements) the deviation is not zero
-      real(wp), allocatable :: slope(:)         !! (obstacles) [force/length^2] largest of its law, where it acts inside elements
-      real(wp) :: stiffest = 0.0_wp             !! [force/length] of a node's share of the foundation
-      real(wp), allocatable :: deviation(:, :, :) !! (2, n_knots, elements) Newton's divided differences
-      real(wp) :: knot(n_knots) = 0.0_wp        !! in (0, 1)
-      integer :: terms = 0                      !! of the differences: the others are rounding
+      type(candidates_t) :: chain               !! nodes along the foundations, in order
+      integer, allocatable :: first(:)          !! (elements + 1) first entry of each element in `candidate`
+      integer, allocatable :: candidate(:)      !! candidate at the element's first node, index into chain
+      logical, allocatable :: founded(:)        !! (elements) true: a foundation acts on the element
+      logical :: tabled = .true.                !! the deviation is tabulated, because no node moves along its rod
+      logical, allocatable :: curved(:)         !! (elements) true: the deviation is not zero
+      real(wp), allocatable :: slope(:)         !! (obstacles) [force/length^2] largest slope of the law; 0: not inside elements
+      real(wp) :: stiffest = 0.0_wp             !! [force/length] largest stiffness of a node's share of a foundation
+      real(wp), allocatable :: deviation(:, :, :) !! (2, n_knots, elements) Newton's divided differences of the deviation
+      real(wp) :: knot(n_knots) = 0.0_wp        !! knots of the differences, in (0, 1)
+      integer :: terms = 0                      !! number of differences used; the rest are rounding
       real(wp) :: rule_place(max_stages + 1, max_stages) = 0.0_wp !! (points, stages) Gauss rule of stages + 1 points
       real(wp) :: rule_weight(max_stages + 1, max_stages) = 0.0_wp
    end type ground_t
 
 contains
 
-   !> Derives it from a checked model.
+   !> Foundations of a checked model.
    function new_ground(model, tableau, home) result(ground)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tableau(:)   !! by number of stages
@@ -113,8 +113,8 @@ contains
                   table(:, k) = (table(:, k) - table(:, k - 1)) / (ground%knot(k) - ground%knot(k - j + 1))
                end do
             end do
-            ! Rounding in the values is multiplied by about 2^(j - 1) / (j - 1)! knots^(j - 1) in the j-th difference, and by
-            ! the inverse of that in the sum: only terms that count in the sum are kept.
+            ! The rounding of values is multiplied by about 2^(j - 1) / (j - 1)! knots^(j - 1) in the j-th difference, and by the
+            ! inverse in the sum; only terms that matter in the sum are kept.
             do j = n_knots, 1, -1
                if (maxval(abs(table(:, j))) * largest_product(j) > rounding) exit
             end do
@@ -122,7 +122,7 @@ contains
          end associate
       end subroutine set_deviation
 
-      !> Largest value in (0, 1) of the polynomial that belongs to a divided difference, from a sample.
+      !> Largest value in (0, 1) of the polynomial of a divided difference, from samples.
       real(wp) function largest_product(number)
          integer, intent(in) :: number
          integer :: k

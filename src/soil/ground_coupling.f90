@@ -1,7 +1,7 @@
-!> Obstacles whose surface carries load sideways: what a reaction at one candidate does to the ground at the others.
+!> Coupled ground: obstacles on which a reaction at one candidate causes settlement at others.
 !>
-!> The law of such a ground is  0 <= r _|_ g + T r >= 0  (bilateral: g + T r = 0), g the gap to the undeformed surface, T r
-!> the settlement: eq. (18) of the paper with a full T, symmetric and positive definite.
+!> The law of such ground is  0 <= r _|_ g + T r >= 0  (bilateral: g + T r = 0), g the gap to the undeformed surface, T r the
+!> settlement: eq. (18) of the paper with a full matrix T, symmetric and positive definite.
 module ground_coupling
    use kinds, only: wp
    use model, only: model_t
@@ -16,22 +16,22 @@ module ground_coupling
    private
    public :: coupling_t, new_coupling, settlement
 
-   !> One entry a candidate of an obstacle that couples.
+   !> One entry for each candidate on coupled ground.
    type :: coupling_t
       integer :: n = 0
       integer, allocatable :: candidate(:)       !! (n)
-      integer, allocatable :: entry(:)           !! (candidates) 0: the obstacle does not couple
+      integer, allocatable :: entry(:)           !! (candidates) index of the entry; 0: the obstacle does not couple
       real(wp), allocatable :: compliance(:, :)  !! (n, n) T [length/force], zero between different obstacles
       real(wp), allocatable :: local(:)          !! (n) a diagonal d for which T - 2 d is positive definite
    end type coupling_t
 
 contains
 
-   !> T of all obstacles that couple.
+   !> The matrix T of all obstacles that couple.
    function new_coupling(model, list, geometry) result(coupling)
       type(model_t), intent(in) :: model         !! no two candidates load the same part of an obstacle
       type(candidates_t), intent(in) :: list
-      type(geometry_t), intent(in) :: geometry   !! at home
+      type(geometry_t), intent(in) :: geometry   !! stress-free
       type(coupling_t) :: coupling
       type(patches_t) :: patches
       integer :: o
@@ -47,7 +47,7 @@ contains
       call split_local(coupling)
    end function new_coupling
 
-   !> T of one obstacle.
+   !> Adds T of one obstacle.
    subroutine add_obstacle(model, list, patches, number, coupling)
       type(model_t), intent(in) :: model
       type(candidates_t), intent(in) :: list
@@ -81,7 +81,7 @@ contains
       coupling%compliance(order, order) = part
    end subroutine add_obstacle
 
-   !> Takes a share of T's diagonal, halved until twice as much leaves something positive definite.
+   !> Sets `local` to a part of T's diagonal, halved until T less twice this part is positive definite.
    subroutine split_local(coupling)
       type(coupling_t), intent(inout) :: coupling
       real(wp), allocatable :: left(:, :)
@@ -104,7 +104,7 @@ contains
       end do
    end subroutine split_local
 
-   !> How far the ground under a candidate has settled; 0 where its obstacle does not couple.
+   !> Settlement of the ground under a candidate; 0 if its obstacle does not couple.
    pure real(wp) function settlement(coupling, candidate, reaction)
       type(coupling_t), intent(in) :: coupling
       integer, intent(in) :: candidate

@@ -1,7 +1,7 @@
-!> Ends of contact with foundations, and corners of their laws, as points of a rod.
+!> Interface points of foundations: ends of contact and corners of laws, as points of a rod.
 !>
-!> The force of a foundation is continuous there, its derivative is not: an element that spans such a point errs by a low order of
-!> its length, whatever its own order is. A mesh that has a node there, which goes along with the point, keeps the order.
+!> The force of a foundation is continuous there, its derivative is not: an element across such a point has an error of low order in
+!> its length, whatever its own order. A mesh with a node at the point, which moves with it, keeps the order.
 module ground_mark
    use kinds, only: wp
    use force_law, only: segment_unknown
@@ -9,24 +9,25 @@ module ground_mark
    private
    public :: mark_t, cut_t
 
-   !> Where the gap of a contact takes a value at which the law of its foundation has a corner: a node of a mesh.
+   !> Interface point of a mesh: a node at which the gap of a contact has the value of a corner of its foundation's law.
    type :: mark_t
       integer :: node = 0
-      integer :: candidate(2) = 0            !! of the foundations' chain: before the element on each side
-      real(wp) :: level = 0.0_wp             !! the gap
-      integer :: segment(2) = segment_unknown !! of the law, before and after it along the stretch
+      integer :: candidate(2) = 0            !! of the foundations' chain: candidates before the elements on both sides
+      real(wp) :: level = 0.0_wp             !! gap at the corner
+      integer :: segment(2) = segment_unknown !! segments of the law before and after the point along the rod
    end type mark_t
 
-   !> The same along a stretch, whatever the mesh is.
+   !> Interface point as a place along a rod segment, independent of a mesh.
    type :: cut_t
       integer :: stretch = 0
       integer :: contact = 0                 !! index into model%contact
-      real(wp) :: at = 0.0_wp                !! coordinate along the stretch
-      logical :: at_end = .false.            !! it is next to an end of the stretch, where no mark can follow it, and counts as
-      !! there: elements beside it are to be as short as beside a mark
-      real(wp) :: level = 0.0_wp             !! the gap
-      integer :: segment(2) = segment_unknown !! of the law, before and after it
-      real(wp) :: layer(2) = 0.0_wp          !! length over which a rod on the foundation as it is before and after forgets
-      !! what it is bent by, (EI/k)^(1/4); 0: there is none
+      real(wp) :: at = 0.0_wp                !! coordinate along the rod segment
+      logical :: at_end = .false.            !! true: next to an end of the segment, where no mesh node can move with the point; the
+      !! point is placed at the end, and elements beside it are as short as beside other
+      !! interface points
+      real(wp) :: level = 0.0_wp             !! gap at the corner
+      integer :: segment(2) = segment_unknown !! segments of the law before and after the point
+      real(wp) :: layer(2) = 0.0_wp          !! boundary layer length (EI/k)^(1/4) on the foundation before and after the point; 0:
+      !! no foundation force
    end type cut_t
 end module ground_mark

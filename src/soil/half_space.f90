@@ -1,26 +1,26 @@
 !> Settlement of an elastic half-space under uniformly loaded rectangles (Boussinesq; A. E. H. Love, Phil. Trans. R. Soc. A 228,
 !> 1929), averaged over a rectangle.
 !>
-!> The rectangles stand in one row and have the width of the row. With the mean over the rectangle that settles, the
-!> compliance is twice the energy of the ground over the square of the force: symmetric whatever the lengths, and
-!> positive definite as long as no two rectangles overlap. The settlement of the centre has neither property.
+!> The rectangles are in one row and have its width. With the mean over the settling rectangle the compliance is twice the energy of
+!> the ground over the square of the force: symmetric for any lengths, and positive definite as long as no two rectangles overlap.
+!> The settlement of the centre has neither property.
 module half_space
    use kinds, only: wp, pi
    implicit none
    private
    public :: rectangle_compliance
 
-   real(wp), parameter :: far = 20.0_wp            !! lengths of rectangles from which on differences would cancel
+   real(wp), parameter :: far = 20.0_wp            !! distance, in lengths of the longer rectangle, where differences cancel
 
-   ! Gauss points and weights on (0, 1): at that distance exact to 1e-12.
+   ! Gauss points and weights on (0, 1): exact to 1e-12 beyond that distance.
    real(wp), parameter :: point(3) = [0.5_wp - sqrt(0.15_wp), 0.5_wp, 0.5_wp + sqrt(0.15_wp)]
    real(wp), parameter :: weight(3) = [5.0_wp, 8.0_wp, 5.0_wp] / 18.0_wp
 
 contains
 
-   !> Mean settlement of the rectangle over `there` by a unit force spread evenly over the rectangle on `here`.
+   !> Mean settlement of the rectangle over `there` by a unit force distributed evenly over the rectangle on `here`.
    pure real(wp) function rectangle_compliance(there, here, width, young, poisson) result(compliance)
-      real(wp), intent(in) :: there(2), here(2) !! begin and end along the row [length]
+      real(wp), intent(in) :: there(2), here(2) !! beginning and end along the row [length]
       real(wp), intent(in) :: width             !! of the row [length]
       real(wp), intent(in) :: young, poisson    !! of the ground
       real(wp) :: lengths(2), sum_
@@ -48,7 +48,7 @@ contains
       across = 2.0_wp * (width * asinh(width / abs(x)) - width**2 / (hypot(x, width) + abs(x)))
    end function across
 
-   !> The same integrated twice along the row.
+   !> The function `across` integrated twice along the row.
    pure real(wp) function twice_integrated(x, width) result(integral)
       real(wp), intent(in) :: x, width
       real(wp) :: a, b, s, cubes

@@ -1,10 +1,10 @@
-!> Settlement of a Pasternak foundation, springs tied by a shear layer, k w - G w'' = p, under forces at points of it.
+!> Settlement of a Pasternak foundation, springs connected by a shear layer, k w - G w'' = p, under point forces.
 !>
 !> Between two points of the same rod the springs are lumped at both and the layer is straight, as the rod's own reaction is lumped
-!> at its nodes: an error of the second order in their distance, and for G = 0 the Winkler foundation. Elsewhere nothing loads
-!> the ground, and free stretches and both infinite ends are exact: a point far from others settles by 1/(2 sqrt(k G)) (A. P. S.
-!> Selvadurai, Elastic Analysis of Soil-Foundation Interaction, 1979), be it the end of a rod, which carries a concentrated reaction
-!> there. A mean over the tributary lengths would be wrong in the first order under such an end.
+!> at its nodes: the error is of second order in their distance, and for G = 0 this is the Winkler foundation. Elsewhere the ground
+!> has no load, and the solution between rods and at both infinite ends is exact: a point far from others settles by 1/(2 sqrt(k G))
+!> (A. P. S. Selvadurai, Elastic Analysis of Soil-Foundation Interaction, 1979), also at the end of a rod, which has a concentrated
+!> reaction. A mean over the tributary lengths would have a first-order error under such an end.
 module shear_layer
    use kinds, only: wp
    use lapack, only: dptsv
@@ -14,10 +14,10 @@ module shear_layer
 
 contains
 
-   !> Settlement of each point under a unit force at each.
+   !> Settlement of each point under a unit force at each point.
    subroutine layer_compliance(place, joined, modulus, shear, compliance, ok)
-      real(wp), intent(in) :: place(:)           !! (n) of the points along the surface, rising [length]
-      logical, intent(in) :: joined(:)           !! (n - 1) the same rod goes from a point to the next
+      real(wp), intent(in) :: place(:)           !! (n) coordinates of the points along the surface, increasing [length]
+      logical, intent(in) :: joined(:)           !! (n - 1) true: a rod connects the point with the next one
       real(wp), intent(in) :: modulus, shear     !! k [force/length^2], G [force], both times the width
       real(wp), intent(out) :: compliance(:, :)  !! (n, n) [length/force]
       logical, intent(out) :: ok

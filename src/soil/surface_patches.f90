@@ -1,8 +1,8 @@
-!> Where candidates load the surface of an obstacle that carries load sideways.
+!> Loaded patches of a coupled ground's surface, one for each candidate.
 !>
-!> Small displacements of the ground: every candidate loads it at one place, that of its node at home, counted along the
-!> stress-free rod from the node that is nearest to the surface then, and spread evenly from the middle of the element before
-!> to the middle of the element after.
+!> The displacements of the ground are small: every candidate loads a fixed patch around its stress-free node, measured along the
+!> stress-free rod from the node nearest to the surface; the patch extends from the middle of the element before to the middle of
+!> the element after the node.
 module surface_patches
    use kinds, only: wp
    use model, only: model_t
@@ -14,22 +14,22 @@ module surface_patches
    private
    public :: patches_t, new_patches, along_surface, couples, first_overlap
 
-   !> One entry a candidate of such an obstacle.
+   !> One entry for each candidate on coupled ground.
    type :: patches_t
       integer :: n = 0
       integer, allocatable :: candidate(:)
-      integer, allocatable :: entry(:)           !! (candidates) entry of a candidate, 0: its obstacle does not couple
-      real(wp), allocatable :: at(:)             !! (n) its node, along the surface [length]
-      real(wp), allocatable :: reach(:, :)       !! (2, n) begin and end of what it loads
+      integer, allocatable :: entry(:)           !! (candidates) index of the entry, 0: the obstacle does not couple
+      real(wp), allocatable :: at(:)             !! (n) place of the node along the surface [length]
+      real(wp), allocatable :: reach(:, :)       !! (2, n) beginning and end of the patch
    end type patches_t
 
 contains
 
-   !> Lays out the candidates of all obstacles that couple, chain by chain.
+   !> Places the candidates of all obstacles that couple, chain by chain.
    function new_patches(model, list, geometry) result(patches)
       type(model_t), intent(in) :: model
       type(candidates_t), intent(in) :: list
-      type(geometry_t), intent(in) :: geometry   !! at home
+      type(geometry_t), intent(in) :: geometry   !! stress-free
       type(patches_t) :: patches
       integer :: c, last
       allocate (patches%entry(list%n), source=0)
@@ -42,7 +42,7 @@ contains
       allocate (patches%at(patches%n), patches%reach(2, patches%n))
       c = 1
       do while (c <= list%n)
-         ! Candidates stand chain by chain; where a closed one begins does not matter.
+         ! The candidates are in order, chain by chain; the beginning of a closed chain is arbitrary.
          last = c
          do while (list%neighbour(2, last) > last)
             last = list%neighbour(2, last)
@@ -52,15 +52,15 @@ contains
       end do
    end function new_patches
 
-   !> True for an obstacle that settles beside its reactions, too.
+   !> True for an obstacle with settlement beside its reactions.
    elemental logical function couples(obstacle)
       type(obstacle_t), intent(in) :: obstacle
       couples = .not. obstacle%rigid .and. obstacle%ground /= ground_independent
    end function couples
 
-   !> Lays a chain along the surface, its node nearest to it at its place.
+   !> Places a chain along the surface, with its nearest node at that node's projection.
    subroutine lay_chain(obstacle, list, geometry, first, last, patches)
-      type(obstacle_t), intent(in) :: obstacle   !! a line
+      type(obstacle_t), intent(in) :: obstacle   !! straight
       type(candidates_t), intent(in) :: list
       type(geometry_t), intent(in) :: geometry
       integer, intent(in) :: first, last
@@ -77,7 +77,7 @@ contains
       end do
       line = obstacle%point(:, 2) - obstacle%point(:, 1)
       line = line / norm2(line)
-      ! Which way the chain runs there.
+      ! Direction of the chain at that node.
       ahead = 0.0_wp
       do side = 1, 2
          e = list%element(side, anchor)
@@ -102,7 +102,7 @@ contains
       end do
    end subroutine lay_chain
 
-   !> Entries of an obstacle's candidates, from one end of its surface to the other.
+   !> Entries of an obstacle's candidates, in order along its surface.
    pure function along_surface(patches, list, obstacle) result(order)
       type(patches_t), intent(in) :: patches
       type(candidates_t), intent(in) :: list
@@ -120,13 +120,13 @@ contains
       end do
    end function along_surface
 
-   !> Two candidates of an obstacle that load the same part of it; 0 when there are none.
+   !> Two candidates that load the same part of an obstacle; 0 if there are none.
    pure function first_overlap(patches, list, obstacle) result(pair)
       type(patches_t), intent(in) :: patches
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: obstacle
       integer :: pair(2)
-      real(wp), parameter :: rounding = 1.0e-6_wp !! of the patches
+      real(wp), parameter :: rounding = 1.0e-6_wp !! part of the patches
       integer, allocatable :: order(:)
       integer :: i
       pair = 0

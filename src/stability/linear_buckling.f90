@@ -1,11 +1,11 @@
 !> Linear buckling about an equilibrium state: the increments of the load factor at which the linearised tangent is singular.
 !>
-!>   (K + S(dl)) x = 0,   S the stiffness of the stresses of the step's loads, the geometry held
+!>   (K + S(dl)) x = 0,   S the stress stiffness of the step's loads at fixed geometry
 !>
-!> K is the tangent of the state: supports and active contacts hold. S of a rod is linear in dl, that of an element is not. The
-!> eigenvalues 1/dl of -K^-1 S'(0) of largest size are found by block_krylov, whatever the sign of K: the state may be past its
-!> first critical load. From each of them iteration leads to that of S(dl), which is as good as the order of the elements. The
-!> closer the state to a critical one, the better the estimate.
+!> K is the tangent of the state with its supports and active contacts. S of a rod is linear in dl, that of an element is not.
+!> block_krylov finds the largest eigenvalues 1/dl of -K^-1 S'(0), for K of any sign, so the state may be past its first critical
+!> load. An iteration leads from each of them to the eigenvalue of S(dl), whose error is of the order of the elements. The estimate
+!> improves as the state approaches a critical point.
 module linear_buckling
    use kinds, only: wp
    use errors, only: error_t, fail
@@ -25,10 +25,10 @@ module linear_buckling
    public :: buckle
 
    real(wp), parameter :: tolerance = 1.0e-8_wp !! of the eigenvectors
-   integer, parameter :: most_steps = 12        !! from a mode of the linearised elements to the element's own
-   real(wp), parameter :: worst_residual = 1.0e-2_wp !! load factors to 1e-4
+   integer, parameter :: most_steps = 12        !! from a mode of the linearised elements to the elements' own mode
+   real(wp), parameter :: worst_residual = 1.0e-2_wp !! of a mode; the error of the load factor is its square, 1e-4
 
-   !> x -> -K^-1 K' x.
+   !> The operator x -> -K^-1 K' x.
    type, extends(operator_t) :: buckling_operator_t
       type(problem_t), pointer :: problem => null()
       type(system_t), pointer :: system => null()
@@ -39,13 +39,13 @@ module linear_buckling
 
 contains
 
-   !> Load factors and modes of the current step's loads about a converged state.
+   !> Critical load factors and modes of the current step's loads about a converged state.
    subroutine buckle(problem, state, system, n_modes, buckling, error)
       type(problem_t), intent(in), target :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout), target :: system !! assembled and factored at `state`, there on return, too
+      type(system_t), intent(inout), target :: system !! assembled and factored at `state`, unchanged on return
       integer, intent(in) :: n_modes
-      type(buckling_t), intent(out) :: buckling    !! as many modes as there are, n_modes at most
+      type(buckling_t), intent(out) :: buckling    !! all modes, n_modes at most
       type(error_t), allocatable, intent(out) :: error
       type(buckling_operator_t) :: operator
       type(spectrum_t) :: spectrum
@@ -66,7 +66,7 @@ contains
       operator%system => system
       call largest_eigenvalues(operator, n_modes, tolerance, spectrum, error)
       spectrum%n = min(spectrum%n, n_modes)
-      ! The loads do not change the tangent in the other modes.
+      ! Eigenvalues at rounding are zero: the loads do not change the tangent in these modes.
       if (spectrum%n > 0) spectrum%n = count(abs(spectrum%value(:spectrum%n)) > 1.0e3_wp * epsilon(1.0_wp) * &
          & abs(spectrum%value(1)))
       if (spectrum%n == 0) then
@@ -74,7 +74,7 @@ contains
          call fail(error, 'the loads of the step do not change the stiffness: they cannot make anything buckle')
          return
       end if
-      ! Where eigenvalues can be counted, it is made sure that these are the first ones.
+      ! With a positive definite tangent a count of eigenvalues proves that these are the first ones.
       if (system%negative_pivots + system%hinges == 0) call check_by_counting(operator, n_modes, spectrum, error)
       if (allocated(error)) return
       buckling%step = problem%step
@@ -90,12 +90,12 @@ contains
       end do
    end subroutine buckle
 
-   !> Replaces the spectrum by the first eigenvalues of both signs when it did not converge, or left some out.
+   !> Replaces the spectrum by the first eigenvalues of both signs if it did not converge or is incomplete.
    subroutine check_by_counting(operator, wanted, spectrum, error)
       type(buckling_operator_t), intent(in) :: operator
       integer, intent(in) :: wanted
       type(spectrum_t), intent(inout) :: spectrum
-      type(error_t), allocatable, intent(inout) :: error  !! allocated on entry when it did not converge
+      type(error_t), allocatable, intent(inout) :: error  !! in: allocated if the iteration did not converge
       real(wp), parameter :: inside = 0.9999_wp
       type(pencil_t) :: pencil
       type(spectrum_t) :: both
@@ -112,7 +112,7 @@ contains
       pencil%weight = operator%weight
       bound = 1.0_wp / minval(abs(spectrum%value(:spectrum%n)))
       if (.not. allocated(error) .and. spectrum%n == wanted) then
-         ! Just inside the last one found, pivots and iteration must agree.
+         ! Just inside the last eigenvalue found, the pivot count and the iteration must agree.
          missing = eigenvalues_below(pencil, bound * inside) /= found(1)
          if (.not. missing) missing = eigenvalues_below(pencil, -bound * inside) /= found(-1)
          if (.not. missing) return
@@ -121,7 +121,7 @@ contains
       end if
       if (allocated(error)) deallocate (error)
       allocate (both%value(0), both%vector(operator%n, 0))
-      ! An estimate that has not converged is too large, never too small.
+      ! An unconverged estimate of a critical load is too large, never too small.
       do side = 1, -1, -2
          call slice(pencil, wanted, side * bound * (2.0_wp - inside), value, vector, error)
          if (allocated(error)) return
@@ -141,7 +141,7 @@ contains
 
    contains
 
-      !> Eigenvalues of a sign inside the last one that the iteration found.
+      !> Number of eigenvalues of one sign inside the last one that the iteration found.
       pure integer function found(sense)
          integer, intent(in) :: sense
          associate (value => spectrum%value(:spectrum%n))
@@ -150,11 +150,11 @@ contains
       end function found
    end subroutine check_by_counting
 
-   !> From a mode of the pencil to one of the stiffness under the stresses themselves: K + S(factor), S(0) = 0, S'(0) = K'.
+   !> From a mode of the pencil to a mode of the stiffness under the finite stresses: K + S(factor), S(0) = 0, S'(0) = K'.
    !>
-   !> Inverse iteration with the derivative, and Newton's method for the zero of x^T (K + S) x: both converge quadratically.
-   !> The forms are summed from the elements, so that the rounding of the factored matrix enters squared. Told is what is left of
-   !> (K + S) x, in the norm of the inverse tangent: its square is about the relative error of the load factor.
+   !> Inverse iteration with the derivative, and Newton's method for the zero of x^T (K + S) x: both converge quadratically. The
+   !> forms are summed over the elements, so that the rounding of the factored matrix enters squared. `residual` is (K + S) x in the
+   !> norm of the inverse tangent; its square is about the relative error of the load factor.
    subroutine settle(self, state, x, factor, residual, error)
       class(buckling_operator_t), intent(inout) :: self
       type(state_t), intent(in) :: state
@@ -198,7 +198,7 @@ contains
          & 'the mesh is too coarse or too fine for it (residual '//to_text(residual)//')')
    end subroutine settle
 
-   !> Load factors in the order of their size, and what belongs to them.
+   !> Sorts load factors by size, with residuals and modes.
    pure subroutine sort_by_size(factor, residual, vector)
       real(wp), intent(inout) :: factor(:), residual(:), vector(:, :)
       integer :: order(size(factor)), i

@@ -1,7 +1,7 @@
-!> The eigenvalues nu of (K + nu K') x = 0 next to zero, counted before they are computed.
+!> Eigenvalues nu of (K + nu K') x = 0 nearest zero, counted before they are computed.
 !>
-!> K is positive definite. By Sylvester's law of inertia the negative pivots of K + s K' are the eigenvalues between 0 and
-!> s, so bisection finds an s with as many below it as are wanted, however close they lie, and an iteration about s finds
+!> K is positive definite. By Sylvester's law of inertia the number of negative pivots of K + s K' is that of the eigenvalues
+!> between 0 and s. Bisection finds an s with the wanted number below it, however close they are, and an iteration about s computes
 !> them; none can be missed (B. N. Parlett, The Symmetric Eigenvalue Problem, ch. 3).
 module spectrum_slicing
    use kinds, only: wp
@@ -13,19 +13,19 @@ module spectrum_slicing
    private
    public :: pencil_t, eigenvalues_below, slice
 
-   !> K + nu K' on the unknowns that are not fixed.
+   !> K + nu K' on the free unknowns.
    type :: pencil_t
       type(band_t) :: k, prime
-      type(active_coupling_t) :: coupling       !! its excess is no part of K
+      type(active_coupling_t) :: coupling       !! coupled ground, whose excess is subtracted from K
       logical, allocatable :: fixed(:)      !! (n)
-      real(wp), allocatable :: weight(:)    !! (n) inner product of the iteration, zero at the fixed unknowns
+      real(wp), allocatable :: weight(:)    !! (n) weights of the iteration's inner product, zero at fixed unknowns
    end type pencil_t
 
-   !> x -> -(K + s K')^-1 K' x, eigenvalues 1/(nu - s).
+   !> The operator x -> -(K + s K')^-1 K' x, eigenvalues 1/(nu - s).
    type, extends(operator_t) :: shifted_t
       type(band_t) :: prime
       type(factor_t) :: factor
-      type(active_coupling_t) :: coupling       !! factored with it
+      type(active_coupling_t) :: coupling       !! factored together with the band
       logical, allocatable :: fixed(:)
    contains
       procedure :: apply => apply_shifted
@@ -36,7 +36,7 @@ module spectrum_slicing
 
 contains
 
-   !> How many eigenvalues lie between 0 and `shift`.
+   !> Number of eigenvalues between 0 and `shift`.
    integer function eigenvalues_below(pencil, shift)
       type(pencil_t), intent(in) :: pencil
       real(wp), intent(in) :: shift         !! of either sign
@@ -52,7 +52,7 @@ contains
    subroutine slice(pencil, wanted, bound, value, vector, error)
       type(pencil_t), intent(in) :: pencil
       integer, intent(in) :: wanted
-      real(wp), intent(in) :: bound         !! none beyond it counts; its sign is that of the eigenvalues
+      real(wp), intent(in) :: bound         !! largest eigenvalue of interest; its sign is that of the eigenvalues
       real(wp), allocatable, intent(out) :: value(:)
       real(wp), allocatable, intent(out) :: vector(:, :) !! (n, found)
       type(error_t), allocatable, intent(out) :: error
@@ -85,7 +85,7 @@ contains
       operator%coupling = pencil%coupling
       call factorise(shifted_band(pencil, high), pencil%fixed, operator%factor)
       call factor_excess(operator%coupling, operator%factor, pencil%fixed)
-      ! Those above the shift come, too; so more are asked for until all those below are there.
+      ! The iteration finds eigenvalues above the shift as well, so more are computed until all below are found.
       asked = n_high
       do try = 1, 4
          asked = asked + n_high + 1

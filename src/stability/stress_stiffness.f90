@@ -1,10 +1,10 @@
-!> Stress stiffness: what stresses alone add to the tangent, the geometry held.
+!> Stress stiffness: change of the tangent by stresses alone, at fixed geometry.
 !>
-!> This is the matrix of classical linear buckling. The displacements of the increment are left out on purpose: linearised,
-!> they turn the stiff directions of slender rods without the second-order terms that keep them stiff, and the pencil
-!> then has eigenvalues that no structure has. Of a rod the stiffness is linear in the stresses, of an element, whose inner
-!> unknowns are eliminated, it is not: its derivative (new_stress_stiffness) errs by O(h^4) in the load factors, whatever the
-!> order; at the load factor itself (stiffness_under) they are as good as the element.
+!> This is the matrix of classical linear buckling. The displacements of the increment are omitted on purpose: linearised, they
+!> rotate the stiff directions of slender rods without the second-order terms that keep these stiff, and the pencil then has
+!> spurious eigenvalues. The stress stiffness of a rod is linear in the stresses; that of an element, whose inner unknowns are
+!> eliminated, is not. Load factors from the derivative (new_stress_stiffness) have the error O(h^4), whatever the order of the
+!> element; with the finite stresses (stiffness_under) they have the accuracy of the element.
 module stress_stiffness
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -24,17 +24,17 @@ module stress_stiffness
 
    type :: stress_stiffness_t
       type(band_t) :: k                        !! per unit of load factor, node axes
-      real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) its elements, node axes
-      real(wp), allocatable :: shift(:, :, :)  !! (6, 2, elements) these times unit translations, (6, 2, 0) without foundations
-      real(wp), allocatable :: contact(:, :, :) !! (2, 2, candidates) and its contacts
-      real(wp), allocatable :: swing(:)        !! (ties) what the forces of rigid links add against rotation
-      real(wp), allocatable :: pressure(:)     !! (elements) that makes a part of it
-      type(node_push_t), allocatable :: push(:) !! and its loads on nodes, node axes
+      real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) element matrices, node axes
+      real(wp), allocatable :: shift(:, :, :)  !! (6, 2, elements) matrices times unit translations, (6, 2, 0) without foundations
+      real(wp), allocatable :: contact(:, :, :) !! (2, 2, candidates) matrices of contacts
+      real(wp), allocatable :: swing(:)        !! (ties) geometric stiffness of rigid links
+      real(wp), allocatable :: pressure(:)     !! (elements) follower pressure contained in the matrices
+      type(node_push_t), allocatable :: push(:) !! loads on nodes with stiffness, node axes
    end type stress_stiffness_t
 
 contains
 
-   !> Assembles its derivative by the load factor, in the node axes of the system.
+   !> Assembles the derivative of the stress stiffness by the load factor, in the node axes of the system.
    subroutine new_stress_stiffness(problem, state, system, matrix)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -43,14 +43,15 @@ contains
       call sum_stresses(problem, state, system, 0.0_wp, matrix)
    end subroutine new_stress_stiffness
 
-   !> Assembles it under the stresses of a change of the load factor, in the node axes of the system; and its derivative there.
+   !> Assembles the stress stiffness for a change of the load factor, and its derivative there, in the node axes of the system.
    subroutine stiffness_under(problem, state, system, factor, matrix, derivative)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      real(wp), intent(in) :: factor           !! the change, not 0
+      real(wp), intent(in) :: factor           !! change of the load factor, not 0
       type(stress_stiffness_t), intent(out) :: matrix, derivative
-      ! Central differences of an analytic function: an error of the square, in what Newton's method divides by.
+      ! Central differences of an analytic function; their error, the square of this step, is in the derivative of Newton's method
+      ! only.
       real(wp), parameter :: part = 1.0e-3_wp
       type(stress_stiffness_t) :: more
       integer :: c
@@ -69,7 +70,7 @@ contains
       end do
    end subroutine stiffness_under
 
-   !> The stress stiffness under a change of the load factor; its derivative per unit of load factor where the change is 0.
+   !> Stress stiffness for a change of the load factor; for factor 0 its derivative per unit of load factor.
    subroutine sum_stresses(problem, state, system, factor, matrix)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -109,7 +110,7 @@ contains
       matrix%shift = stresses%eshift
       matrix%pressure = times * problem%model%step(problem%step)%load%pressure
       allocate (matrix%contact(2, 2, problem%candidates%n), source=0.0_wp)
-      ! A reaction on a curved obstacle.
+      ! Reaction on a curved obstacle.
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          associate (node => problem%candidates%node(c))
@@ -133,7 +134,7 @@ contains
       end do
    end subroutine sum_stresses
 
-   !> K' x and x^T K' x without the rounding of the sum (see apply_elements).
+   !> K' x and x^T K' x without the rounding error of the assembled sum (see apply_elements).
    subroutine apply_stress(problem, system, matrix, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -1,9 +1,9 @@
-!> Eigenvalues of the tangent next to zero, and their modes: what tells how stable a state is, and where a path may branch.
+!> Eigenvalues of the tangent nearest zero and their modes, for stability and branching.
 !>
-!> K x = mu M x on the null space of the active constraints; M holds the weights of the
-!> arc-length metric, so mu is a force times a length whatever the mesh. The pivot count c of the tangent numbers the
-!> eigenvalues: mu_1 ... mu_c are negative, mu_(c+1) ... positive. Each is continuous along the path as long as the
-!> contact set does not change, so "the count goes from c to c + 2" means that mu_(c+1) and mu_(c+2) have zeros.
+!> K x = mu M x on the null space of the active constraints; M contains the weights of the arc-length metric, so that mu is a force
+!> times a length, whatever the mesh. The pivot count c of the tangent numbers the eigenvalues: mu_1 ... mu_c are negative, mu_(c+1)
+!> ... positive. Each is continuous along the path as long as the contact set does not change; if the count changes from c to c + 2,
+!> mu_(c+1) and mu_(c+2) have zeros.
 module tangent_modes
    use kinds, only: wp
    use errors, only: error_t
@@ -24,19 +24,19 @@ module tangent_modes
       & numbered_eigenvalue, &
       & mode_tolerance
 
-   !> The eigenvalues nearest zero, the nearest first.
+   !> Eigenvalues nearest zero, in order of size.
    type :: modes_t
-      integer :: n = 0                       !! how many
-      integer :: pivots = 0                  !! c as the factors have it
-      integer :: hinges = 0                  !! of these, those that events do not count (system_t)
-      logical, allocatable :: was_negative(:) !! (n) sign of each as the iteration has it
+      integer :: n = 0                       !! number of modes
+      integer :: pivots = 0                  !! negative pivots c of the factored tangent
+      integer :: hinges = 0                  !! spurious ones among them, which events do not count (system_t)
+      logical, allocatable :: was_negative(:) !! (n) sign of each eigenvalue in the iteration
       real(wp), allocatable :: mu(:)
       real(wp), allocatable :: x(:, :)       !! (unknowns, n) node axes, <x, x> = 1 in the metric
    end type modes_t
 
-   real(wp), parameter :: mode_tolerance = 1.0e-5_wp !! of the eigenvectors; the eigenvalues are as good as its square
+   real(wp), parameter :: mode_tolerance = 1.0e-5_wp !! of the eigenvectors; the error of the eigenvalues is its square
 
-   !> x -> K^-1 M x.
+   !> The operator x -> K^-1 M x.
    type, extends(operator_t) :: inverse_tangent_t
       type(system_t), pointer :: system => null()
       type(problem_t), pointer :: problem => null()
@@ -46,12 +46,12 @@ module tangent_modes
 
 contains
 
-   !> Finds modes at a state at which the system is assembled and factored.
+   !> Computes modes in a state at which the system is assembled and factored.
    subroutine lowest_modes(problem, state, system, wanted, modes, error)
       type(problem_t), intent(in), target :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in), target :: system
-      integer, intent(in) :: wanted          !! eigenvalues
+      integer, intent(in) :: wanted          !! number of eigenvalues
       type(modes_t), intent(out) :: modes
       type(error_t), allocatable, intent(out) :: error !! no convergence
       type(inverse_tangent_t) :: operator
@@ -64,7 +64,7 @@ contains
          d = dof(problem, node, 1)
          operator%weight(d:d + 1) = problem%weight(node)
       end do
-      ! What supports and rigid contacts hold does not move in any mode.
+      ! Unknowns fixed by supports and rigid contacts are zero in all modes.
       where (system%fixed) operator%weight = 0.0_wp
       operator%system => system
       operator%problem => problem
@@ -80,53 +80,53 @@ contains
          call apply_tangent(problem, state, system, held, x, modes%mu(i))
          if (system%rigidity%n > 0) modes%mu(i) = modes%mu(i) + stretching_work(system, operator%weight * held, held)
       end do
-      ! The refined values may have changed places.
+      ! The refined values may be in another order.
       do i = 1, modes%n - 1
          j = i - 1 + minloc(abs(modes%mu(i:)), 1)
          modes%mu([i, j]) = modes%mu([j, i])
          modes%x(:, [i, j]) = modes%x(:, [j, i])
          modes%was_negative([i, j]) = modes%was_negative([j, i])
       end do
-      ! Eigenvalues of the operator that are its rounding belong to no mode: fewer move at all than were asked for.
+      ! Eigenvalues of the operator at its rounding are no modes: the tangent has fewer modes than `wanted`.
       modes%n = max(1, count(epsilon(x) * abs(modes%mu) <= bending_stiffness(problem)))
       modes%mu = modes%mu(:modes%n)
       modes%x = modes%x(:, :modes%n)
       modes%was_negative = modes%was_negative(:modes%n)
    end subroutine lowest_modes
 
-   !> EI/size of the softest section: a stiffness along paths that bend, but for a factor of pi^4 at least.
+   !> EI/size of the softest section: the stiffness along paths with bending, apart from a factor of at least pi^4.
    pure real(wp) function bending_stiffness(problem)
       type(problem_t), intent(in) :: problem
       bending_stiffness = minval(1.0_wp / problem%compliance%bending) / problem%size
    end function bending_stiffness
 
-   !> Work of a mode that its inextensible elements do not take: what the tangent's stretch adds to x^T K x, for a multiple x of
-   !> the answer to some forces.
+   !> Correction of x^T K x for the artificial extension of inextensible elements in the tangent; x is a multiple of the response to
+   !> the forces `rhs`.
    real(wp) function stretching_work(system, rhs, x) result(work)
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: rhs(:)         !! (n) these forces
+      real(wp), intent(in) :: rhs(:)         !! (n) forces
       real(wp), intent(in) :: x(:)           !! (n) node axes, zero at the fixed unknowns
       real(wp) :: answer(system%n), force(system%n), stretch(2, system%rigidity%n)
       call solve_effective(system, rhs, answer, stretch)
       work = 0.0_wp
-      ! A tangent that gives no answer gives no stretch.
+      ! A zero response has no extension.
       if (.not. abs(dot_product(x, answer)) > 0.0_wp) return
       call shrinking_forces(system%rigidity, stretch * (dot_product(x, x) / dot_product(x, answer)), force)
       work = -dot_product(x, force)
    end function stretching_work
 
-   !> Turns the first n modes, whose eigenvalues are zero, into null vectors that do not depend on rounding: any rotation of a
-   !> null space is one, but few of them point along branches.
+   !> Rotates the first n modes, whose eigenvalues are zero, to null vectors that do not depend on rounding: any rotation of a null
+   !> space is one, but few of its vectors have the direction of branches.
    !>
-   !> The first is the one that moves some node as far as any of unit length can, the next does so among those normal to it.
-   !> Where separate parts buckle at the same load each vector is that of one part; in a symmetric structure a node on a mirror
-   !> has the vector with its symmetry, along which a branch exists (equivariant branching lemma).
+   !> The first vector gives some node the largest displacement that a vector of unit length can give, the next one does so among
+   !> those orthogonal to the first. If separate parts buckle at the same load, each vector is a mode of one part; in a symmetric
+   !> structure a node on a mirror selects the vector with its symmetry, along which a branch exists (equivariant branching lemma).
    subroutine choose_null_vectors(problem, state, system, n, modes)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state     !! at which the system is assembled
       type(system_t), intent(in) :: system
       integer, intent(in) :: n               !! at most modes%n
-      type(modes_t), intent(inout) :: modes  !! its eigenvalues stay, for they are all zero
+      type(modes_t), intent(inout) :: modes  !! in/out: vectors; the eigenvalues are zero and not changed
       real(wp), dimension(problem%deck%mesh%n_nodes) :: reach
       real(wp) :: part(2, n, size(reach)), values(3, size(reach)), turn(n, n), c(n), along(2), left(n)
       integer :: i, j, node
@@ -139,7 +139,7 @@ contains
          do node = 1, size(reach)
             call furthest(part(:, :, node), reach(node), along)
          end do
-         ! Equal ones, as in equal parts, are told apart by their numbers, not by the error of the modes.
+         ! Of nodes with equal displacement, as in equal parts, the first counts; the error of the modes must not decide.
          node = findloc(reach >= (1.0_wp - 10.0_wp * mode_tolerance) * maxval(reach), .true., 1)
          call furthest(part(:, :, node), reach(node), along)
          c = matmul(along, part(:, :, node))
@@ -157,9 +157,9 @@ contains
       modes%x(:, :n) = matmul(modes%x(:, :n), turn)
    end subroutine choose_null_vectors
 
-   !> How far a node can move in a combination of modes of unit length, and which way.
+   !> Largest displacement of a node in a combination of modes of unit length, and its direction.
    pure subroutine furthest(part, reach, along)
-      real(wp), intent(in) :: part(:, :)     !! (2, modes) its displacement in each
+      real(wp), intent(in) :: part(:, :)     !! (2, modes) displacement of the node in each mode
       real(wp), intent(out) :: reach, along(2) !! unit vector
       real(wp) :: xx, xy, yy, half, angle
       xx = dot_product(part(1, :), part(1, :))
@@ -168,13 +168,13 @@ contains
       half = hypot(0.5_wp * (xx - yy), xy)
       reach = sqrt(0.5_wp * (xx + yy) + half)
       along = [1.0_wp, 0.0_wp]
-      ! All ways alike: that of x.
+      ! All directions are equal: that of x.
       if (half <= mode_tolerance * (xx + yy)) return
       angle = 0.5_wp * atan2(2.0_wp * xy, xx - yy)
       along = [cos(angle), sin(angle)]
    end subroutine furthest
 
-   !> K x, and x^T K x, to an accuracy that the assembled tangent does not have (see apply_elements).
+   !> K x and x^T K x, without the rounding error of the assembled tangent (see apply_elements).
    subroutine apply_tangent(problem, state, system, x, y, form)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -209,7 +209,7 @@ contains
 
    contains
 
-      !> What a matrix on a node adds.
+      !> Adds the product of a matrix on a node.
       subroutine add_node(at, matrix)
          integer, intent(in) :: at
          real(wp), intent(in) :: matrix(3, 3)
@@ -238,12 +238,13 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:)           !! (unknowns) node axes
       real(wp), intent(out) :: mode(:, :)    !! (3, deck's nodes)
-      real(wp), intent(out) :: sense         !! 1, or -1 where x points the other way
+      real(wp), intent(out) :: sense         !! 1, or -1 if the sign of x was changed
       mode = deck_values(problem, state, system, x)
       call scale_mode(mode, sense)
    end subroutine deck_mode
 
-   !> A mode at the deck's nodes in global axes. On the deck's own mesh nodes count, wherever they have moved.
+   !> A mode at the deck's nodes in global axes. On the deck's own mesh the values are those of the nodes, even if these have moved
+   !> along the rods.
    function deck_values(problem, state, system, x) result(values)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -267,7 +268,7 @@ contains
       call scale_mode(mode, sense)
    end function nodal_mode
 
-   !> Unknowns in global axes.
+   !> Values of unknowns at the nodes of the mesh, global axes.
    function nodal_values(problem, system, x) result(values)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -279,11 +280,11 @@ contains
       end do
    end function nodal_values
 
-   !> Makes the largest translation 1. The first node that moves by half of that or more moves in the positive sense of its larger
-   !> component.
+   !> Scales a mode to a largest translation of 1. The first node that moves by at least half of this moves in the positive sense of
+   !> its larger component.
    pure subroutine scale_mode(mode, sense)
       real(wp), intent(inout) :: mode(:, :)  !! (3, nodes) global axes
-      real(wp), intent(out) :: sense         !! -1 where it is turned round, else 1
+      real(wp), intent(out) :: sense         !! -1 if the sign was changed, else 1
       real(wp) :: largest
       integer :: node
       sense = 1.0_wp
@@ -298,14 +299,14 @@ contains
       mode = sense * mode
    end subroutine scale_mode
 
-   !> The eigenvalue of a number (in ascending order). Where it is not among the modes, its sign times the largest that is.
+   !> Eigenvalue with a given number in ascending order. If it is not among the modes: its sign times the largest one that is.
    !>
-   !> Next to zero pivots and iteration have the sign of rounding, each its own, while the refined value is right. What c is
-   !> there follows from the counts at both ends of the stretch of path in question.
+   !> For an eigenvalue near zero the signs of pivots and of the iteration are rounding, independent of each other, while the
+   !> refined value is right. The count c is then bounded by the counts at both ends of the path increment.
    pure real(wp) function numbered_eigenvalue(modes, number, least, most) result(mu)
       type(modes_t), intent(in) :: modes
-      integer, intent(in) :: number         !! as events count, without hinges
-      integer, intent(in) :: least, most    !! c is between these, without hinges
+      integer, intent(in) :: number         !! without spurious negative pivots, as in events
+      integer, intent(in) :: least, most    !! bounds of c, without spurious negative pivots
       real(wp), parameter :: next_to_zero = 1.0e-3_wp
       integer :: i, left, negative_count, tiny_ones, counted
       logical :: negative
@@ -313,7 +314,7 @@ contains
       do i = 1, modes%n - 1
          if (abs(modes%mu(i)) <= next_to_zero * abs(modes%mu(i + 1))) tiny_ones = i
       end do
-      ! Without those: negative ones among the others, found here or not.
+      ! Count without the eigenvalues near zero: the negative ones among the rest, computed or not.
       counted = modes%pivots - count(modes%was_negative(:tiny_ones))
       if (tiny_ones > 0 .and. tiny_ones <= most - least) counted = min(max(counted, least + modes%hinges), &
          & most + modes%hinges - tiny_ones)

@@ -1,11 +1,11 @@
-!> How much of the tangent is rounding.
+!> Part of the tangent that is rounding.
 !>
-!> Stretching is stiffer than bending by EA L^2/EI times the square of the number of elements: when that comes near the
-!> inverse of the machine's precision, the assembled tangent is rounding as far as bending goes, and so are the slope of the
-!> path, pivots and all that is located by them, while the forces in balance (stored, not taken from EA times a difference)
-!> stay right. The elements' own products with the tangent (element_products) know what the assembled band does not: K t
-!> should be the load, and t.(load - K t)/<t, t> is what rounding does to eigenvalues of modes like t. It stays finite where
-!> K becomes singular; where it is so exactly, what the factors' springs take of the load is no rounding.
+!> Axial stiffness exceeds bending stiffness by EA L^2/EI times the square of the number of elements. If this ratio approaches the
+!> inverse of the machine precision, the assembled tangent has no digits of bending left, nor have the slope of the path, the pivots
+!> and the points located by them; the forces in equilibrium, stored unknowns instead of EA times a difference, remain right.
+!> Products of the elements with the tangent vector (element_products) are accurate: K t should be the load, and t.(load - K t)/<t,
+!> t> is the change by rounding of eigenvalues of modes like t. The value is finite where K becomes singular; at an exactly singular
+!> K the load on the artificial springs of the factors is not counted as rounding.
 module tangent_rounding
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -20,12 +20,12 @@ module tangent_rounding
 
 contains
 
-   !> Stiffness along the path, t.K t/<t, t> of its tangent t, and what of it is rounding: force times length.
+   !> Stiffness along the path, t.K t/<t, t> for its tangent t, and the part of it that is rounding: force times length.
    subroutine path_stiffness(problem, state, system, stiffness, rounding)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      real(wp), intent(out) :: stiffness       !! its size; zero at limit points, and where nothing moves
+      real(wp), intent(out) :: stiffness       !! its size; zero at limit points, and if nothing moves
       real(wp), intent(out) :: rounding
       real(wp) :: force(system%n), left(system%n), work, length
       integer :: node, d
@@ -46,8 +46,8 @@ contains
       end associate
    end subroutine path_stiffness
 
-   !> What to do about it: elements are stiffer in stretching than in bending, or so short that bending alone, the fourth power
-   !> of their number, is too much.
+   !> Advice against rounding: fewer elements, or a smaller EA if elements are stiffer axially than in bending. Bending alone has a
+   !> rounding error by the fourth power of the number of elements.
    pure function rounding_cure(problem, state) result(words)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

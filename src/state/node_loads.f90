@@ -1,4 +1,4 @@
-!> What the loads do to nodes at a state: those left behind by the steps before and the step's own.
+!> Loads on nodes in a state: constant loads of earlier steps and the present step's loads.
 module node_loads
    use kinds, only: wp
    use point_load, only: point_load_item_t
@@ -8,19 +8,19 @@ module node_loads
    private
    public :: node_push_t, dead_node_load, node_pushes
 
-   !> One load that depends on the state, at that state; global axes.
+   !> A point load that depends on the state, evaluated at a state; global axes.
    type :: node_push_t
       integer :: node = 0
       real(wp) :: force(3) = 0.0_wp              !! in x, in y, couple
-      real(wp) :: rate(3) = 0.0_wp               !! its derivative by the load factor
-      real(wp) :: stiffness(3, 3) = 0.0_wp       !! minus its derivatives by place and rotation
-      real(wp) :: stiffness_rate(3, 3) = 0.0_wp  !! and their derivative by the load factor
-      logical :: sound = .true.                  !! false: the load has no direction there, all is zero
+      real(wp) :: rate(3) = 0.0_wp               !! derivative of `force` with respect to the load factor
+      real(wp) :: stiffness(3, 3) = 0.0_wp       !! minus the derivatives of `force` with respect to place and rotation
+      real(wp) :: stiffness_rate(3, 3) = 0.0_wp  !! derivative of `stiffness` with respect to the load factor
+      logical :: sound = .true.                  !! false: the load has no direction in this state; all values are zero
    end type node_push_t
 
 contains
 
-   !> Force and couple of the loads that do not depend on the state, and their derivative by the load factor.
+   !> Force and couple of the loads that do not depend on the state, and their derivatives with respect to the load factor.
    pure subroutine dead_node_load(problem, state, node, load, rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -30,7 +30,7 @@ contains
       load = problem%constant%node_force(:, node) + state%load_factor * rate
    end subroutine dead_node_load
 
-   !> Those that do.
+   !> Forces of all loads that depend on the state.
    function node_pushes(problem, state) result(list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -48,7 +48,7 @@ contains
       end associate
    end function node_pushes
 
-   !> One of them, times a factor that changes with the load factor at a rate.
+   !> Force of one such load, times a factor with the given derivative with respect to the load factor.
    function pushed(state, item, factor, rate) result(push)
       type(state_t), intent(in) :: state
       type(point_load_item_t), intent(in) :: item

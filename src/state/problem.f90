@@ -1,7 +1,8 @@
-!> What stays fixed while nodes keep their rods: the model on a mesh, its numbering and the constants derived from them.
+!> Problem data that are constant as long as the mesh, the contact set and the step are: the model on a mesh, its numbering and
+!> constants derived from both.
 !>
-!> The mesh may be that of the deck or another one (remeshed_problem): `deck` is what the deck states, `model` the same on the
-!> working mesh. What the deck asks for belongs to material points: a stretch of its layout and a coordinate there.
+!> The mesh is the deck's or another one (remeshed_problem): `deck` is the model as stated, `model` the same on the working mesh.
+!> Requests of the deck refer to material points: a rod segment of its layout and a coordinate along the segment.
 module problem
    use kinds, only: wp
    use model, only: model_t, load_t, new_load, complete_joints
@@ -27,56 +28,58 @@ module problem
    public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, touching_gap, same_place, dof, copy_problem
    public :: mesh_sampled, mesh_of_marks, mesh_of_spans
 
-   ! What the nodes of a mesh go with.
-   integer, parameter :: mesh_fixed = 0                  !! nothing: they stay
-   integer, parameter :: mesh_sampled = 1                !! nothing: they are many, and find out what touches at the start
-   integer, parameter :: mesh_of_marks = 2               !! the ends of contact with foundations
-   integer, parameter :: mesh_of_spans = 3               !! touchdown points, and those
+   ! Kinds of meshes, by the points that their nodes follow.
+   integer, parameter :: mesh_fixed = 0                  !! none: the nodes are fixed material points
+   integer, parameter :: mesh_sampled = 1                !! none: many fixed nodes, which detect contact at the start
+   integer, parameter :: mesh_of_marks = 2               !! ends of contact with foundations
+   integer, parameter :: mesh_of_spans = 3               !! touchdown points and ends of contact with foundations
 
    type :: problem_t
       type(model_t) :: model                             !! on the working mesh
-      type(model_t) :: deck                              !! on the deck's
+      type(model_t) :: deck                              !! on the deck's mesh
       type(layout_t) :: layout                           !! of the deck
-      type(mesh_density_t), allocatable :: demand(:)           !! (stretches) elements that the next mesh gets
-      logical :: deck_mesh = .true.                      !! the working mesh is the deck's, node by node
-      integer, allocatable :: stretch(:)                 !! (elements) that it is part of
-      real(wp), allocatable :: origin(:)                 !! (elements) coordinate along the stretch less the nominal one
-      integer, allocatable :: along(:)                   !! (elements) all of them, stretch by stretch in order
-      integer, allocatable :: element_first(:)           !! (stretches) place in `along` of its first element
-      integer, allocatable :: element_last(:)            !! (stretches) and of its last one; any mesh but the deck's has its
-      !! elements in this order: along(i) = i
-      integer, allocatable :: mesh_node(:)               !! (deck's nodes) node of a breakpoint, 0: it is none
+      type(mesh_density_t), allocatable :: demand(:)           !! (rod segments) mesh density of the next mesh
+      logical :: deck_mesh = .true.                      !! true: the working mesh is the deck's, node by node
+      integer, allocatable :: stretch(:)                 !! (elements) rod segment of the element
+      real(wp), allocatable :: origin(:)                 !! (elements) coordinate along the rod segment less the nominal coordinate
+      integer, allocatable :: along(:)                   !! (elements) all elements in order, segment by segment
+      integer, allocatable :: element_first(:)           !! (rod segments) index in `along` of the first element
+      integer, allocatable :: element_last(:)            !! (rod segments) index in `along` of the last element; on any mesh but the
+      !! deck's along(i) = i
+      integer, allocatable :: mesh_node(:)               !! (deck's nodes) mesh node of a segment boundary, 0: the node is none
       type(numbering_t) :: numbering
-      type(tie_pattern_t) :: ties                        !! what follows other nodes, and which
+      type(tie_pattern_t) :: ties                        !! tied nodes and the nodes that they follow
       type(candidates_t) :: candidates                   !! of contact at nodes
-      type(coupling_t) :: coupling                       !! how obstacles carry load from candidate to candidate
+      type(coupling_t) :: coupling                       !! load transfer of obstacles between candidates
       type(ground_t) :: ground                           !! foundations that act inside elements
       type(tableau_t) :: tableau(max_stages)
       type(ge_stiffness_t), allocatable :: compliance(:) !! (elements)
-      real(wp), allocatable :: spring(:, :)              !! (3, nodes) stiffness of springs to the ground
-      logical, allocatable :: pressurised(:)             !! (elements) a pressure acts in some step
-      integer, allocatable :: z_size(:)                  !! (elements) stored unknowns
-      type(mark_t), allocatable :: mark(:)               !! ends of contact with foundations, corners of their laws
-      real(wp), allocatable :: chain_start(:, :)         !! (stretches, contacts) coordinate of their beginnings along the chain
-      !! of a contact
-      logical, allocatable :: covered(:, :)              !! (stretches, contacts) where spans may be: all along or not at all
+      real(wp), allocatable :: spring(:, :)              !! (3, nodes) stiffness of springs to a fixed point
+      logical, allocatable :: pressurised(:)             !! (elements) true: a pressure acts in some step
+      integer, allocatable :: z_size(:)                  !! (elements) number of stored unknowns
+      type(mark_t), allocatable :: mark(:)               !! interface points: ends of foundations' contact, corners of laws
+      real(wp), allocatable :: chain_start(:, :)         !! (rod segments, contacts) coordinate of the segment's first node along
+      !! the chain of a contact
+      logical, allocatable :: covered(:, :)              !! (rod segments, contacts) contact spans are allowed all along the
+      !! segment, or nowhere
       integer :: mesh_kind = mesh_fixed
-      type(contact_span_t), allocatable :: touch(:) !! and what touches, in order along the rods, where it was when this mesh
-      !! was made
-      integer, allocatable :: conforms(:)                !! (elements) on the track of an obstacle: candidate at the first node,
-      !! 0: free
-      integer, allocatable :: hinge(:)                   !! nodes of clamps that are hinges beside neutral spans
+      type(contact_span_t), allocatable :: touch(:) !! contact spans in order along the rods, with the places of their ends when
+      !! this mesh was made
+      integer, allocatable :: conforms(:)                !! (elements) candidate at the first node if the element lies on a track,
+      !! 0: free element
+      integer, allocatable :: hinge(:)                   !! nodes of clamps that are hinges because of a neutral span
       integer :: rolling = 0                             !! node of a clamp about which a closed rod may roll, 0: none
-      real(wp), allocatable :: overlap(:)                !! (contacts) how far the obstacle is withdrawn at the start, on every mesh
-      real(wp), allocatable :: coordinates(:, :)         !! (2, deck's nodes) at the start: what stored displacements count from
-      integer, allocatable :: beside(:, :)               !! (2, nodes) an element that ends there, one that begins; 0: none
-      type(load_t) :: constant                           !! left behind by the steps before this one
+      real(wp), allocatable :: overlap(:)                !! (contacts) distance by which the obstacle is withdrawn at the start, the
+      !! same on every mesh
+      real(wp), allocatable :: coordinates(:, :)         !! (2, deck's nodes) at the start; stored displacements refer to these
+      integer, allocatable :: beside(:, :)               !! (2, nodes) elements that end and begin at the node; 0: none
+      type(load_t) :: constant                           !! constant loads of the steps before this one
       integer :: step = 1
-      integer :: n_unknowns = 0                          !! three a node
-      real(wp) :: size = 1.0_wp                          !! diagonal of the box around the structure
-      logical :: resting = .false.                       !! what foundations act on lies on them, or is bilateral: no gap at home
+      integer :: n_unknowns = 0                          !! three for each node
+      real(wp) :: size = 1.0_wp                          !! diagonal of the bounding box of the structure
+      logical :: resting = .false.                       !! true: no foundation without tension has an initial gap
       real(wp) :: force_floor = 0.0_wp                   !! smallest force scale: rounding of EI/size^2
-      real(wp), allocatable :: weight(:)                 !! (nodes) share of the rod's length over size^2: the arc-length metric
+      real(wp), allocatable :: weight(:)                 !! (nodes) share of the rod's length over size^2: arc-length metric
    contains
       procedure :: has_spans
       procedure :: moves_nodes
@@ -85,32 +88,32 @@ module problem
 
 contains
 
-   !> True for a mesh of contact spans.
+   !> True for a mesh that follows contact spans.
    pure logical function has_spans(problem)
       class(problem_t), intent(in) :: problem
       has_spans = problem%mesh_kind == mesh_of_spans
    end function has_spans
 
-   !> True where nodes go along the rods.
+   !> True for a mesh whose nodes move along the rods.
    pure logical function moves_nodes(problem)
       class(problem_t), intent(in) :: problem
       moves_nodes = problem%mesh_kind == mesh_of_spans .or. problem%mesh_kind == mesh_of_marks
    end function moves_nodes
 
-   !> True for the mesh that finds out what touches.
+   !> True for the mesh whose nodes detect contact at the start.
    pure logical function is_sampled(problem)
       class(problem_t), intent(in) :: problem
       is_sampled = problem%mesh_kind == mesh_sampled
    end function is_sampled
 
-   !> An assignment, written once: the compiler spells out the copying of all components wherever one stands.
+   !> Assignment of a problem as a procedure, because the compiler expands the copies of all components at each assignment.
    pure subroutine copy_problem(from, to)
       type(problem_t), intent(in) :: from
       type(problem_t), intent(inout) :: to
       to = from
    end subroutine copy_problem
 
-   !> The problem of a checked model on its own mesh.
+   !> Problem of a checked model on its own mesh.
    function new_problem(model) result(problem)
       type(model_t), intent(in) :: model
       type(problem_t) :: problem
@@ -139,10 +142,10 @@ contains
       call derive_problem(problem)
    end function new_problem
 
-   !> The same problem on another mesh: step, loads left behind, measures and the metric go along.
+   !> The same problem on another mesh; step, constant loads, measures and metric are kept.
    function remeshed_problem(problem, division) result(new)
       type(problem_t), intent(in) :: problem
-      type(division_t), intent(in) :: division(:)   !! (stretches) as new_remeshed_model wants them
+      type(division_t), intent(in) :: division(:)   !! (rod segments) as new_remeshed_model expects
       type(problem_t) :: new
       integer, allocatable :: node(:)
       integer :: e, i, j
@@ -166,7 +169,7 @@ contains
                new%stretch(e) = j
                new%origin(e) = division(j)%at(i) - mesh%s(1, e)
                if (i == 1) cycle
-               ! The same one all along a curve, not one that differs by rounding.
+               ! One value for all elements of a curve, without differences by rounding.
                if (mesh%curve(e) == mesh%curve(e - 1) .and. abs(mesh%s(1, e) - mesh%s(2, e - 1)) <= 0.0_wp) &
                   & new%origin(e) = new%origin(e - 1)
             end do
@@ -189,7 +192,7 @@ contains
       new%weight = new%weight * (new%size / problem%size)**2
       new%size = problem%size
       new%force_floor = problem%force_floor
-      ! How far obstacles are withdrawn at the start is the deck's, too.
+      ! The initial overlaps are those of the deck's mesh, too.
       new%overlap = problem%overlap
       new%candidates%overlap = new%overlap(new%candidates%contact)
       new%ground%chain%overlap = new%overlap(new%ground%chain%contact)
@@ -197,7 +200,7 @@ contains
       call count_from_deck(new, new%ground%chain)
    end function remeshed_problem
 
-   !> Closed chains are measured from the first node that the deck gives to their contact, which the mesh need not have.
+   !> Arc coordinates of a closed chain count from the contact's first node in the deck, which the mesh may not have.
    subroutine count_from_deck(problem, list)
       type(problem_t), intent(in) :: problem
       type(candidates_t), intent(inout) :: list
@@ -211,7 +214,7 @@ contains
          if (e == 0) cycle
          associate (mesh => problem%model%mesh, at => problem%layout%node_at(problem%deck%contact(list%contact(c))%node(1)))
             if (mesh%curve(e) == 0) cycle
-            ! It lies in the element that ends at the first node of the mesh, or is this one.
+            ! The deck's first node lies in the element that ends at the mesh's first node, or is this node.
             ahead = problem%origin(e) + mesh%s(2, e) - at
             if (ahead < 0.0_wp .or. ahead >= mesh%s(2, e) - mesh%s(1, e)) cycle
             ahead = curve_length(problem%model%curve(mesh%curve(e)), problem%model%imperfection, mesh%s(2, e) - ahead, mesh%s(2, e))
@@ -220,9 +223,9 @@ contains
       end do
    end subroutine count_from_deck
 
-   !> Sets what follows from the model on the working mesh.
+   !> Sets all data that follow from the model on the working mesh.
    subroutine derive_problem(problem)
-      type(problem_t), intent(inout) :: problem     !! deck, model, layout, places along it and constant loads are kept
+      type(problem_t), intent(inout) :: problem     !! in: deck, model, layout, coordinates along the segments, constant loads
       type(geometry_t) :: home
       integer :: e, i, k
       real(wp) :: softest
@@ -276,9 +279,9 @@ contains
       if (problem%deck_mesh) problem%overlap = contact_overlaps(problem)
    end subroutine derive_problem
 
-   !> True when no foundation of a list of candidates begins with a gap.
+   !> True if no foundation without tension has an initial gap to any candidate of a list.
    pure logical function rests(problem, list, home)
-      type(problem_t), intent(in) :: problem   !! with its size
+      type(problem_t), intent(in) :: problem   !! its `size` must be set
       type(candidates_t), intent(in) :: list
       type(geometry_t), intent(in) :: home
       real(wp) :: gap, normal(2), bend
@@ -293,7 +296,7 @@ contains
       end do
    end function rests
 
-   !> How far the obstacles of all contacts are withdrawn from them at the start.
+   !> Initial overlap of each contact: the distance by which its obstacle is withdrawn at the start.
    pure function contact_overlaps(problem) result(overlap)
       type(problem_t), intent(in) :: problem   !! on the deck's mesh
       real(wp) :: overlap(size(problem%deck%contact))
@@ -307,20 +310,20 @@ contains
       end do
    end function contact_overlaps
 
-   !> Diagonal of the box around a set of points.
+   !> Diagonal of the bounding box of a set of points.
    pure real(wp) function structure_size(x)
       real(wp), intent(in) :: x(:, :)   !! (2, points)
       structure_size = hypot(maxval(x(1, :)) - minval(x(1, :)), maxval(x(2, :)) - minval(x(2, :)))
    end function structure_size
 
-   !> Place of a nodal unknown (component 1, 2, 3) in the band.
+   !> Equation number of a nodal unknown (component 1, 2 or 3).
    pure integer function dof(problem, node, component)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: node, component
       dof = 3 * (problem%numbering%position(node) - 1) + component
    end function dof
 
-   !> What the rounding of positions may make of a gap.
+   !> Bound of the rounding error of a gap.
    pure real(wp) function rounding_gap(problem)
       type(problem_t), intent(in) :: problem
       rounding_gap = 8.0_wp * epsilon(rounding_gap) * problem%size

@@ -1,4 +1,4 @@
-!> Everything that changes along the path. Copying a state saves it; assigning the copy restores it.
+!> State of the structure: all data that change along the path. A copy of the state saves it, its assignment restores it.
 module rod_state
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap, touching_gap
@@ -15,30 +15,31 @@ module rod_state
       & obstacle_shift, candidate_gap, candidate_opening, chain_gap, candidate_offset, closing_rate, may_react, parallel, &
       & is_stress_free, unknown_push, rounding_steps
 
-   real(wp), parameter :: parallel = 1.0e-6_wp !! sine of the angle between two obstacles that make no corner
+   real(wp), parameter :: parallel = 1.0e-6_wp !! sine of the angle below which two obstacles make no corner
 
-   real(wp), parameter :: rounding_steps = 32.0_wp !! of displacements: what their sums along an element may err by
+   real(wp), parameter :: rounding_steps = 32.0_wp !! rounding units of displacements by which their sums along an element may err
    real(wp), parameter :: unknown_push = huge(1.0_wp)
 
    type :: state_t
       real(wp) :: load_factor = 0.0_wp
-      real(wp), allocatable :: u(:, :)        !! (3, nodes) displacements and rotation
-      real(wp), allocatable :: z(:, :)        !! (largest z_size, elements) stored resultants
-      logical, allocatable :: active(:)       !! (candidates) in contact
-      real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, positive in compression
-      real(wp), allocatable :: couple(:)      !! (candidates) that turns a node which follows a track, of all but what lies on it
-      logical, allocatable :: grounded(:)     !! (elements) a distributed foundation touches it, at the last converged point
-      integer, allocatable :: segment(:)      !! (candidates of the foundations' chain) of its law that the element after it is on,
-      !! whatever the gap, see force_law and ground_segments
-      real(wp), allocatable :: push(:, :)     !! (max_stages + 1, candidates of that chain) pressures where foundations act on the
-      !! element after it, see ground_pressures; unknown_push: what the gap says
-      type(geometry_t) :: geometry            !! changes only where a touchdown point or the end of a foundation's contact moves
+      real(wp), allocatable :: u(:, :)        !! (3, nodes) displacements and rotation, global axes
+      real(wp), allocatable :: z(:, :)        !! (largest z_size, elements) stored section forces
+      logical, allocatable :: active(:)       !! (candidates) contact is active
+      real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, > 0 in compression
+      real(wp), allocatable :: couple(:)      !! (candidates) couple on a node that takes the direction of its track, without the
+      !! couples of elements on the track
+      logical, allocatable :: grounded(:)     !! (elements) a distributed foundation touched the element at the last converged point
+      integer, allocatable :: segment(:)      !! (candidates of the foundations' chain) segment of the law for the element after the
+      !! candidate, see force_law and ground_segments
+      real(wp), allocatable :: push(:, :)     !! (max_stages + 1, candidates of that chain) pressures of foundations on the element
+      !! after the candidate, see ground_pressures; unknown_push: from the gap
+      type(geometry_t) :: geometry            !! changes only if a touchdown point or an end of a foundation's contact moves
    end type state_t
 
 contains
 
-   !> Stress-free start; candidates that touch are in contact, for the structure may hang on nothing else, but a node is held
-   !> once along a line. Bilateral ones are for good.
+   !> Stress-free start. Candidates without gap are active, for they may be the only supports; parallel normals at one node are used
+   !> once. Bilateral candidates are always active.
    function new_state(problem) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t) :: state
@@ -78,13 +79,13 @@ contains
       end do
    end function new_state
 
-   !> True for the start, which nothing has moved or stressed yet.
+   !> True for the initial state, without displacements and section forces.
    pure logical function is_stress_free(state)
       type(state_t), intent(in) :: state
       is_stress_free = all(abs(state%u) <= 0.0_wp) .and. all(abs(state%z) <= 0.0_wp)
    end function is_stress_free
 
-   !> The six displacements of an element's nodes.
+   !> Displacements and rotations of an element's two nodes.
    pure function element_displacement(problem, state, e) result(u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -94,7 +95,7 @@ contains
       u(4:6) = state%u(:, problem%model%mesh%node(2, e))
    end function element_displacement
 
-   !> The load on an element at the state's load factor.
+   !> Distributed loads on an element at the state's load factor.
    pure function element_load(problem, state, e) result(load)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -120,7 +121,7 @@ contains
       x = state%geometry%x(:, node) + state%u(1:2, node)
    end function node_position
 
-   !> How far an obstacle has moved.
+   !> Displacement of an obstacle.
    pure function obstacle_shift(problem, state, obstacle) result(shift)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -130,8 +131,8 @@ contains
          & state%load_factor * problem%model%step(problem%step)%load%motion(:, obstacle)
    end function obstacle_shift
 
-   !> What comes on top of the distance of a candidate (of either list) from its obstacle: the gap left in the deck, how far the
-   !> obstacle still is withdrawn, less what closed since.
+   !> Offset added to the distance of a candidate (of either list) from its obstacle: the `gap` of the deck and the unresolved part
+   !> of the initial overlap, less the closing so far.
    pure real(wp) function candidate_offset(problem, state, list, candidate) result(offset)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -143,7 +144,7 @@ contains
       end associate
    end function candidate_offset
 
-   !> How much the gap of a candidate closes per unit of load factor, besides what its obstacle's motion does.
+   !> Closing of a candidate's gap per unit of load factor, without the obstacle's displacement.
    pure real(wp) function closing_rate(problem, list, candidate) result(rate)
       type(problem_t), intent(in) :: problem
       type(candidates_t), intent(in) :: list
@@ -153,7 +154,7 @@ contains
       end associate
    end function closing_rate
 
-   !> Position of a candidate as seen from its obstacle, which may have moved.
+   !> Position of a candidate relative to its obstacle, which may have moved.
    pure function candidate_position(problem, state, candidate) result(x)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -172,7 +173,7 @@ contains
       call chain_gap(problem, state, problem%candidates, candidate, gap, normal, bend)
    end subroutine candidate_gap
 
-   !> The same for a candidate of either list, problem%candidates or problem%ground%chain.
+   !> The same as candidate_gap for a candidate of either list, problem%candidates or problem%ground%chain.
    pure subroutine chain_gap(problem, state, list, candidate, gap, normal, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -183,14 +184,14 @@ contains
       associate (obstacle => list%obstacle(candidate), node => list%node(candidate), offset => list%gap_offset(candidate))
          call moved_gap(problem%model%obstacle(obstacle), state%geometry%x(:, node), state%u(1:2, node) - &
             & obstacle_shift(problem, state, obstacle), at_home, gap, normal, bend)
-         ! What lies on its obstacle begins with no gap.
+         ! A node on its obstacle has an initial gap of exactly zero.
          at_home = at_home + offset
          if (abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
          gap = gap + at_home + (candidate_offset(problem, state, list, candidate) - offset)
       end associate
    end subroutine chain_gap
 
-   !> Gap of a candidate to the surface as the reactions have settled it; the gap itself where they do not.
+   !> Gap of a candidate to the surface as settled under the reactions; the gap itself for a surface without settlement.
    real(wp) function candidate_opening(problem, state, candidate) result(opening)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -200,8 +201,8 @@ contains
       opening = opening + settlement(problem%coupling, candidate, state%reaction)
    end function candidate_opening
 
-   !> False where a support of the node takes all that a rigid obstacle of this normal could push, and where the node follows
-   !> another one: that has the contact. A foundation answers to its gap, whatever holds the node.
+   !> False if supports of the node take the whole reaction of a rigid obstacle with this normal, or if the node is tied to another
+   !> node, which then has the contact. A foundation reacts to its gap in any case.
    pure logical function may_react(problem, candidate, normal)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate

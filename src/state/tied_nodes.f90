@@ -1,8 +1,9 @@
-!> Nodes that follow others: their displacements as functions of the unknowns, and what that does to forces and matrices.
+!> Tied nodes: their displacements as functions of the unknowns, and the transformation of forces and matrices.
 !>
-!> The unknowns of a tied component are what it departs from the value that its tie gives it; they are held at zero like a support.
-!> With u = T(q) at every node, forces on the unknowns are T'^T f, and the tangent is T'^T K T' and, where a tie turns with a node
-!> (rigid links), the force in the tie times the second derivative. T' is the unit matrix but for the blocks kept here.
+!> The unknown of a tied component is the difference from the value that its tie prescribes; this unknown is fixed at zero like a
+!> support. With u = T(q) at every node, forces on the unknowns are T'^T f, and the tangent is T'^T K T' and, where a tie rotates
+!> with a node (rigid links), the tie force times the second derivative of T. T' is the unit matrix but for the blocks of this
+!> module.
 module tied_nodes
    use kinds, only: wp
    use model, only: tie_t
@@ -14,11 +15,12 @@ module tied_nodes
 
 contains
 
-   !> T' at a state: for each tied node the derivatives of its displacements and rotation by the unknowns of the nodes in its list.
+   !> Blocks of T' in a state: for each tied node the derivatives of its displacements and rotation with respect to the unknowns of
+   !> the nodes that it follows.
    subroutine set_blocks(problem, u, turned, axis, roll, lean, block)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements
-      logical, intent(in) :: turned(:)           !! (nodes) the axes of a node, as in system_t; tied ones are not turned
+      logical, intent(in) :: turned(:)           !! (nodes) true: rotated axes, see system_t; false for tied nodes
       real(wp), intent(in) :: axis(:, :), roll(:), lean(:)
       real(wp), intent(out) :: block(:, :, :)    !! (3, 3, size(problem%ties%of)) rows: global axes, columns: node axes
       real(wp) :: arm(2)
@@ -43,7 +45,7 @@ contains
 
    contains
 
-      !> Adds factor times what component `part` of node `of` is made of to the row of a tied component.
+      !> Adds `factor` times component `part` of node `of`, expressed by unknowns, to the row of a tied component.
       subroutine add_row(node, component, of, part, factor)
          integer, intent(in) :: node, component, of, part
          real(wp), intent(in) :: factor
@@ -64,7 +66,7 @@ contains
          end associate
       end subroutine add_row
 
-      !> A displacement or the rotation of a node that follows none, by its own unknowns.
+      !> A displacement or the rotation of an untied node as function of the node's own unknowns.
       pure function own_row(node, part) result(row)
          integer, intent(in) :: node, part
          real(wp) :: row(3)
@@ -82,7 +84,7 @@ contains
       end function own_row
    end subroutine set_blocks
 
-   !> The value that a tie gives its component.
+   !> Value that a tie prescribes for its component.
    pure real(wp) function tie_value(tie, u) result(value)
       type(tie_t), intent(in) :: tie
       real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements
@@ -93,26 +95,27 @@ contains
          value = value + tie%factor(k) * u(tie%part(k), tie%of(k))
       end do
       if (tie%turner == 0 .or. tie%component == 3) return
-      ! (R - 1) arm without the difference of large numbers.
+      ! (R - 1) arm, without cancellation.
       half = 0.5_wp * u(3, tie%turner)
       change = (2.0_wp * sin(half)) * [-sin(half) * tie%arm(1) - cos(half) * tie%arm(2), &
          & cos(half) * tie%arm(1) - sin(half) * tie%arm(2)]
       value = value + change(tie%component)
    end function tie_value
 
-   !> The arm of a rigid link, turned.
+   !> Rotated arm of a rigid link.
    pure function turned_arm(tie, rotation) result(arm)
       type(tie_t), intent(in) :: tie
-      real(wp), intent(in) :: rotation           !! of its turner [rad]
+      real(wp), intent(in) :: rotation           !! of the node with which the link rotates [rad]
       real(wp) :: arm(2)
       arm = [cos(rotation) * tie%arm(1) - sin(rotation) * tie%arm(2), sin(rotation) * tie%arm(1) + cos(rotation) * tie%arm(2)]
    end function turned_arm
 
-   !> What a force in a tie adds to the stiffness against rotation of its turner.
+   !> Geometric stiffness of a rigid link: contribution of the tie force to the rotational stiffness of the node that turns the
+   !> link.
    pure real(wp) function tie_swing(tie, u, force) result(stiffness)
       type(tie_t), intent(in) :: tie
       real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements
-      real(wp), intent(in) :: force              !! in the tie: inner less outer ones on its component; or its rate
+      real(wp), intent(in) :: force              !! in the tie, internal less external force on the tied component; or its rate
       real(wp) :: arm(2)
       stiffness = 0.0_wp
       if (tie%turner == 0 .or. tie%component == 3) return
@@ -120,12 +123,13 @@ contains
       stiffness = -force * arm(tie%component)
    end function tie_swing
 
-   !> Increments of a node: of its unknowns, in its axes; of a tied node in global axes, all that it follows included.
+   !> Increments of a node's unknowns in its axes; for a tied node increments of displacements in global axes with all that it
+   !> follows.
    pure function node_unknowns(problem, block, node, x) result(du)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: block(:, :, :)     !! by set_blocks
+      real(wp), intent(in) :: block(:, :, :)     !! from set_blocks
       integer, intent(in) :: node
-      real(wp), intent(in) :: x(:)               !! (n) unknowns
+      real(wp), intent(in) :: x(:)               !! (n) increments of the unknowns
       real(wp) :: du(3)
       integer :: b, d
       if (.not. problem%ties%follows(node)) then
@@ -140,12 +144,12 @@ contains
       end do
    end function node_unknowns
 
-   !> Adds force and moment on a node to those on the unknowns.
+   !> Adds the force and moment on a node to the forces on the unknowns.
    pure subroutine spread_force(problem, block, node, force, vector)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: block(:, :, :)     !! by set_blocks
+      real(wp), intent(in) :: block(:, :, :)     !! from set_blocks
       integer, intent(in) :: node
-      real(wp), intent(in) :: force(3)           !! axes of the node; global ones where it is tied
+      real(wp), intent(in) :: force(3)           !! in the node's axes; global axes for a tied node
       real(wp), intent(inout) :: vector(:)       !! (n)
       integer :: b, d
       if (.not. problem%ties%follows(node)) then
@@ -159,12 +163,12 @@ contains
       end do
    end subroutine spread_force
 
-   !> Adds a symmetric matrix on one or two nodes to the band.
+   !> Adds a symmetric matrix of one or two nodes to the band.
    pure subroutine add_matrix(problem, block, nodes, k, band)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: block(:, :, :)     !! by set_blocks
+      real(wp), intent(in) :: block(:, :, :)     !! from set_blocks
       integer, intent(in) :: nodes(:)
-      real(wp), intent(in) :: k(:, :)            !! (3 nodes, 3 nodes) axes of the nodes; global ones where tied
+      real(wp), intent(in) :: k(:, :)            !! (3 nodes, 3 nodes) in the nodes' axes; global axes for tied nodes
       type(band_t), intent(inout) :: band
       integer :: place(size(nodes) + size(block, 3)), end_of(size(nodes) + size(block, 3)), with(size(nodes) + size(block, 3))
       real(wp) :: part(3, 3)

@@ -1,13 +1,13 @@
-!> Ground that carries load sideways, in the equations about the present contact set.
+!> Ground that couples candidates (half-space, shear layer), in the equations about the present contact set.
 !>
-!> Where candidates are active g + T r = 0 makes the ground a spring with the full stiffness S = T^-1, r = -S g. The band
-!> holds a stiffer one, springs e = 1/d of the single candidates; what it has too much, W = diag(e) - S, is positive
-!> definite because T - d is, and is taken off the factored band (Sherman, Morrison, Woodbury):
+!> For the active candidates g + T r = 0 makes the ground a spring with the full stiffness S = T^-1, r = -S g. The band contains a
+!> stiffer ground, independent springs e = 1/d of the candidates; the excess W = diag(e) - S is positive definite because T - d is,
+!> and is removed from the factored band (Sherman, Morrison, Woodbury):
 !>
 !>   (K - N W N^T)^-1 = K^-1 + X (W^-1 - N^T X)^-1 X^T,   X = K^-1 N,   N^T the gaps' derivatives.
 !>
-!> The band is regular wherever contact alone holds the structure, and by Haynsworth's theorem the true tangent has the
-!> band's negative eigenvalues and those of the small matrix.
+!> The band is regular wherever contact alone supports the structure, and by Haynsworth's theorem the true tangent has the negative
+!> eigenvalues of the band and those of the small matrix.
 module active_coupling
    use kinds, only: wp
    use ground_coupling, only: coupling_t
@@ -18,25 +18,25 @@ module active_coupling
    public :: active_coupling_t, set_active, coupled_answer, gap_changes, add_forces, &
       & subtract_excess, excess_row, factor_excess, add_excess_response
 
-   !> One entry an active candidate of an obstacle that couples.
+   !> Active candidates on coupled ground.
    type :: active_coupling_t
       integer :: n = 0
       integer, allocatable :: candidate(:)
-      integer, allocatable :: entry(:)              !! its place in coupling_t
-      integer, allocatable :: row(:)                !! first unknown of its node
-      real(wp), allocatable :: direction(:, :)      !! (2, n) normal in node axes: N
+      integer, allocatable :: entry(:)              !! index of the candidate in coupling_t
+      integer, allocatable :: row(:)                !! first unknown of the candidate's node
+      real(wp), allocatable :: direction(:, :)      !! (2, n) N: normals in node axes
       real(wp), allocatable :: stiffness(:, :)      !! (n, n) S
       real(wp), allocatable :: excess(:, :)         !! (n, n) W
       real(wp), allocatable :: excess_inverse(:, :)
       real(wp), allocatable :: column(:, :)         !! (unknowns, n) X, zero at fixed unknowns
       real(wp), allocatable :: small(:, :)          !! (n, n) factors of W^-1 - N^T X
       integer, allocatable :: pivot(:)
-      integer :: negative_pivots = 0                !! that the small matrix adds to those of the band
+      integer :: negative_pivots = 0                !! number that the small matrix adds to that of the band
    end type active_coupling_t
 
 contains
 
-   !> Stiffness of the ground for a contact set; kept as long as that stays.
+   !> Stiffness of the ground for a contact set; unchanged if the set is the same.
    subroutine set_active(coupling, active, set)
       type(coupling_t), intent(in) :: coupling
       logical, intent(in) :: active(:)             !! (candidates)
@@ -80,14 +80,14 @@ contains
       end do
    end function inverse
 
-   !> What the ground makes of gaps: the reactions of active candidates and the openings between nodes and settled surface,
-   !> given the complementary ones: openings of active candidates (as a rule 0), reactions of open ones.
+   !> Reactions of coupled candidates and their openings (distance from the settled surface) for given gaps. Of each candidate one
+   !> of the two is prescribed: the opening of active candidates (usually 0), the reaction of the others.
    subroutine coupled_answer(coupling, set, given, gap, reaction)
       type(coupling_t), intent(in) :: coupling
       type(active_coupling_t), intent(in) :: set
-      real(wp), intent(in) :: given(:)             !! (candidates)
-      real(wp), intent(inout) :: gap(:)            !! (candidates) to the undeformed surface; on return to the settled one
-      real(wp), intent(inout) :: reaction(:)       !! (candidates) of those that couple on return
+      real(wp), intent(in) :: given(:)             !! (candidates) prescribed opening or reaction
+      real(wp), intent(inout) :: gap(:)            !! (candidates) in: gap to the undeformed surface; out: opening
+      real(wp), intent(inout) :: reaction(:)       !! (candidates) out: reactions of coupled candidates
       real(wp) :: r(coupling%n), g(coupling%n)
       if (coupling%n == 0) return
       r = given(coupling%candidate)
@@ -152,7 +152,8 @@ contains
       end do
    end function excess_row
 
-   !> X and the factored small matrix for a factored band. A singular one becomes regular as a singular band does (factorise).
+   !> Computes X and factors the small matrix for a factored band. A zero pivot is replaced by a small positive number, as in
+   !> factorise.
    subroutine factor_excess(set, factor, fixed)
       type(active_coupling_t), intent(inout) :: set
       type(factor_t), intent(in) :: factor
@@ -181,7 +182,7 @@ contains
       allocate (set%pivot(set%n), work(64 * set%n))
       call dsytrf('L', set%n, set%small, set%n, set%pivot, work, size(work), info)
       largest = maxval([(abs(set%small(i, i)), i=1, set%n)])
-      ! A block of order 2 has one eigenvalue of each sign.
+      ! A pivot block of order 2 has one eigenvalue of each sign.
       set%negative_pivots = count(set%pivot < 0) / 2
       do i = 1, set%n
          if (set%pivot(i) < 0) cycle
@@ -190,7 +191,7 @@ contains
       end do
    end subroutine factor_excess
 
-   !> From K^-1 b, fixed unknowns at their values, to the solution without the excess.
+   !> Corrects K^-1 b of the band to the solution for the true ground (without the excess W); fixed unknowns keep their values.
    subroutine add_excess_response(set, x)
       type(active_coupling_t), intent(in) :: set
       real(wp), intent(inout) :: x(:)              !! (unknowns)

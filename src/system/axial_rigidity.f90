@@ -1,9 +1,9 @@
-!> Rods that cannot stretch: what is left out of a tangent that gives a little where they do not.
+!> Inextensible rods: correction of solutions for the artificial extension of the factored tangent.
 !>
-!> The elements of such rods have 1/EA = 0 in all that they answer (stored resultants and defects), so equilibrium is exact. A
-!> straight one then has no finite stiffness, so their tangents stretch by a small part of what bending gives (ge_element), and
-!> solutions with the factored tangent are corrected here: what the elements stretched by goes back as a distortion that
-!> they are free of. Each round leaves that small part of the error of the one before.
+!> The elements of such rods have 1/EA = 0 in stored section forces and defects, so equilibrium is exact. A straight one has no
+!> finite stiffness, so its tangent has an axial flexibility, a small part of the bending flexibility (ge_element). Solutions with
+!> the factored tangent are corrected here: the extension of each element is applied to it as a stress-free distortion of opposite
+!> sign. Each round reduces the error to that small part of the previous error.
 module axial_rigidity
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -11,24 +11,24 @@ module axial_rigidity
    private
    public :: rigidity_t, new_rigidity, stretched, shrinking_forces
 
-   integer, parameter, public :: rigidity_rounds = 2 !! each takes about eight digits of the error
+   integer, parameter, public :: rigidity_rounds = 2 !! each reduces the error by about eight digits
 
-   !> The inextensible elements as a map from unknowns to stretches and back.
+   !> Linear maps from unknowns to the artificial extension of inextensible elements and back.
    type :: rigidity_t
       integer :: n = 0
       integer, allocatable :: element(:)       !! (n)
-      integer, allocatable :: first(:)         !! (n + 1) place of the first entry of an element
+      integer, allocatable :: first(:)         !! (n + 1) index of the first entry of an element
       integer, allocatable :: unknown(:)       !! (entries)
-      real(wp), allocatable :: force(:, :)     !! (2, entries) force at the first end by the unknown
-      real(wp), allocatable :: push(:, :)      !! (2, entries) force on the unknown by a shift of the second end
-      real(wp), allocatable :: give(:, :, :)   !! (2, 2, n) stretch of the tangent by the force
-      real(wp), allocatable :: shifted(:, :, :) !! (2, 2, n) force by a shift of the second end
-      real(wp), allocatable :: load(:, :)      !! (2, n) force by the load factor
+      real(wp), allocatable :: force(:, :)     !! (2, entries) derivative of the force at the first end by the unknown
+      real(wp), allocatable :: push(:, :)      !! (2, entries) force on the unknown by a unit shift of the second end
+      real(wp), allocatable :: give(:, :, :)   !! (2, 2, n) artificial extension of the tangent per unit force
+      real(wp), allocatable :: shifted(:, :, :) !! (2, 2, n) force per unit shift of the second end
+      real(wp), allocatable :: load(:, :)      !! (2, n) derivative of the force by the load factor
    end type rigidity_t
 
 contains
 
-   !> The inextensible elements of a problem; entries for all unknowns of their nodes, ties included.
+   !> The inextensible elements of a problem, with entries for all unknowns of their nodes, ties included.
    function new_rigidity(problem) result(rigidity)
       type(problem_t), intent(in) :: problem
       type(rigidity_t) :: rigidity
@@ -53,12 +53,12 @@ contains
       allocate (rigidity%give(2, 2, rigidity%n), rigidity%shifted(2, 2, rigidity%n), rigidity%load(2, rigidity%n), source=0.0_wp)
    end function new_rigidity
 
-   !> What the inextensible elements stretch by in a solution with the factored tangent.
+   !> Artificial extension of the inextensible elements in a solution with the factored tangent.
    pure subroutine stretched(rigidity, x, load, stretch)
       type(rigidity_t), intent(in) :: rigidity
       real(wp), intent(in) :: x(:)             !! (unknowns) the solution
-      real(wp), intent(in) :: load             !! and its load factor
-      real(wp), intent(inout) :: stretch(:, :) !! (2, n) that has been given back to them so far; with what is to come
+      real(wp), intent(in) :: load             !! load factor of the solution
+      real(wp), intent(inout) :: stretch(:, :) !! (2, n) in: extension corrected so far; out: extension to correct in the next round
       real(wp) :: force(2)
       integer :: i, k
       do i = 1, rigidity%n
@@ -70,7 +70,7 @@ contains
       end do
    end subroutine stretched
 
-   !> Forces on the unknowns that make elements shrink by given stretches.
+   !> Forces on the unknowns that shorten elements by given extensions.
    pure subroutine shrinking_forces(rigidity, stretch, force)
       type(rigidity_t), intent(in) :: rigidity
       real(wp), intent(in) :: stretch(:, :)    !! (2, n)

@@ -1,7 +1,7 @@
-!> Whether straight rods that cannot stretch are statically determinate among each other at the start.
+!> Check that straight inextensible rods are statically determinate at the start.
 !>
-!> Such a rod keeps the distance of its ends. Where others keep it already nothing tells what force it has, and heat or a support
-!> that moves would need a stretch: no equations decide that. Curved rods bend and are never in question.
+!> Such a rod fixes the distance of its ends. If other rods or supports fix this distance already, the rod's force is undetermined,
+!> and heat or a moving support would require an extension. Curved rods bend and are never indeterminate.
 module bar_check
    use kinds, only: wp
    use text, only: to_text
@@ -13,19 +13,19 @@ module bar_check
    private
    public :: indeterminate_bar
 
-   real(wp), parameter :: straight = 1.0e-12_wp !! part of its length that a straight rod may be longer than its chord
+   real(wp), parameter :: straight = 1.0e-12_wp !! relative difference of length and chord up to which a rod is straight
 
 contains
 
-   !> Names a rod whose ends cannot come nearer even without it; '' when there is none.
+   !> Message that names a rod whose end distance is fixed without the rod itself; '' if there is none.
    function indeterminate_bar(problem, state) result(words)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state       !! the start
+      type(state_t), intent(in) :: state       !! at the start
       character(:), allocatable :: words
       real(wp) :: block(3, 3, size(problem%ties%of)), axis(2, problem%model%mesh%n_nodes), chord(2), length
       real(wp), dimension(problem%model%mesh%n_nodes) :: roll, lean
       real(wp), allocatable :: row(:, :), gram(:, :)
-      integer, allocatable :: bar(:)           ! stretches
+      integer, allocatable :: bar(:)           ! rod segments
       logical :: turned(problem%model%mesh%n_nodes)
       integer :: i, j, k, node(2), d
       words = ''

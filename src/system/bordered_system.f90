@@ -1,9 +1,10 @@
-!> The linearised equations with their border: factored once, solved for any right-hand side.
+!> Linearised equilibrium equations with a constraint row and a load column (bordered system): factored once, solved for any
+!> right-hand side.
 !>
 !>   K x - load y = rhs      row.x + corner y = path
 !>
-!> K is the band less the excess of the ground that couples candidates (active_coupling), y the increment of the load
-!> factor. The row is the path constraint; it keeps the system regular at limit points, where K is singular.
+!> K is the band less the excess of coupled ground (active_coupling), y the increment of the load factor. The row is the path
+!> constraint; it makes the system regular at limit points, where K is singular.
 module bordered_system
    use kinds, only: wp
    use functional, only: functional_t
@@ -27,7 +28,7 @@ module bordered_system
 
 contains
 
-   !> Assembles and factors; system%ok tells whether it worked. `base` as in linear_system.
+   !> Assembles and factors the system; system%ok is false if an element or the matrix is singular. `base` as in linear_system.
    subroutine linearise(problem, state, base, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state, base
@@ -36,7 +37,7 @@ contains
       if (system%ok) call factor_system(system)
    end subroutine linearise
 
-   !> Factors the tangent, counts its negative pivots, and solves for the path's tangent.
+   !> Factors the tangent, counts its negative pivots, and solves for the path tangent.
    subroutine factor_system(system)
       type(system_t), intent(inout) :: system
       real(wp) :: shrink(system%n)
@@ -58,8 +59,8 @@ contains
       system%negative_pivots = system%factor%negative_pivots + system%coupling%negative_pivots - system%hinges
    end subroutine factor_system
 
-   !> The system of the same structure whose inextensible elements stretch by what their tangents give: about 1e-8 of what
-   !> bending gives. All of it is linear in the unknowns alone, whereas the force of an inextensible element is not.
+   !> The system of the same structure with the artificial extension of inextensible elements (about 1e-8 of bending) left in the
+   !> solutions. Such a system is linear in the unknowns alone, whereas the force of an inextensible element is not.
    function with_stretch(system) result(stretching)
       type(system_t), intent(in) :: system     !! factored
       type(system_t) :: stretching             !! factored
@@ -70,22 +71,22 @@ contains
       call solve_constrained(stretching, stretching%load, stretching%rate, stretching%tangent)
    end function with_stretch
 
-   !> Change of the force that a support, a rigid contact or a tie adds to an unknown, under an increment x of the unknowns and y of
-   !> the load factor as solve_bordered gives them.
+   !> Change of the force that a support, a rigid contact or a tie exerts on an unknown, for increments x of the unknowns and y of
+   !> the load factor as solve_bordered returns them.
    pure real(wp) function held_force_change(system, d, x, y) result(change)
       type(system_t), intent(in) :: system     !! factored
-      integer, intent(in) :: d                 !! the unknown
+      integer, intent(in) :: d                 !! index of the unknown
       real(wp), intent(in) :: x(:)             !! (n) node axes
       real(wp), intent(in) :: y
       change = row_times(system, d, x) - system%tangent_load(d) * y
    end function held_force_change
 
-   !> Response to forces at a fixed load factor; constraints hold.
+   !> Response to forces at constant load factor, with all constraints.
    subroutine solve_effective(system, rhs, x, stretch)
       type(system_t), intent(in) :: system     !! factored
-      real(wp), intent(in) :: rhs(:)           !! (n) node axes; entries of fixed unknowns do not count
+      real(wp), intent(in) :: rhs(:)           !! (n) node axes; entries of fixed unknowns are ignored
       real(wp), intent(out) :: x(:)            !! (n)
-      real(wp), intent(out), optional :: stretch(:, :) !! (2, inextensible elements) what was given back to them
+      real(wp), intent(out), optional :: stretch(:, :) !! (2, inextensible elements) extension that was corrected
       real(wp) :: held(system%n), given(2, system%rigidity%n)
       held = 0.0_wp
       call solve_constrained(system, rhs, held, x)
@@ -94,10 +95,10 @@ contains
       if (present(stretch)) stretch = given
    end subroutine solve_effective
 
-   !> The same to many, at once.
+   !> Responses to many force vectors.
    subroutine solve_all_effective(system, x)
       type(system_t), intent(in) :: system     !! factored
-      real(wp), intent(inout) :: x(:, :)       !! (n, any number) forces, 0 at fixed unknowns; then the responses
+      real(wp), intent(inout) :: x(:, :)       !! (n, any number) in: forces, 0 at fixed unknowns; out: responses
       real(wp) :: given(2, system%rigidity%n)
       integer :: k
       call timing_start(phase_solution)
@@ -115,12 +116,12 @@ contains
       end do
    end subroutine solve_all_effective
 
-   !> Corrects a solution by what the tangent stretches where rods cannot (axial_rigidity).
+   !> Removes the artificial extension of inextensible rods from a solution (axial_rigidity).
    subroutine take_back_stretches(system, load, stretch, x)
-      type(system_t), intent(in) :: system     !! factored, with rods that cannot stretch
+      type(system_t), intent(in) :: system     !! factored, with inextensible rods
       real(wp), intent(in) :: load             !! load factor of the solution
-      real(wp), intent(inout) :: stretch(:, :) !! (2, inextensible elements) 0 on entry
-      real(wp), intent(inout) :: x(:)          !! (n) solution by the factored tangent
+      real(wp), intent(inout) :: stretch(:, :) !! (2, inextensible elements) in: 0; out: corrected extension
+      real(wp), intent(inout) :: x(:)          !! (n) in: solution with the factored tangent; out: corrected solution
       real(wp) :: first(system%n), force(system%n), held(system%n)
       integer :: round
       first = x
@@ -131,12 +132,12 @@ contains
          call solve_constrained(system, force, held, x)
          x = first + x
       end do
-      ! Nothing moves where all that did was stretch.
+      ! If the whole motion was artificial extension, the solution is zero.
       if (is_rounding(3) .and. is_rounding(1) .and. is_rounding(2)) x = 0.0_wp
 
    contains
 
-      !> True when a component of all nodes is what cancellation leaves of it.
+      !> True if one component of all nodes has been reduced to the rounding of its subtraction.
       pure logical function is_rounding(component)
          integer, intent(in) :: component
          is_rounding = maxval(abs(x(component::3))) <= sqrt(epsilon(x)) * maxval(abs(first(component::3)))
@@ -185,7 +186,7 @@ contains
       linear%by_load = by_load
    end function linear_functional
 
-   !> Forces on nodes, or a row of their displacements, as one of the unknowns.
+   !> Transforms forces on nodes, or coefficients of nodal displacements, to the unknowns.
    function unknowns_of(problem, system, by_node) result(by_unknown)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -201,12 +202,12 @@ contains
       end do
    end function unknowns_of
 
-   !> Solves the bordered system. Fails (ok false) when it is singular: a bifurcation, or no constraint at all.
+   !> Solves the bordered system. ok is false if the system is singular: at a bifurcation, or without a constraint.
    subroutine solve_bordered(system, rhs, prescribed, path_rhs, x, y, ok)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs(:), prescribed(:) !! (n)
       real(wp), intent(in) :: path_rhs
-      real(wp), intent(inout) :: x(:)               !! (n) nodal increments, node axes
+      real(wp), intent(inout) :: x(:)               !! (n) increments of the unknowns, node axes
       real(wp), intent(out) :: y                    !! increment of the load factor
       logical, intent(out) :: ok
       real(wp) :: pivot
@@ -214,27 +215,27 @@ contains
       call solve_constrained(system, rhs, prescribed, x)
       if (system%roll_at > 0) x = x + system%roll_by * system%rolled
       pivot = dot_product(system%path_row, system%tangent) + system%path_corner
-      ! Without a row of displacements, as under load control, the border cannot make a singular tangent regular.
+      ! With a zero row, as under load control, the border cannot make a singular tangent regular.
       ok = abs(pivot) > 0.0_wp .and. .not. (system%factor%deficient .and. all(abs(system%path_row) <= 0.0_wp))
       if (.not. ok) return
       y = (path_rhs - dot_product(system%path_row, x)) / pivot
       x = x + y * system%tangent
    end subroutine solve_bordered
 
-   !> Linear change of the stored resultants under an increment; what closes their own defects is not in it.
+   !> Linear change of the stored section forces under an increment, without the elimination of the elements' own defects.
    function resultant_rates(problem, system, x, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:), y        !! as solve_bordered gives them
+      real(wp), intent(in) :: x(:), y        !! increments as solve_bordered returns them
       real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
       rate = rates_of(problem, system, all_to_global(problem, system, x), y)
    end function resultant_rates
 
-   !> The same of displacements in global axes.
+   !> The same as resultant_rates for displacements in global axes.
    function rates_of(problem, system, du, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: du(:, :), y    !! (3, nodes), load factor
+      real(wp), intent(in) :: du(:, :), y    !! (3, nodes), increment of the load factor
       real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
       class(rod_element_t), pointer :: rod
       integer :: e, k, z
@@ -272,7 +273,7 @@ contains
       end do
    end function all_to_global
 
-   !> Adds a solved increment to the state: displacements, stored resultants, load factor.
+   !> Adds a solved increment to the state: displacements, stored section forces, load factor.
    subroutine apply_increment(problem, system, x, y, state)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

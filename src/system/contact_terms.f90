@@ -1,5 +1,5 @@
-!> Contact at nodes in the equations: reactions and stiffness of foundations, ground that couples them, and the curvature of
-!> obstacles under their reactions.
+!> Terms of contact at nodes in the equations: reactions and stiffness of foundations, coupled ground, and the geometric stiffness
+!> of obstacles' curvature under their reactions.
 module contact_terms
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -17,7 +17,7 @@ module contact_terms
 
 contains
 
-   !> Reaction and stiffness of a foundation; those of the first touch where a candidate is open.
+   !> Reaction and stiffness of a foundation at its gap; for an open candidate the stiffness at first contact.
    pure subroutine set_foundation(problem, state, candidate, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -39,7 +39,7 @@ contains
       end associate
    end subroutine set_foundation
 
-   !> Reactions of the ground that couples candidates, and the openings that are left.
+   !> Reactions of coupled ground, and the remaining openings.
    subroutine set_coupling(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -52,9 +52,8 @@ contains
       call coupled_answer(problem%coupling, system%coupling, none, system%opening, system%push)
    end subroutine set_coupling
 
-   !> Foundations, and the curvature of the obstacles under the reactions. An obstacle that moves does to its contacts
-   !> what their moving the other way would do; a closing gap does what their moving against the normal would do, but that
-   !> the normal stays.
+   !> Adds foundations and the geometric stiffness of curved obstacles. A moving obstacle acts like the opposite displacement of its
+   !> contact nodes; a closing gap acts like their displacement against the normal, with constant normal.
    subroutine add_contact(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -67,7 +66,7 @@ contains
             d = dof(problem, node, 1)
             call contact_tangent(problem, state, system, c, force, k)
             if (system%soft(c)) call spread_force(problem, system%tie_block, node, -[force, 0.0_wp], system%residual)
-            ! What a node that leans is pushed with turns it by itself.
+            ! At a node with `lean` the offset of the contact force is part of the third unknown already.
             if (problem%candidates%touch(c) > 0 .and. .not. problem%candidates%follows(c) .and. &
                & (problem%candidates%moves(c) .or. .not. system%turned(node))) then
                system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
@@ -86,7 +85,8 @@ contains
       call place_coupling(problem, system)
    end subroutine add_contact
 
-   !> What marks that are not where they belong do. That is no force: the stored resultants know nothing of it.
+   !> Adds the forces of interface points that are not at their places of equilibrium. These are no physical forces: stored section
+   !> forces do not contain them.
    subroutine add_marks(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -109,11 +109,11 @@ contains
       end do
    end subroutine add_marks
 
-   !> Unknowns and directions of the ground that couples candidates; and what its moving does beside the band.
+   !> Sets unknowns and directions of coupled ground, and adds the load of its motion that the band does not contain.
    subroutine place_coupling(problem, system)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(inout) :: system
-      real(wp) :: away(system%coupling%n)      ! what the gap loses per unit of load factor
+      real(wp) :: away(system%coupling%n)      ! decrease of the gap per unit of load factor
       integer :: i, c, node
       do i = 1, system%coupling%n
          c = system%coupling%candidate(i)
@@ -126,12 +126,12 @@ contains
       if (any(abs(away) > 0.0_wp)) call add_forces(system%coupling, -matmul(system%coupling%excess, away), system%load)
    end subroutine place_coupling
 
-   !> Force of an active contact on its node, and what it adds to the tangent: the foundation's spring, the curvature of the
-   !> obstacle under the reaction, and that a point contact moves along the rod (touchdown_spring).
+   !> Force of an active contact on its node, and its tangent: stiffness of the foundation, curvature of the obstacle under the
+   !> reaction, and rotational stiffness of a rolling point contact (touchdown_spring).
    pure subroutine contact_tangent(problem, state, system, candidate, force, k)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system     !! its gaps and normals are those of the state
+      type(system_t), intent(in) :: system     !! gaps and normals of the state
       integer, intent(in) :: candidate
       real(wp), intent(out) :: force(2), k(3, 3) !! node axes
       real(wp) :: n(2), t(2), r, kn
@@ -152,9 +152,9 @@ contains
       if (.not. problem%candidates%follows(candidate)) k(3, 3) = touchdown_spring(problem, state, candidate)
       associate (node => problem%candidates%node(candidate))
          if (.not. system%turned(node)) return
-         ! The track turns the node by more the further it goes where its curvature changes.
+         ! Along a track of variable curvature the node's rotation is nonlinear in the displacement.
          d = dof(problem, node, 3)
-         ! The force that the free part ends with; what the obstacle does inside the line is in its elements.
+         ! End force of the free element; the obstacle's force inside the line contact is part of its elements.
          if (problem%candidates%follows(candidate) .and. system%unknown(candidate) > 0) k(1, 1) = k(1, 1) + &
             & (r - system%residual(system%unknown(candidate))) * system%bend(candidate)
          k(1, 1) = k(1, 1) + system%residual(d) * track_bend_rate(problem, state, candidate)

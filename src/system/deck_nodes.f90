@@ -1,5 +1,5 @@
-!> What happens at the deck's nodes, wherever the nodes of the mesh are: it may be another mesh than the deck's, and its nodes
-!> move along the rod, but what the deck asks for belongs to the material points that it names.
+!> Quantities at the deck's nodes in a state. The mesh may differ from the deck's, and its nodes move along the rods, but the deck's
+!> requests refer to material points.
 module deck_nodes
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -15,25 +15,25 @@ module deck_nodes
    public :: deck_displacements, deck_section_forces, deck_contact_gaps, deck_node_rates, node_gradient_t, &
       & deck_node_gradient, place_gradient, place_defect, find_node
 
-   !> Derivatives of displacement and rotation of a deck's node that lies inside an element now.
+   !> Derivatives of displacement and rotation of a deck's node that is inside an element of the mesh.
    type :: node_gradient_t
-      integer :: node(2) = 0                    !! of the mesh: ends of the element
-      real(wp) :: ends(3, 3, 2) = 0.0_wp        !! (of component, by component of an end, end)
-      real(wp) :: load(3) = 0.0_wp              !! by the load factor
-      real(wp) :: defect(3) = 0.0_wp            !! change when the element closes its own defects
+      integer :: node(2) = 0                    !! mesh nodes at the ends of the element
+      real(wp) :: ends(3, 3, 2) = 0.0_wp        !! (component, component at an end, end)
+      real(wp) :: load(3) = 0.0_wp              !! derivative by the load factor
+      real(wp) :: defect(3) = 0.0_wp            !! change by the elimination of the element's own defects
    end type node_gradient_t
 
 contains
 
-   !> Where a deck's node is on the mesh.
+   !> Place of a deck's node on the mesh.
    pure subroutine find_node(problem, state, node, mesh_node, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: node               !! of the deck
-      integer, intent(out) :: mesh_node         !! the one at its material point, 0: none is
-      integer, intent(out) :: e                 !! the element that it is inside of, 0: of none
-      real(wp), intent(out) :: tau              !! its place there, 0 to 1
-      integer, intent(inout), optional :: near  !! see find_point
+      integer, intent(in) :: node               !! deck's node
+      integer, intent(out) :: mesh_node         !! mesh node at the same material point, 0: none
+      integer, intent(out) :: e                 !! element that contains the point in its interior, 0: none
+      real(wp), intent(out) :: tau              !! place in the element, 0 to 1
+      integer, intent(inout), optional :: near  !! as in find_point
       e = 0
       tau = 0.0_wp
       mesh_node = problem%mesh_node(node)
@@ -44,7 +44,7 @@ contains
       e = 0
    end subroutine find_node
 
-   !> Displacements and rotation of deck's nodes, counted from the stress-free position in the state's problem.
+   !> Displacements and rotation of the deck's nodes relative to their stress-free positions in the problem.
    pure function deck_displacements(problem, state, nodes) result(u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -64,12 +64,12 @@ contains
       end do
    end function deck_displacements
 
-   !> (N, Q, M) at both ends of an element of the deck, as local_forces, on its own side of them; a contact force acts where its
-   !> node is now.
+   !> (N, Q, M) at both ends of an element of the deck, inside the element, as in local_forces; a contact force acts at the present
+   !> place of its node.
    subroutine deck_section_forces(problem, state, e, local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e                  !! of the deck
+      integer, intent(in) :: e                  !! element of the deck
       real(wp), intent(out) :: local(3, 2)
       real(wp) :: ends(3, 2), tau
       integer :: side, holder, known, j
@@ -78,7 +78,7 @@ contains
       do side = 1, 2
          call find_point(problem, state, j, problem%deck%mesh%s(side, e) + problem%layout%origin(e), holder, tau)
          if (side == 2 .and. tau <= 0.0_wp) then
-            ! At a node it is the element that ends there.
+            ! At a node the element that ends there.
             holder = problem%beside(1, problem%model%mesh%node(1, holder))
             tau = 1.0_wp
          end if
@@ -92,19 +92,19 @@ contains
       end do
    end subroutine deck_section_forces
 
-   !> Gaps of the nodes that the deck gives to a contact, and where they are.
+   !> Gaps and deformed positions of the deck's nodes of a contact.
    pure subroutine deck_contact_gaps(problem, state, contact, gap, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact            !! index into model%contact
       real(wp), intent(out) :: gap(:)           !! (nodes of the contact in the deck)
-      real(wp), intent(out) :: place(:, :)      !! (2, the same) deformed
+      real(wp), intent(out) :: place(:, :)      !! (2, nodes of the contact in the deck) deformed positions
       real(wp) :: u(3, size(gap)), shift(2), at_home, home_offset, later, normal(2), bend
       integer :: i
       associate (list => problem%deck%contact(contact), o => problem%deck%contact(contact)%obstacle, kept => problem%constant, &
          & overlap => problem%overlap(contact), load => problem%model%step(problem%step)%load)
          shift = obstacle_shift(problem, state, o)
-         ! As candidate_offset: what comes on top of the gap left in the deck.
+         ! Part of candidate_offset beyond the `gap` of the deck.
          later = overlap * (1.0_wp - kept%resolved(o)) - kept%closing(o) - &
             & state%load_factor * (load%closing(o) + load%resolved(o) * overlap)
          u = deck_displacements(problem, state, list%node)
@@ -123,13 +123,13 @@ contains
       end associate
    end subroutine deck_contact_gaps
 
-   !> What a solved increment of the unknowns does to displacements and rotation of all deck's nodes.
+   !> Change of displacements and rotation of all deck's nodes under an increment of the unknowns.
    function deck_node_rates(problem, state, system, x, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
-      real(wp), intent(in) :: x(:)              !! (n) nodal increments, node axes
-      real(wp), intent(in) :: y                 !! of the load factor
+      real(wp), intent(in) :: x(:)              !! (n) increments of the unknowns, node axes
+      real(wp), intent(in) :: y                 !! increment of the load factor
       real(wp) :: rate(3, size(problem%mesh_node))
       type(profile_t) :: profile
       real(wp) :: du(6), tau
@@ -149,14 +149,15 @@ contains
       end do
    end function deck_node_rates
 
-   !> How displacement and rotation of a deck's node change with the unknowns, where no node of the mesh is at its place.
+   !> Derivatives of displacement and rotation of a deck's node with respect to the unknowns, if the node is inside an element of
+   !> the mesh.
    subroutine deck_node_gradient(problem, state, system, node, gradient, inside)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       integer, intent(in) :: node
       type(node_gradient_t), intent(out) :: gradient
-      logical, intent(out) :: inside            !! false: it is one with gradient%node(1), nothing else is set
+      logical, intent(out) :: inside            !! false: the deck's node is mesh node gradient%node(1); no other component is set
       real(wp) :: tau
       integer :: e
       call find_node(problem, state, node, gradient%node(1), e, tau)
@@ -164,7 +165,7 @@ contains
       if (inside) call place_gradient(problem, state, system, e, tau, gradient)
    end subroutine deck_node_gradient
 
-   !> The same at a place inside an element.
+   !> The same derivatives at a place inside an element.
    subroutine place_gradient(problem, state, system, e, tau, gradient)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -188,30 +189,30 @@ contains
       call place_defect(problem, state, system, e, tau, profile, gradient%defect)
    end subroutine place_gradient
 
-   !> Of that only what closing the element's own defects changes.
+   !> Part of the displacement change due to the elimination of the element's own defects.
    pure subroutine place_defect(problem, state, system, e, tau, profile, defect)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       integer, intent(in) :: e
       real(wp), intent(in) :: tau               !! 0 to 1
-      type(profile_t), intent(inout) :: profile !! kept from place to place, see keep_profile
+      type(profile_t), intent(inout) :: profile !! kept for the next place, see keep_profile
       real(wp), intent(out) :: defect(3)
       real(wp) :: none(6)
       none = 0.0_wp
       call place_rate(problem, state, e, tau, profile, none, system%op(:problem%z_size(e), 7, e), 0.0_wp, defect)
    end subroutine place_defect
 
-   !> Change of displacement and rotation at a place of an element, its stress-free geometry held.
+   !> Change of displacement and rotation at a place of an element for fixed stress-free geometry.
    pure subroutine place_rate(problem, state, e, tau, profile, du, dz, load_change, rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(profile_t), intent(inout) :: profile !! kept from place to place, see keep_profile
-      real(wp), intent(in) :: du(6)             !! changes of the nodes' displacements,
-      real(wp), intent(in) :: dz(:)             !! (z_size) of the stored unknowns
-      real(wp), intent(in) :: load_change       !! and of the load factor
+      type(profile_t), intent(inout) :: profile !! kept for the next place, see keep_profile
+      real(wp), intent(in) :: du(6)             !! changes of the nodes' displacements
+      real(wp), intent(in) :: dz(:)             !! (z_size) changes of the stored unknowns
+      real(wp), intent(in) :: load_change       !! change of the load factor
       real(wp), intent(out) :: rate(3)
       real(wp) :: step, moved(3, 2), part
       type(state_t) :: beside
@@ -221,8 +222,8 @@ contains
          rate = profile_rate(problem, state, profile, tau, du, dz, load_change)
          return
       end if
-      ! On an obstacle by a central difference, as far apart as truncation and rounding want it: places change by a share of the
-      ! element, or forces and loads by theirs.
+      ! Conforming element: central difference with the step that balances truncation and rounding, relative to the element's length
+      ! or to its forces and loads.
       step = epsilon(step)**(1.0_wp / 3.0_wp)
       part = max(maxval(abs(du([1, 2, 4, 5]))), maxval(abs(dz(size(dz) - problem%model%mesh%stages(e) + 1:))))
       if (part > 0.0_wp) step = step * state%geometry%element(e)%length / part

@@ -1,4 +1,4 @@
-!> Products with the sum of element matrices, more accurate than those with the assembled band.
+!> Products of the sum of element matrices with a vector, more accurate than products with the assembled band.
 module element_products
    use kinds, only: wp
    use problem, only: problem_t
@@ -10,17 +10,18 @@ module element_products
 
 contains
 
-   !> Product of element matrices with x, and x^T k x, each element free of its translation: EA/h and EI/h^3 then multiply
-   !> the rounding of small differences, not that of the displacements, which would drown small eigenvalues of stiff rods.
-   !> Follower pressure does not count translations either, but its symmetric part does, by half of what the skew part has.
+   !> Product of element matrices k with x, and x^T k x, with the translation of each element removed: EA/h and EI/h^3 then multiply
+   !> the rounding of small differences instead of that of the displacements, which would exceed small eigenvalues of stiff rods.
+   !> The translations do not enter the follower pressure's part either, but its symmetric part needs a correction by half of the
+   !> skew part.
    pure subroutine apply_elements(problem, system, k, shift, pressure, x, y, form)
       type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system     !! gives the node axes
-      real(wp), intent(in) :: k(:, :, :)       !! (6, 6, elements) node axes, as sum_elements leaves them
-      real(wp), intent(in) :: shift(:, :, :)   !! (6, 2, elements) k times unit translations, or (6, 2, 0): none resists
-      real(wp), intent(in) :: pressure(:)      !! (elements) in these matrices
+      type(system_t), intent(in) :: system     !! provides the node axes
+      real(wp), intent(in) :: k(:, :, :)       !! (6, 6, elements) node axes, as after sum_elements
+      real(wp), intent(in) :: shift(:, :, :)   !! (6, 2, elements) k times unit translations, or (6, 2, 0): zero for all elements
+      real(wp), intent(in) :: pressure(:)      !! (elements) follower pressure in these matrices
       real(wp), intent(in) :: x(:)             !! (n) node axes
-      real(wp), intent(out) :: y(:)            !! (n) their sum times x
+      real(wp), intent(out) :: y(:)            !! (n) product
       real(wp), intent(out) :: form            !! x^T y
       real(wp) :: relative(6), force(6), held(6), moved(2), u(3), stretch(3), pair(2)
       integer :: e, i, node(2)
@@ -33,7 +34,7 @@ contains
          force = matmul(k(:, :, e), relative)
          form = form + dot_product(relative, force)
          if (size(shift, 3) > 0 .and. problem%conforms(e) == 0) then
-            ! What a foundation adds when the element moves as a whole.
+            ! Part of a foundation that resists translation of the element.
             held = matmul(shift(:, :, e), u(1:2))
             force = force + held
             form = form + 2.0_wp * dot_product(relative, held)
@@ -58,7 +59,7 @@ contains
       end do
    end subroutine apply_elements
 
-   !> An element's part of x, free of the translation of its first node.
+   !> An element's part of x without the translation of its first node.
    pure function element_deformation(problem, system, e, x) result(relative)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -73,10 +74,10 @@ contains
          own = node_unknowns(problem, system%tie_block, node(i), x)
          moved = u(1:2)
          if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), moved)
-         ! What moves without turning turns against the track of a contact span.
+         ! In a contact span the third unknown is relative to the track, so a pure translation changes it.
          turn = -system%roll(node(i)) * moved(1)
          relative(3 * i - 2:3 * i) = own - [moved(1), moved(2) - system%lean(node(i)) * turn, turn]
-         ! On a track a translation is none.
+         ! Conforming elements have no free translation.
          if (problem%conforms(e) > 0) relative(3 * i - 2:3 * i) = own
       end do
    end function element_deformation

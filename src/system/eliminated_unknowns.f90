@@ -1,4 +1,4 @@
-!> Unknowns that supports, ties and rigid contacts eliminate, what closes their errors, and the axes of nodes that this asks for.
+!> Unknowns that supports, ties and rigid contacts eliminate, their prescribed increments, and the node axes that this requires.
 module eliminated_unknowns
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -12,7 +12,7 @@ module eliminated_unknowns
 
 contains
 
-   !> Which unknowns are eliminated, and the axes of the nodes.
+   !> Sets the eliminated unknowns, their increments and the axes of the nodes.
    subroutine set_constraints(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -52,13 +52,14 @@ contains
             node = problem%candidates%node(c)
             if (problem%candidates%touch(c) > 0) then
                if (.not. may_react(problem, c, system%normal(:, c))) then
-                  ! A support holds the node of a line where it is.
+                  ! A support fixes the node of the line contact.
                   call follow_track(c, node)
                   cycle
                end if
             end if
             if (first(node) > 0) then
-               ! In a corner of two obstacles the second one holds the node along the first; more can hold nothing.
+               ! In a corner of two obstacles the second contact fixes the node along the first obstacle; further contacts have no
+               ! free unknown left.
                system%slope(c) = dot_product(system%normal(:, c), system%axis(:, node))
                if (any(fixed(1:2, node)) .or. system%partner(first(node)) > 0 .or. abs(system%slope(c)) < parallel) cycle
                d = dof(problem, node, 1)
@@ -95,7 +96,7 @@ contains
             system%rate(d) = (dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c)) / system%slope(c)
             if (problem%candidates%touch(c) > 0) call follow_track(c, node)
             if (.not. any(fixed(1:2, node))) cycle
-            ! A support that moves takes the gap along.
+            ! The displacement of a moving support changes the gap.
             other = dof(problem, node, 3 - i)
             system%value(d) = system%value(d) - system%normal(3 - i, c) * system%value(other) / system%slope(c)
             system%rate(d) = system%rate(d) - system%normal(3 - i, c) * system%rate(other) / system%slope(c)
@@ -104,7 +105,8 @@ contains
 
    contains
 
-      !> The third unknown of a node of a contact span. What the obstacle moves along itself turns nothing by itself.
+      !> Third unknown of a contact span's node, the rotation relative to the track. A motion of the obstacle along itself does not
+      !> rotate the node.
       subroutine follow_track(c, node)
          integer, intent(in) :: c, node
          real(wp) :: along
@@ -118,8 +120,8 @@ contains
       end subroutine follow_track
    end subroutine set_constraints
 
-   !> Reaction of an active rigid contact that answers a force of the structure on the unknowns. Where a corner holds the
-   !> node the second reaction answers along the first obstacle, and the first one the rest.
+   !> Reaction of an active rigid contact that balances given forces on the unknowns. In a corner the second reaction balances the
+   !> force along the first obstacle, the first reaction the rest.
    pure real(wp) function contact_reaction(system, candidate, force) result(reaction)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate         !! with an eliminated unknown

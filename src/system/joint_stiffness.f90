@@ -1,4 +1,4 @@
-!> Springs between two nodes, and the stiffness that rigid links have through their forces.
+!> Springs between two nodes, and the geometric stiffness of rigid links.
 module joint_stiffness
    use kinds, only: wp
    use model, only: joint_spring_t
@@ -14,7 +14,7 @@ module joint_stiffness
 
 contains
 
-   !> Springs between two nodes, which follow the difference of their displacements.
+   !> Adds springs between two nodes, whose force is proportional to the difference of the nodes' displacements.
    subroutine add_joint_springs(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -36,9 +36,9 @@ contains
       end do
    end subroutine add_joint_springs
 
-   !> The stretch of a spring between two nodes by increments of these (node_unknowns).
+   !> Coefficients of a spring's elongation in the increments of its two nodes (node_unknowns).
    pure function joint_row(system, spring) result(row)
-      type(system_t), intent(in) :: system     !! gives the axes
+      type(system_t), intent(in) :: system     !! provides the node axes
       type(joint_spring_t), intent(in) :: spring
       real(wp) :: row(6)
       integer :: j
@@ -50,11 +50,11 @@ contains
       end do
    end function joint_row
 
-   !> The stiffness of rigid links through their forces.
+   !> Computes the geometric stiffness of rigid links.
    pure subroutine set_swings(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system  !! with the residual, which at a tied component is the force in its tie
+      type(system_t), intent(inout) :: system  !! with the residual, which at a tied component is the tie force
       integer :: i
       do i = 1, size(system%swing)
          associate (tie => problem%model%tie(i))
@@ -63,11 +63,11 @@ contains
       end do
    end subroutine set_swings
 
-   !> Adds stiffnesses of rigid links to a band.
+   !> Adds the geometric stiffness of rigid links to a band.
    pure subroutine add_swings(problem, system, swing, band)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: swing(:)         !! (ties) as of set_swings
+      real(wp), intent(in) :: swing(:)         !! (ties) from set_swings
       type(band_t), intent(inout) :: band
       real(wp) :: k(3, 3)
       integer :: i
@@ -80,15 +80,15 @@ contains
       end do
    end subroutine add_swings
 
-   !> Products of springs between nodes and of rigid links with a vector.
+   !> Products of springs between nodes and of rigid links' geometric stiffness with a vector.
    pure subroutine apply_joints(problem, system, swing, springs, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: swing(:)         !! (ties) as of set_swings
+      real(wp), intent(in) :: swing(:)         !! (ties) from set_swings
       logical, intent(in) :: springs           !! true: with the springs
       real(wp), intent(in) :: x(:)             !! (n) node axes
-      real(wp), intent(inout) :: y(:)          !! (n) their products are added
-      real(wp), intent(inout) :: form          !! and x^T times these
+      real(wp), intent(inout) :: y(:)          !! (n) in/out: the products are added
+      real(wp), intent(inout) :: form          !! in/out: x^T times the products is added
       real(wp) :: row(6), du(3), stretch
       integer :: i, j
       do i = 1, size(swing)

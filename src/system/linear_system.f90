@@ -1,8 +1,8 @@
-!> The equilibrium equations at a state, assembled about the present contact set.
+!> Equilibrium equations in a state, assembled about the present contact set.
 !>
-!> The parts are modules of their own: system_type says what there is, node_axes in which axes, eliminated_unknowns what is held;
-!> contact_terms, joint_stiffness and rigidity_maps add theirs, residual_measure tells how far the state is from equilibrium. Who
-!> needs the equations finds all of it here.
+!> The parts are modules of their own: system_type has the data, node_axes the axes of the unknowns, eliminated_unknowns the
+!> constraints; contact_terms, joint_stiffness and rigidity_maps add their terms, residual_measure measures the residual. This
+!> module re-exports them.
 module linear_system
    use kinds, only: wp
    use problem, only: problem_t
@@ -30,7 +30,7 @@ module linear_system
 
 contains
 
-   !> Assembles at `state`; `base` is the last converged configuration, which the UL2 element refers to.
+   !> Assembles the equations at `state`; `base` is the last converged configuration, the reference of UL2 elements.
    subroutine assemble(problem, state, base, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state, base
@@ -65,7 +65,8 @@ contains
          if (problem%candidates%rolls(c)) then
             roll = rolled(problem, state, c)
             system%gap(c) = system%gap(c) - roll%rise
-            ! Beyond where the point is as curved as its obstacle: the stiffness has come there through infinity, not through zero.
+            ! Past the osculating contact the rotational stiffness is negative. It has changed its sign through infinity, not
+            ! through zero, so its negative pivot is spurious.
             if (state%reaction(c) > 0.0_wp .and. touchdown_spring(problem, state, c) < 0.0_wp .and. &
                & .not. problem%candidates%follows(c)) system%hinges = system%hinges + 1
          end if
@@ -144,7 +145,7 @@ contains
       end do
    end subroutine sum_elements
 
-   !> Turns the unknowns from row `first` of an element into a node's axes.
+   !> Transforms the unknowns from row `first` of an element to a node's axes.
    pure subroutine turn_element(axis, roll, lean, first, k, f, raw, fl)
       real(wp), intent(in) :: axis(2), roll, lean
       integer, intent(in) :: first
@@ -161,7 +162,7 @@ contains
       end do
    end subroutine turn_element
 
-   !> Loads of nodes that do not depend on the state.
+   !> Adds nodal loads that do not depend on the state.
    subroutine add_node_loads(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -177,7 +178,7 @@ contains
       end do
    end subroutine add_node_loads
 
-   !> Those that do: forces and stiffness.
+   !> Adds nodal loads that depend on the state: forces and stiffness.
    subroutine add_node_pushes(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -196,7 +197,7 @@ contains
       end do
    end subroutine add_node_pushes
 
-   !> Springs between nodes and ground, which follow the displacements since the stress-free start.
+   !> Adds springs between nodes and fixed points, stress-free at the start.
    subroutine add_springs(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -215,7 +216,7 @@ contains
    !> Stiffness of a node's springs in the node's axes.
    pure function spring_tangent(problem, system, node) result(k)
       type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system     !! gives the axes
+      type(system_t), intent(in) :: system     !! provides the node axes
       integer, intent(in) :: node
       real(wp) :: k(3, 3)
       integer :: i

@@ -1,11 +1,12 @@
-!> Free spans that may shift along themselves: from a clamp to the end of a line on a straight wall that is parallel to it.
+!> Neutral free spans, which may shift along themselves: from a clamp to the end of a line contact on a straight wall parallel to
+!> the clamp.
 !>
-!> A uniform, straight rod without loads along it has a first integral: EI k^2/2 + n . t is the same all along the span. At the end
-!> of the line k = 0 and t is the wall's direction; at the clamp t is the same, so k^2 = 0 there as well: a double root. With it
-!> the shift of the whole curve along itself, u = t(s) - t(0) with the rotation k, obeys all supports to first order, and the
-!> tangent is singular at every load. The root is simple where the clamp's couple is zero by equation instead of its rotation:
-!> beside such a span a clamp is a hinge. Its direction comes out right, for the integral says so. The tangent of the hinged rod has
-!> one more negative eigenvalue than what the clamped one has besides its null vector.
+!> A uniform, straight rod without loads along the span has a first integral: EI k^2/2 + n . t is constant. At the end of the line
+!> contact k = 0 and t has the wall's direction; at the clamp t is the same, so k^2 = 0 there as well, a double root. The shift of
+!> the whole curve along itself, u = t(s) - t(0) with the rotation k, then fits all supports to first order, and the tangent is
+!> singular at every load. The root is simple if the equations require a zero couple at the clamp instead of a zero rotation: beside
+!> such a span a clamp becomes a hinge. Its direction comes out right by the first integral. The tangent of the hinged rod has one
+!> more negative eigenvalue than the clamped rod has besides its null vector.
 module neutral_spans
    use kinds, only: wp
    use obstacle_types, only: obstacle_line
@@ -14,13 +15,13 @@ module neutral_spans
    private
    public :: free_clamps, parallel
 
-   real(wp), parameter :: parallel = 1.0e-12_wp !! sine of an angle that is none
+   real(wp), parameter :: parallel = 1.0e-12_wp !! sine of the angle up to which directions are parallel
 
 contains
 
-   !> Makes hinges of all clamps beside such spans, and notes them.
+   !> Replaces all clamps beside neutral spans by hinges and records them in problem%hinge.
    subroutine free_clamps(problem)
-      type(problem_t), intent(inout) :: problem   !! of contact spans, its touches set
+      type(problem_t), intent(inout) :: problem   !! with contact spans, `touch` set
       integer :: k, side, node, e
       do k = 1, size(problem%touch)
          if (.not. problem%touch(k)%line) cycle
@@ -37,10 +38,10 @@ contains
       end do
    end subroutine free_clamps
 
-   !> True where nothing but a free span lies between one end of a touch and the end of its stretch.
+   !> True if only a free span lies between one end of a contact span and the end of its rod segment.
    pure logical function last_of_its_stretch(problem, k, side) result(last)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: k, side              !! touch; 1: before it, 2: after it
+      integer, intent(in) :: k, side              !! index of the contact span; 1: before the span, 2: after the span
       integer :: next
       associate (touch => problem%touch(k))
          if (side == 1) last = touch%at(1) > 0.0_wp
@@ -51,10 +52,10 @@ contains
       end associate
    end function last_of_its_stretch
 
-   !> True for the end of a rod that neither turns nor is turned by anything in any step.
+   !> True for a clamped end of a rod that no step rotates or loads by a couple.
    pure logical function clamps(problem, node, side)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: node, side           !! 1: where the rod begins, 2: where it ends
+      integer, intent(in) :: node, side           !! 1: beginning of the rod, 2: its end
       integer :: i
       clamps = problem%beside(side, node) == 0 .and. problem%model%fixed(3, node) .and. any(problem%model%fixed(1:2, node))
       do i = 1, size(problem%model%step)
@@ -64,11 +65,11 @@ contains
       end do
    end function clamps
 
-   !> True where the rod is straight, parallel to the wall that a touch is on and held from it at its end, and nothing acts along
-   !> it.
+   !> True if the rod is straight, parallel to the straight obstacle of a contact span, and without loads on the rod segment that
+   !> would bend it.
    pure logical function runs_along(problem, k) result(along)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: k                    !! touch
+      integer, intent(in) :: k                    !! index of the contact span
       real(wp) :: d(2)
       integer :: e, i, first, last
       associate (touch => problem%touch(k), mesh => problem%model%mesh)

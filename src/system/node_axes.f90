@@ -1,4 +1,4 @@
-!> Vectors, forces and stiffnesses at nodes in the axes of the unknowns, and back.
+!> Transformations of vectors, forces and stiffnesses at nodes to the axes of the unknowns, and back.
 module node_axes
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -10,16 +10,16 @@ module node_axes
 
 contains
 
-   !> The same for whatever works on displacements and rotation of a node: loads, rows of constraints.
+   !> Transforms a force and moment on a node, or coefficients of its displacements, to the node's axes.
    pure subroutine to_node(system, node, force)
       type(system_t), intent(in) :: system
       integer, intent(in) :: node
-      real(wp), intent(inout) :: force(3)      !! global axes on entry, those of the node on return
+      real(wp), intent(inout) :: force(3)      !! in: global axes; out: node axes
       if (system%turned(node)) call turn_force(system%axis(:, node), system%roll(node), system%lean(node), force)
    end subroutine to_node
 
-   !> Force and moment on a node in its axes: what works on the first unknown turns the node along the track, too, and what works on
-   !> the third lifts a node that leans.
+   !> Force and moment on a node in its axes. The first unknown also rotates the node along the track (`roll`); the third also
+   !> displaces a node with `lean` along the normal.
    pure subroutine turn_force(axis, roll, lean, force)
       real(wp), intent(in) :: axis(2), roll, lean
       real(wp), intent(inout) :: force(3)
@@ -28,14 +28,14 @@ contains
       force(3) = force(3) + lean * force(2)
    end subroutine turn_force
 
-   !> Components of a vector along `axis` and its left normal.
+   !> Components of a vector along `axis` and along its left normal.
    pure subroutine turn_pair(axis, v)
       real(wp), intent(in) :: axis(2)
       real(wp), intent(inout) :: v(2)
       v = [axis(1) * v(1) + axis(2) * v(2), axis(1) * v(2) - axis(2) * v(1)]
    end subroutine turn_pair
 
-   !> The same as to_node for a stiffness at a node.
+   !> Transforms a stiffness at a node to the node's axes.
    pure subroutine matrix_to_node(system, node, k)
       type(system_t), intent(in) :: system
       integer, intent(in) :: node
@@ -49,7 +49,7 @@ contains
       end do
    end subroutine matrix_to_node
 
-   !> Displacements and rotation of a node by its unknowns.
+   !> Matrix from a node's unknowns to its displacements and rotation, global axes.
    pure function own_axes(system, node) result(matrix)
       type(system_t), intent(in) :: system
       integer, intent(in) :: node

@@ -1,4 +1,4 @@
-!> How far a state is from equilibrium, and what of that may be rounding.
+!> Residual of the equilibrium equations in a state, and the part of it that may be rounding.
 module residual_measure
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -13,11 +13,11 @@ module residual_measure
    private
    public :: measure_residual, worst_round_off
 
-   real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above it is no equilibrium, whatever its reason
+   real(wp), parameter :: worst_round_off = 1.0e-6_wp !! a residual above this bound is not accepted as rounding
 
 contains
 
-   !> Equilibrium of the free unknowns from the stored end forces, relative to the largest force or moment over size.
+   !> Residual of the free unknowns from the stored end forces, relative to the largest force, or moment over size.
    subroutine measure_residual(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -49,7 +49,7 @@ contains
                & merge(problem%size, 1.0_wp, spring%component == 3))
          end associate
       end do
-      ! Loads of several steps may cancel; what is left is known to the rounding of the parts.
+      ! Loads of several steps may cancel; the rest has the rounding error of the parts.
       associate (rate => problem%model%step(problem%step)%load)
          scale = max(scale, maxval(abs(problem%constant%node_force(1:2, :))), &
             & abs(state%load_factor) * maxval(abs(rate%node_force(1:2, :))))
@@ -59,7 +59,7 @@ contains
          scale = max(scale, norm2(push(i)%force(1:2)))
       end do
       if (problem%has_spans()) then
-         ! An obstacle may carry a load that no section feels.
+         ! An obstacle may carry a load that causes no section force.
          carried = 0.0_wp
          do e = 1, problem%model%mesh%n_elements
             if (problem%conforms(e) == 0) cycle
@@ -69,7 +69,7 @@ contains
          scale = max(scale, carried)
       end if
       if (any(problem%ground%founded)) then
-         ! A foundation may carry a load that no section feels.
+         ! A foundation may carry a load that causes no section force.
          do e = 1, problem%model%mesh%n_elements
             load = element_load(problem, state, e)
             scale = max(scale, maxval(abs(load%line)) * state%geometry%element(e)%length)
@@ -88,7 +88,7 @@ contains
          end do
       end do
       system%force_scale = scale
-      ! UL2 takes N from displacements, a foundation its reaction from a gap: no better than their rounding times stiffness.
+      ! UL2 takes N from displacements, a foundation its reaction from a gap: the error is their rounding times the stiffness.
       moved = max(maxval(abs(state%u(1:2, :))), maxval(abs(state%u(3, :))) * problem%size)
       system%gap_error = 2.0_wp * epsilon(noise) * merge(moved, problem%size, problem%resting)
       noise = maxval([problem%ground%stiffest, system%spring]) * merge(moved, problem%size, problem%resting)

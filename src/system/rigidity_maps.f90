@@ -1,4 +1,4 @@
-!> What the equations of inextensible elements need besides their tangents.
+!> Linear maps of inextensible elements for the correction in axial_rigidity.
 module rigidity_maps
    use kinds, only: wp
    use problem, only: problem_t
@@ -13,8 +13,8 @@ module rigidity_maps
 
 contains
 
-   !> The maps of inextensible elements, from their tangents in node axes. The tangent of a free element stretches by the force at
-   !> its first end, that of one which lies on an obstacle by the force at its second end, along the track.
+   !> Computes the maps from the elements' tangents in node axes. The artificial extension of a free element is driven by the force
+   !> at its first end, that of a conforming element by the force at its second end, along the track.
    subroutine set_rigidity(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -60,7 +60,8 @@ contains
       end do
    end subroutine set_rigidity
 
-   !> Stretch of a free element's tangent by the force at its first end: it gives along the directions at the stages.
+   !> Artificial extension of a free element per unit force at its first end: the flexibility acts along the directions at the
+   !> stages.
    pure function give_inside(problem, state, e) result(give)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

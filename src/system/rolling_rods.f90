@@ -1,14 +1,14 @@
-!> Closed rods that may roll along a straight wall: held at a place inside of a line of contact, and nowhere else.
+!> Closed rods that may roll along a straight wall, fixed at one place inside a line contact and nowhere else.
 !>
-!> A uniform rod that lies on the wall on both sides of a clamp, and is loaded by nothing that tells its material points from each
-!> other, may shift along itself: what is free of it keeps its shape while other material points lie down. The tangent has that
-!> null vector at every load, the loads do no work on it, and how far the rod has rolled is no matter of equilibrium: it may be
-!> anything until the clamp comes to an end of the contact. Its path is that in the middle, with as much contact before the clamp as
-!> after it: a spring without a force makes the tangent regular against that motion, which then is taken out of all solutions.
+!> A uniform rod that lies on the wall on both sides of a clamp, with loads that are the same for all its material points, may shift
+!> along itself: its free part keeps the shape while other material points touch the wall. The tangent has this null vector at every
+!> load, the loads do no work on it, and equilibrium does not determine how far the rod has rolled, until the clamp comes to an end
+!> of the contact. The computed path is the one in the middle, with equal contact lengths before and after the clamp: a spring
+!> without force makes the tangent regular against rolling, and the rolling motion is removed from all solutions.
 !>
-!> EI k^2/2 + n.t is the same all along a rod without forces along it, smooth contacts or not. From one side of the clamp to the
-!> other n.t changes by the force along the wall that the clamp takes, which is none where all that is touched is parallel: the rod
-!> is as curved before the clamp as after it, whatever its form is elsewhere, and comes flat on both sides at once.
+!> EI k^2/2 + n.t is constant along a rod without forces along it, through smooth contacts as well. Across the clamp n.t changes by
+!> the clamp's force along the wall, which is zero if all obstacles are parallel: the rod has the same curvature on both sides of
+!> the clamp, whatever its shape elsewhere, and this curvature vanishes on both sides at once.
 module rolling_rods
    use kinds, only: wp, pi
    use obstacle_types, only: obstacle_line
@@ -23,13 +23,13 @@ module rolling_rods
    private
    public :: find_rolling, hold_rolling, set_rolling, without_rolling, nearly_flat
 
-   real(wp), parameter :: smooth = 1.0e-6_wp    !! kink that is none, as where rods go on
+   real(wp), parameter :: smooth = 1.0e-6_wp    !! [rad], relative: kinks and changes of curvature up to which a rod is smooth
 
 contains
 
-   !> Notes the clamp about which the rod may roll.
+   !> Finds the clamp about which the rod may roll, problem%rolling.
    subroutine find_rolling(problem)
-      type(problem_t), intent(inout) :: problem   !! of contact spans, its touches and candidates set
+      type(problem_t), intent(inout) :: problem   !! with contact spans, their `touch` and candidates set
       integer :: c, node
       problem%rolling = 0
       node = findloc(any(problem%model%fixed, 1), .true., 1)
@@ -41,8 +41,8 @@ contains
       if (is_alike_all_along(problem, way_along(problem, problem%candidates%obstacle(c)))) problem%rolling = node
    end subroutine find_rolling
 
-   !> True for one closed, uniform rod without kinks, whose material points nothing tells from each other. Forces across the walls
-   !> do not as long as their nodes go along these.
+   !> True for one closed, uniform rod without kinks and with the same loads on all its material points. Nodal forces at contact
+   !> nodes are allowed if they act across the walls.
    pure logical function is_alike_all_along(problem, way) result(alike)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: way(2)              !! direction of the walls
@@ -81,7 +81,7 @@ contains
       end associate
    end function is_alike_all_along
 
-   !> True where all that the rod touches, and the loads along it, is parallel to one wall, or across it.
+   !> True if all obstacles in contact are parallel to one straight wall, and line loads act across it.
    pure logical function sees_walls_only(problem, wall) result(only)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: wall                 !! index into model%obstacle
@@ -106,7 +106,7 @@ contains
       end associate
    end function sees_walls_only
 
-   !> Direction of a wall.
+   !> Direction of a straight obstacle.
    pure function way_along(problem, wall) result(way)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: wall                 !! index into model%obstacle, a line
@@ -116,7 +116,7 @@ contains
       end associate
    end function way_along
 
-   !> Nodes that are to stay in contact: the clamp, and those with forces on them, which else would feel how far it rolls.
+   !> Nodes that must stay in contact while the rod rolls: the clamp, and nodes with forces on them.
    pure function standing(problem) result(node)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: node(:)
@@ -127,13 +127,14 @@ contains
       node = [problem%rolling, pack([(n, n=1, size(loaded))], loaded)]
    end function standing
 
-   !> Length of the line on one side of such a node; where the rod is not flat there, less than zero by what rolling would have to
-   !> come nearer. 0 where lines without pressure are let go (force_free_contact): the rod is flat there all the same.
+   !> Length of the line contact on one side of such a node. Without a line contact there: minus the length that the rod must roll
+   !> for the relative curvature to vanish. 0 in the reduced problem without force-free contacts, where the relative curvature is
+   !> zero without a line.
    real(wp) function lying(problem, state, node, side) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: node
-      integer, intent(in) :: side                 !! 1: before it, 2: after it
+      integer, intent(in) :: side                 !! 1: before the node, 2: after the node
       real(wp) :: excess, extension, n(2), m, angle
       integer :: c, k, e
       length = 0.0_wp
@@ -156,15 +157,15 @@ contains
       end do
    end function lying
 
-   !> Before the rod is flat beside its clamp, with the curvature k there, rolling has the stiffness k^2, in units of EI and the
-   !> size. What the iteration leaves of forces rolls it by tolerance/k^2, which up to the third root of the tolerance is as far as
-   !> where it is flat, k: nothing tells then how far it has rolled. Curvature over the size.
+   !> Curvature times size below which rolling is undetermined. With the curvature k beside the clamp rolling has the stiffness k^2,
+   !> in units of EI and the size; the residual rolls the rod by tolerance/k^2, which below the third root of the tolerance exceeds
+   !> k, the distance at which the curvature vanishes.
    pure real(wp) function nearly_flat(problem)
       type(problem_t), intent(in) :: problem
       nearly_flat = problem%model%step(problem%step)%tolerance**(1.0_wp / 3.0_wp)
    end function nearly_flat
 
-   !> Holds the rod where rolling moves it most.
+   !> Adds a spring against rolling at the unknown that rolling displaces most.
    subroutine hold_rolling(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -203,7 +204,7 @@ contains
       if (system%roll_at == 0) return
       system%roll_by = 0.5_wp * (lies(2, 1) - lies(1, 1))
       system%roll_range = max(minval(lies), 0.0_wp)
-      ! As stiff as the node is held by its elements.
+      ! As stiff as the node's elements.
       system%k%a(1, system%roll_at) = 2.0_wp * system%k%a(1, system%roll_at)
 
    contains
@@ -216,7 +217,7 @@ contains
       end function tangent
    end subroutine hold_rolling
 
-   !> The motion in which the rod rolls: what a force where it is held moves.
+   !> Rolling motion: the response to a force at the unknown with the spring.
    subroutine set_rolling(system)
       type(system_t), intent(inout) :: system     !! factored
       real(wp) :: motion(system%n, 1)
@@ -227,7 +228,7 @@ contains
       system%rolled = motion(:, 1) * (system%roll_rate / motion(system%roll_at, 1))
    end subroutine set_rolling
 
-   !> A solution less its part along that motion, by the displacements.
+   !> Removes the rolling motion from a solution, by the displacements.
    pure function without_rolling(system, x) result(rest)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:)                !! (n)

@@ -1,6 +1,7 @@
-!> Whether supports, springs and touching obstacles hold every part of the structure against rigid motion at the start.
+!> Check that supports, springs and touching obstacles prevent rigid motion of every part of the structure at the start.
 !>
-!> Asked of geometry, not of the factored tangent: rounding in a long rod's tangent is as large as a missing support.
+!> The check is geometric. The factored tangent could not be used, for the rounding error of a long rod's tangent is as large as a
+!> missing support.
 module support_check
    use kinds, only: wp
    use text, only: to_text
@@ -14,15 +15,15 @@ module support_check
 
 contains
 
-   !> Names a part that can move as a rigid body; '' when all are held. Elements and what they share are rigid, so three independent
-   !> constraints on displacements or rotation hold a part, and three times as many hold parts that joints connect. What only
-   !> forces hold, or what begins to resist with a motion's square, can move.
+   !> Message that names a part that can move as a rigid body; '' if there is none. Elements and parts that share nodes are rigid,
+   !> so three independent constraints fix a part, and three times the number of parts fix parts connected by joints. Parts that
+   !> only forces support, or with a resistance of second order, count as movable.
    function unheld_part(problem, state) result(part)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state       !! the start, its contact set included
+      type(state_t), intent(in) :: state       !! at the start, with its contact set
       character(:), allocatable :: part
       type :: gram_t
-         real(wp), allocatable :: of(:, :)     ! sums of row * row^T
+         real(wp), allocatable :: of(:, :)     ! sum of row * row^T
       end type gram_t
       type(gram_t), allocatable :: gram(:)     ! (groups)
       integer, allocatable :: member(:), group(:), place(:)
@@ -47,7 +48,7 @@ contains
          call candidate_gap(problem, state, c, gap, normal, bend)
          call add([problem%candidates%node(c)], [normal, 0.0_wp])
       end do
-      ! A foundation resists where it touches; no sign counts, as for the candidates.
+      ! A foundation resists where it touches, in both directions, like a candidate.
       do c = 1, problem%ground%chain%n
          call chain_gap(problem, state, problem%ground%chain, c, gap, normal, bend)
          if (problem%ground%chain%bilateral(c) .or. gap <= touching_gap(problem)) &
@@ -74,7 +75,7 @@ contains
       do k = 1, size(gram)
          loose = dependent_row(gram(k)%of)
          if (loose == 0) cycle
-         ! The first node of the part that the motion without resistance belongs to.
+         ! First node of the part to which the motion without resistance belongs.
          node = findloc(group(member) == k .and. place(member) == (loose + 2) / 3, .true., 1)
          if (.not. any(problem%model%mesh%node == node)) then
             part = 'node '//to_text(problem%model%mesh%node_label(node))//' belongs to no element and can move or turn without '// &
@@ -92,7 +93,7 @@ contains
 
    contains
 
-      !> A displacement or the rotation as a direction.
+      !> Unit vector of a displacement component or the rotation.
       pure function motion(component) result(direction)
          integer, intent(in) :: component
          real(wp) :: direction(3)
@@ -100,10 +101,10 @@ contains
          direction(component) = 1.0_wp
       end function motion
 
-      !> Adds the constraint "the sum of directions times motions of some nodes vanishes".
+      !> Adds the constraint that the sum of `direction` times the motions of some nodes vanishes.
       subroutine add(nodes, direction)
          integer, intent(in) :: nodes(:)
-         real(wp), intent(in) :: direction(:)  !! (3 nodes) x, y, rotation times size
+         real(wp), intent(in) :: direction(:)  !! (3 nodes) in x, in y, rotation times size
          real(wp) :: x(2), row(3 * maxval(place)), share(3)
          integer :: i, at, k
          k = group(member(nodes(1)))
@@ -123,10 +124,10 @@ contains
       end subroutine add
    end function unheld_part
 
-   !> Parts that joints connect make groups, and have places in these.
+   !> Groups of parts connected by joints, and the index of each part in its group.
    subroutine group_parts(problem, member, group, place)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: member(:)                   !! (nodes) part
+      integer, intent(in) :: member(:)                   !! (nodes) index of the part
       integer, allocatable, intent(out) :: group(:), place(:) !! (parts) both from 1
       integer :: c, i, n
       group = [(i, i=1, maxval(member))]
@@ -151,7 +152,7 @@ contains
 
    contains
 
-      !> One group, with the number of its first part.
+      !> Merges the groups of some nodes into the one with the lowest number.
       subroutine join(nodes)
          integer, intent(in) :: nodes(:)
          integer :: to, j, from
@@ -163,12 +164,12 @@ contains
       end subroutine join
    end subroutine group_parts
 
-   !> Number of the connected part that each node belongs to, from 1.
+   !> Number of the connected part of each node, from 1.
    function parts(problem) result(member)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: member(:)
       integer :: e, i, a, b, n
-      ! Union of sets: every node points to a lower one of its part, the lowest to itself.
+      ! Union-find: every node points to a lower node of its part, the lowest to itself.
       n = problem%model%mesh%n_nodes
       member = [(i, i=1, n)]
       do e = 1, problem%model%mesh%n_elements
@@ -192,7 +193,7 @@ contains
 
    contains
 
-      !> The lowest node of a part, shortening the way to it.
+      !> Lowest node of a part; shortens the chain of pointers to this node.
       integer function root(node)
          integer, intent(in) :: node
          root = node

@@ -1,8 +1,8 @@
-!> What the linearised equations about the present contact set consist of.
+!> Data of the linearised equations about the present contact set.
 !>
-!> Unknowns: three a node in band order, in axes of the node (turned so that the second is the obstacle's normal where a
-!> rigid contact is active; that unknown is then eliminated). In a contact span the third is the rotation less that of the
-!> track there, on which the first one moves the node: a node that follows the track keeps it at zero. The border of this
+!> Each node has three unknowns in band order, in node axes. With an active rigid contact the second axis is the obstacle's normal,
+!> and the second unknown is eliminated. In a contact span the third unknown is the rotation relative to the track, along which the
+!> first unknown displaces the node; for a node that takes the track's direction the third unknown is eliminated. The border of the
 !> band is in bordered_system.
 module system_type
    use kinds, only: wp
@@ -16,72 +16,75 @@ module system_type
    public :: system_t, new_system
 
    type :: system_t
-      integer :: n = 0                          !! unknowns of the band
-      type(band_t) :: k                         !! tangent, node axes, nothing eliminated, ground too stiff by its excess
+      integer :: n = 0                          !! number of unknowns
+      type(band_t) :: k                         !! tangent, node axes, nothing eliminated, with the excess of coupled ground
       type(factor_t) :: factor
-      type(active_coupling_t) :: coupling           !! with the excess
-      real(wp), allocatable :: residual(:)      !! (n) condensed internal minus external forces
-      real(wp), allocatable :: raw(:)           !! (n) the same from the stored resultants, without element defects
-      real(wp), allocatable :: load(:)          !! (n) minus its derivative by the load factor
-      logical, allocatable :: fixed(:)          !! (n) eliminated: supports and rigid contacts
-      real(wp), allocatable :: value(:)         !! (n) increment of a fixed unknown that closes its own error
-      real(wp), allocatable :: rate(:)          !! (n) its derivative by the load factor
+      type(active_coupling_t) :: coupling           !! coupled ground, with its excess stiffness
+      real(wp), allocatable :: residual(:)      !! (n) internal less external forces, element unknowns eliminated
+      real(wp), allocatable :: raw(:)           !! (n) residual from the stored section forces, without element defects
+      real(wp), allocatable :: load(:)          !! (n) minus the derivative of `residual` by the load factor
+      logical, allocatable :: fixed(:)          !! (n) true: eliminated by a support, tie or rigid contact
+      real(wp), allocatable :: value(:)         !! (n) increment of a fixed unknown that removes its own error
+      real(wp), allocatable :: rate(:)          !! (n) derivative of a fixed unknown by the load factor
       real(wp), allocatable :: axis(:, :)       !! (2, nodes) direction of the node's first axis
-      logical, allocatable :: turned(:)         !! (nodes) the axes differ from the global ones
+      logical, allocatable :: turned(:)         !! (nodes) true: the axes are not the global axes
       real(wp), allocatable :: roll(:)          !! (nodes) rotation per displacement along the first axis that the third unknown
-      !! does not count: the curvature of the track of a contact span
-      real(wp), allocatable :: lean(:)          !! (nodes) displacement along the second axis per rotation by the third unknown that
-      !! the second does not count: a point contact held at its node has its force beside it
-      real(wp), allocatable :: tie_block(:, :, :) !! see tied_nodes
-      type(rigidity_t) :: rigidity              !! inextensible elements
-      real(wp), allocatable :: tangent_stretch(:, :) !! (2, inextensible elements) what is given back to them in `tangent`
-      real(wp), allocatable :: swing(:)         !! (ties) what their forces add to the stiffness against rotation of their turners
-      ! Contact, one entry a candidate.
+      !! does not contain: curvature of the track
+      real(wp), allocatable :: lean(:)          !! (nodes) displacement along the second axis per rotation that the second unknown
+      !! does not contain: a point contact at a segment boundary has its force beside the
+      !! node
+      real(wp), allocatable :: tie_block(:, :, :) !! blocks of T', see tied_nodes
+      type(rigidity_t) :: rigidity              !! maps of inextensible elements
+      real(wp), allocatable :: tangent_stretch(:, :) !! (2, inextensible elements) artificial extension corrected in `tangent`
+      real(wp), allocatable :: swing(:)         !! (ties) geometric stiffness: contribution of the tie force to the rotational
+      !! stiffness of the turning node
+      ! Contact, one entry for each candidate.
       real(wp), allocatable :: gap(:), normal(:, :), bend(:)
-      real(wp), allocatable :: opening(:)       !! gap to the surface as other reactions have settled it
-      real(wp), allocatable :: motion(:, :)     !! (2, candidates) of the obstacle, per unit of load factor
-      real(wp), allocatable :: closing(:)       !! (candidates) of the gap besides that, per unit of load factor
+      real(wp), allocatable :: opening(:)       !! gap to the surface as settled under the other reactions
+      real(wp), allocatable :: motion(:, :)     !! (2, candidates) displacement of the obstacle per unit of load factor
+      real(wp), allocatable :: closing(:)       !! (candidates) closing of the gap per unit of load factor, without `motion`
       integer, allocatable :: unknown(:)        !! eliminated unknown of an active rigid contact, 0 otherwise
-      real(wp), allocatable :: slope(:)         !! gap per unit of that unknown
-      integer, allocatable :: partner(:)        !! second active rigid contact of the same node, in a corner; 0: none, or it is one
-      logical, allocatable :: soft(:)           !! on a foundation, not a rigid obstacle
-      real(wp), allocatable :: spring(:)        !! soft: reaction per gap, at the present one where active, or the band's
-      !! share of a ground that couples; 0 for rigid
-      real(wp), allocatable :: push(:)          !! soft: the reaction that belongs to the gap of an active one
-      ! Elements.
+      real(wp), allocatable :: slope(:)         !! derivative of the gap by that unknown
+      integer, allocatable :: partner(:)        !! second active rigid contact of the same node in a corner; 0: none, or the
+      !! candidate is the second
+      logical, allocatable :: soft(:)           !! true: on a foundation, not on a rigid obstacle
+      real(wp), allocatable :: spring(:)        !! foundation: stiffness, tangent value if active; on coupled ground the band's
+      !! spring; 0 for a rigid obstacle
+      real(wp), allocatable :: push(:)          !! foundation: reaction at the present gap of an active candidate
+      ! Elements: stiffness, end forces, end forces without defects, load derivatives, operators of the stored unknowns.
       real(wp), allocatable :: ek(:, :, :), ef(:, :), eraw(:, :), el(:, :), op(:, :, :)
-      integer, allocatable :: grip(:)           !! (elements) quadrature points of its foundations: which parts touch
+      integer, allocatable :: grip(:)           !! (elements) number of quadrature points of foundations on the touching part
       real(wp), allocatable :: eshift(:, :, :) !! (6, 2, elements) element matrix times unit translations in x and y, node axes
       ! Border.
-      real(wp), allocatable :: tangent(:)       !! (n) derivative along the path by the load factor
-      real(wp), allocatable :: tangent_load(:)  !! (n) forces that the band answers with it: `load`, and what makes inextensible
-      !! elements as short as they are
-      real(wp), allocatable :: path_row(:)      !! (n) node axes
+      real(wp), allocatable :: tangent(:)       !! (n) derivative of the unknowns by the load factor along the path
+      real(wp), allocatable :: tangent_load(:)  !! (n) forces to which `tangent` is the band's response: `load`, and the correction
+      !! for inextensible elements
+      real(wp), allocatable :: path_row(:)      !! (n) constraint row, node axes
       real(wp) :: path_corner = 0.0_wp
-      integer :: negative_pivots = 0            !! of the tangent on the null space of the active constraints, without those of
-      !! the hinges
-      integer :: hinges = 0                     !! clamps that are hinges in the tangent, each with a negative pivot of its own
-      !! (neutral_spans), and points more curved than their obstacles, which have one, too
-      ! A rod that may roll (rolling_rods).
-      integer :: roll_at = 0                    !! unknown that a spring holds, 0: none
-      real(wp) :: roll_rate = 0.0_wp            !! of that unknown, per unit of material length that the rod rolls
-      real(wp), allocatable :: roll_row(:)      !! (n) displacements in which it rolls, of the exact rod
-      real(wp) :: roll_by = 0.0_wp              !! so far must it roll that the lines beside the clamp are of one length
-      real(wp) :: roll_range = 0.0_wp           !! that far either way it may [length]
-      real(wp), allocatable :: rolled(:)        !! (n) the motion in which it rolls, per unit
-      ! Measures of the state itself.
-      real(wp) :: force_residual = 0.0_wp       !! relative, from the stored resultants
-      real(wp) :: defect_residual = 0.0_wp      !! internal: rotations [rad], positions over the size, forces over force_scale
+      integer :: negative_pivots = 0            !! number of negative pivots of the tangent on the null space of the active
+      !! constraints, without `hinges`
+      integer :: hinges = 0                     !! number of spurious negative pivots: clamps that are hinges in the tangent
+      !! (neutral_spans), and points more curved than their obstacles
+      ! Rod that may roll (rolling_rods).
+      integer :: roll_at = 0                    !! unknown with the spring against rolling, 0: none
+      real(wp) :: roll_rate = 0.0_wp            !! change of that unknown per unit of material length rolled
+      real(wp), allocatable :: roll_row(:)      !! (n) displacements of rolling, from the exact rod
+      real(wp) :: roll_by = 0.0_wp              !! length to roll for equal line contacts beside the clamp
+      real(wp) :: roll_range = 0.0_wp           !! length that the rod may roll either way
+      real(wp), allocatable :: rolled(:)        !! (n) rolling motion from the tangent, per unit of length
+      ! Measures of the state.
+      real(wp) :: force_residual = 0.0_wp       !! relative residual of forces, from the stored section forces
+      real(wp) :: defect_residual = 0.0_wp      !! of the elements: rotations [rad], positions over size, forces over force_scale
       real(wp) :: force_scale = 0.0_wp
-      real(wp) :: gap_error = 0.0_wp            !! of the gaps to foundations, by rounding [length]
-      real(wp) :: gap_noise = 0.0_wp            !! what that makes of the forces, relative
-      real(wp) :: round_off = 0.0_wp            !! of force_residual, from stiff springs and UL2 elements
-      logical :: ok = .true.                    !! false: an element or the matrix was singular
+      real(wp) :: gap_error = 0.0_wp            !! rounding error of gaps to foundations [length]
+      real(wp) :: gap_noise = 0.0_wp            !! relative error of forces by `gap_error`
+      real(wp) :: round_off = 0.0_wp            !! rounding error of force_residual, from stiff springs and UL2 elements
+      logical :: ok = .true.                    !! false: an element or the matrix is singular
    end type system_t
 
 contains
 
-   !> Storage for one problem, reused for every linearisation.
+   !> Allocates the data for one problem; each linearisation reuses them.
    function new_system(problem) result(system)
       type(problem_t), intent(in) :: problem
       type(system_t) :: system

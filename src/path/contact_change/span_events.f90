@@ -1,4 +1,4 @@
-!> Where along an increment its contact spans first fail: the first zero of a test function.
+!> First failure of the contact spans on an increment: the first zero of a test function.
 module span_events
    use kinds, only: wp
    use model, only: step_t
@@ -21,24 +21,24 @@ module span_events
 
 contains
 
-   !> The first change on an increment, or just beyond its end, what kind it is, and what is known of it with the next set only.
+   !> First change on an increment or just beyond its end: kind, place, and properties that only the next set has.
    subroutine find_change(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run           !! its system is factored at the place where one is located
-      type(step_interval_t), intent(inout) :: leg           !! shorter on return where one is found that others come after
+      type(path_state_t), intent(inout) :: run           !! its system is factored at the place of the change
+      type(step_interval_t), intent(inout) :: leg           !! shortened if a change is located before others
       type(change_t), intent(out) :: change
       call find_first(problem, step, run, leg, change)
       if (change%kind == change_by_rule) call look_beyond(problem, step, run, leg, change)
    end subroutine find_change
 
-   !> The first change, and its place: where another test fails at the place of one, that comes before, on the way there. A free
-   !> span that vanishes comes first: such tests as fail at the same place do so because of it.
+   !> First change and its place. If another test fails at the place of a change, this test has its zero earlier and is located
+   !> next. A free span that closes has priority, for tests that fail at the same place do so because of it.
    subroutine find_first(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run           !! its system is factored at the place where one is located
-      type(step_interval_t), intent(inout) :: leg           !! shorter on return where one is found that others come after
+      type(path_state_t), intent(inout) :: run           !! its system is factored at the place of the change
+      type(step_interval_t), intent(inout) :: leg           !! shortened if a change is located before others
       type(change_t), intent(out) :: change
       type(step_interval_t) :: near
       integer :: round
@@ -67,7 +67,7 @@ contains
          near%to = change%place
          near%ahead = change%heading
          near%after = change%tests
-         ! This one is zero there.
+         ! The located test is zero at its place.
          near%after(change%which)%value = 0.0_wp
          fails = another_fails(change%tests, change%which)
          if (fails) leg = near
@@ -75,31 +75,32 @@ contains
       change%kind = change_missed
    end subroutine find_first
 
-   !> A point that rolls to the end of a rod is held there as soon as the span beyond is as short as none: until it really is there
-   !> the rod still turns in, from a slope just below zero. What a line has shrunk to, and a point that has come to a breakpoint,
-   !> are as curved as the obstacle at first; on another mesh, or as long as a span is left, they may be a little more.
+   !> Sets failing tests to zero that are expected after an arrival. A point contact that rolls to the end of a rod is fixed there
+   !> as soon as the remaining span counts as zero; until it arrives the rod's slope is just below zero. A point into which a line
+   !> contact has shrunk, or which has come to a segment boundary, is osculating at first; on another mesh, or for the rest of a
+   !> span, its curvature may be slightly too large.
    pure subroutine excuse_arriving_points(leg, arrives, rises)
       type(step_interval_t), intent(inout) :: leg
-      logical, intent(in) :: arrives, rises       !! see path_state_t
+      logical, intent(in) :: arrives, rises       !! see since_change_t
       integer :: k
       do k = 1, size(leg%after)
          associate (before => leg%before(k), after => leg%after(k))
             if (.not. (after%kind == test_slope .or. arrives .and. after%kind == test_curvature)) cycle
-            ! On a new mesh the first point is not in balance, and its value a guess.
+            ! On a new mesh the first point is not in equilibrium, and its value is a guess.
             if (before%value <= 0.0_wp .and. (after%value > before%value .or. after%kind == test_curvature .and. rises)) &
                & after%value = max(after%value, 0.0_wp)
          end associate
       end do
    end subroutine excuse_arriving_points
 
-   !> A free span that vanishes on the way to the end of an increment, or just beyond, where no increment may get; and a line that
+   !> A free span that closes on the increment or just beyond its end, where no increment may converge; or a line contact that
    !> shrinks onto a support.
    subroutine find_vanishing(problem, run, leg, fails, change)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: leg
-      logical, intent(in) :: fails                !! another test does at its end, and may come first
-      type(change_t), intent(inout) :: change     !! as it was where none is found
+      logical, intent(in) :: fails                !! true: another test fails at the end and may have its zero earlier
+      type(change_t), intent(inout) :: change     !! unchanged if nothing is found
       type(next_t) :: next
       integer :: k
       logical :: found, wave
@@ -109,7 +110,7 @@ contains
             if (found) exit
          end if
          if (leg%after(k)%kind /= test_vanishing) cycle
-         ! Of a gap that is gone rounding is left.
+         ! The value of a closed gap is rounding.
          if (leg%after(k)%value > reach_of(leg) * (leg%before(k)%value - leg%after(k)%value) .and. .not. &
             & (is_gone(problem, leg%after(k)) .and. closes(leg, k))) cycle
          call locate_vanishing(problem, run, leg, k, fails, next, found, wave)
@@ -122,7 +123,7 @@ contains
       call copy_next(next, change%next)
    end subroutine find_vanishing
 
-   !> What looks like the place where one of two points is as curved as its obstacle is that where they are one: it is none.
+   !> Withdraws an osculating contact at a place where two point contacts merge: their curvature is the obstacle's only there.
    pure subroutine withdraw_flat_point(change)
       type(change_t), intent(inout) :: change
       if (change%kind /= change_by_rule) return
@@ -130,7 +131,7 @@ contains
       change%kind = merge(change_none, change_missed, change%where == place_ahead)
    end subroutine withdraw_flat_point
 
-   !> A point contact that is about to become as curved as its obstacle: no increment may get there.
+   !> Looks for a point contact that is about to become osculating, because no increment may converge at this place.
    subroutine look_ahead(problem, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -142,7 +143,7 @@ contains
          associate (before => leg%before(k), after => leg%after(k))
             if (after%kind /= test_curvature) cycle
             if (.not. problem%candidates%rolls(after%candidate)) cycle
-            ! Beside a span that is gone its place is neutral.
+            ! Beside a closed span the place of a point contact is undetermined.
             if (any(leg%after%kind == test_vanishing .and. leg%after%value * problem%size <= rounding_gap(problem) .and. &
                & (leg%after%beside(1) == after%touch .or. leg%after%beside(2) == after%touch))) cycle
             if (after%value <= 0.0_wp .or. after%value > reach_of(leg) * (before%value - after%value)) cycle
@@ -156,8 +157,9 @@ contains
       end if
    end subroutine look_ahead
 
-   !> A span that is inside at the end may have been nearest somewhere else at the beginning, as where it has just left: where it
-   !> leaves the obstacle nothing begins, and what counts is the gap at the place where it comes down.
+   !> Corrects gap tests at the beginning of an increment. A free span that penetrates at the end may have had its least gap
+   !> elsewhere at the beginning, as where it just opened; nothing begins there, and the gap at the place of the later penetration
+   !> counts.
    subroutine tell_places_apart(problem, leg)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(inout) :: leg
@@ -171,7 +173,7 @@ contains
       end do
    end subroutine tell_places_apart
 
-   !> Of the tests that fail on a leg the one that a straight line between its ends has at zero first. 0: none fails.
+   !> Failing test with the earliest zero by linear interpolation between the ends of the increment; 0: no test fails.
    pure integer function steepest(leg) result(first)
       type(step_interval_t), intent(in) :: leg
       real(wp) :: at, least

@@ -1,4 +1,4 @@
-!> Where on an increment a test of its contact spans is zero: where the run stands, within the increment, or beyond its end.
+!> Zero of a test of contact spans on an increment: at the run's point, on the increment, or beyond its end.
 module span_location
    use kinds, only: wp
    use model, only: step_t
@@ -24,11 +24,11 @@ module span_location
 
 contains
 
-   !> The zero of the test change%which between both ends.
+   !> Zero of the test change%which between both ends.
    subroutine locate(problem, step, run, leg, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run           !! its system ends up factored at the place
+      type(path_state_t), intent(inout) :: run           !! its system is factored at the place on return
       type(step_interval_t), intent(in) :: leg
       type(change_t), intent(inout) :: change     !! by a rule, or missed
       real(wp) :: tolerance
@@ -38,7 +38,8 @@ contains
          change%where = place_within
          tolerance = 0.5_wp * step%locate_tolerance * max(before%value, -after%value)
          if (before%value <= tolerance) then
-            ! What has just begun, and grows, has its zero further on: nearer than the end is its sign.
+            ! A test of a contact that just began is about zero here, but increases; its zero is further on, and is not located on
+            ! this increment.
             if (before%value >= -tolerance .and. grows(problem, run, leg, change%which, tolerance)) then
                change%kind = change_missed
                return
@@ -59,10 +60,11 @@ contains
       end associate
    end subroutine locate
 
-   !> True for a test that its slope where the run stands takes up on an increment, by more than a tolerance.
+   !> True if the test increases from the present point by more than the tolerance over the increment, by its slope at the present
+   !> point.
    logical function grows(problem, run, leg, which, tolerance)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run           !! its system ends up factored where it stands
+      type(path_state_t), intent(inout) :: run           !! its system is factored at its state on return
       type(step_interval_t), intent(in) :: leg
       integer, intent(in) :: which                !! index into the tests
       real(wp), intent(in) :: tolerance
@@ -79,12 +81,13 @@ contains
          & tolerance * path_length(problem, beside(1), beside(2))
    end function grows
 
-   !> Where a point is as curved as its obstacle, by Newton's method: on the increment, or beyond its end where it is not yet there.
+   !> Locates an osculating contact by Newton's method: on the increment, or beyond its end if the relative curvature is not yet
+   !> zero.
    subroutine locate_flat_point(problem, run, leg, change, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: leg
-      type(change_t), intent(inout) :: change     !! as it was but for its test where it is not found
+      type(change_t), intent(inout) :: change     !! unchanged except for its test if nothing is found
       logical, intent(out) :: found
       type(state_t) :: place
       associate (before => leg%before(change%which)%value, after => leg%after(change%which)%value)
@@ -92,7 +95,8 @@ contains
          if (before > -after) place = leg%to
          associate (candidate => leg%after(change%which)%candidate)
             call find_flat_point(problem, run, candidate, flat_too(problem, leg, change%which), place, found)
-            ! At a breakpoint that is to the first order of how far it has rolled: nothing is told where a line begins.
+            ! At a segment boundary the place is exact to first order of the distance rolled; this is not enough if a line contact
+            ! begins.
             if (found .and. .not. problem%candidates%moves(candidate)) found = would_press(problem, place, candidate, &
                & 0.0_wp)
          end associate
@@ -105,7 +109,7 @@ contains
          end if
          if (.not. found) return
          call linearise(problem, place, run%state, run%system)
-         ! Of the eigenvalues one may be zero there; where more have changed their sign other events lie on the way.
+         ! One eigenvalue may be zero there; if more have changed their sign, other events are on the way.
          found = after <= 0.0_wp .or. abs(run%system%negative_pivots - leg%pivots) <= 1
          if (.not. found) return
          change%where = merge(place_ahead, place_within, after > 0.0_wp)
@@ -117,11 +121,11 @@ contains
       change%tests = run_span_tests(problem, place, leg%scale)
    end subroutine locate_flat_point
 
-   !> Other points that are less curved than their obstacle at the end of a leg, before breakpoints hold them.
+   !> Other point contacts with negative relative curvature at the end of an increment, without those at segment boundaries.
    pure function flat_too(problem, leg, which) result(candidate)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: leg
-      integer, intent(in) :: which                !! index of the test of the one that is looked at
+      integer, intent(in) :: which                !! index of the test under examination
       integer, allocatable :: candidate(:)
       integer :: k
       candidate = pack(leg%after%candidate, leg%after%kind == test_curvature .and. leg%after%value < 0.0_wp .and. &
@@ -129,7 +133,7 @@ contains
       candidate = pack(candidate, problem%candidates%moves(candidate) .and. problem%candidates%rolls(candidate))
    end function flat_too
 
-   !> Where a test is zero, by points of the increment.
+   !> Zero of a test, located by points of the increment.
    subroutine locate_by_parts(problem, step, run, leg, tolerance, change, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -142,7 +146,7 @@ contains
       type(bracket_t) :: bracket
       real(wp) :: f, fraction
       division = new_division(problem, run, leg%to, leg%ahead, .false.)
-      ! Found on the side that it is reached from: beyond it the set does not hold.
+      ! The place is on the near side of the zero, for beyond it the set is not valid.
       bracket = new_bracket(leg%before(change%which)%value - tolerance, leg%after(change%which)%value - tolerance)
       found = .false.
       do while (next_guess(bracket, epsilon(f), fraction))
@@ -155,7 +159,7 @@ contains
          if (found) return
          call take_value(bracket, fraction, f)
       end do
-      ! A function that jumps closes its bracket without a zero.
+      ! A function with a jump closes its bracket without a zero.
       found = abs(bracket%f_high - bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
    end subroutine locate_by_parts
 end module span_location

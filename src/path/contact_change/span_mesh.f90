@@ -1,4 +1,4 @@
-!> The run on another mesh, whatever the reason: another set of touches, spans that have grown, errors larger than asked for.
+!> Remeshing of a run: for another contact set, for spans that have grown, or for the error tolerance.
 module span_mesh
    use kinds, only: wp
    use model, only: method_load, method_displacement
@@ -32,9 +32,9 @@ module span_mesh
 
 contains
 
-   !> The problem that a path begins with, on its first mesh.
+   !> Problem with which a path begins, on its first mesh.
    subroutine prepare_mesh(problem)
-      type(problem_t), intent(inout) :: problem      !! of the deck
+      type(problem_t), intent(inout) :: problem      !! in: on the deck's mesh
       type(contact_span_t) :: none(0)
       if (any(problem%deck%contact%along)) then
          call prepare_spans(problem)
@@ -43,8 +43,7 @@ contains
       end if
    end subroutine prepare_mesh
 
-   !> Another mesh at the point where the run stands: finer for spans that have grown, with nodes where the kinks of foundations
-   !> lie.
+   !> Remeshes at the run's point: finer for spans that have grown, with nodes at the interface points of foundations.
    subroutine renew_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -59,16 +58,17 @@ contains
       call stand_on(new_span_problem(problem, present_contact_spans(problem, run%state), run%state, cut), problem, run, done)
    end subroutine renew_mesh
 
-   !> The mesh that the run's last trial asked for: at the point where it stands, from which the increment is to be made anew, or
-   !> else at the trial itself.
+   !> Remeshes as the last trial requests: at the run's point, from which the increment must be repeated, or else at the trial
+   !> itself.
    subroutine refine_mesh(problem, run, trial, settled, taken, done)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(inout) :: trial
-      logical, intent(in) :: settled                 !! the trial is in equilibrium
-      logical, intent(out) :: taken                  !! the trial is in equilibrium on the new mesh, and the system factored there
-      logical, intent(out) :: done                   !! false: no equilibrium was found on it, nothing has changed. The mesh may be
-      !! that which the point had before it became coarser
+      logical, intent(in) :: settled                 !! true: the trial is in equilibrium
+      logical, intent(out) :: taken                  !! true: the trial is in equilibrium on the new mesh, and the system is
+      !! factored there
+      logical, intent(out) :: done                   !! false: no equilibrium was found, nothing has changed. The new mesh may be
+      !! the one before the last coarsening
       type(problem_t) :: asked, here
       type(checkpoint_t), allocatable :: finer
       type(cut_t), allocatable :: cut(:)
@@ -82,13 +82,13 @@ contains
       call copy_problem(asked, here)
       here%demand = taken_along(problem, run%state, asked%demand)
       cut = find_cuts(problem, trial)
-      ! Without a load nothing says where contact will end.
+      ! Without a load the future ends of contact are unknown.
       if (settled .and. run%fresh) call remesh_trial(asked, problem, run, trial, .false., taken)
       if (.not. taken .and. (problem%has_spans() .or. run%from_point .or. marked(problem, trial, cut))) call stand_here()
-      ! Where contact has just been told by nodes, or by elements on foundations, the run does not stand on a point of these spans.
+      ! If nodes, or elements on foundations, have just detected contact, the run's point has no such spans.
       if (.not. (taken .or. done)) run%before = present_demand(problem, run%state)
       if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, run%has_events, taken)
-      ! Newton's method may not settle on one mesh and does on another, which may be finer than was asked for.
+      ! Newton's method may fail on one mesh and converge on another, which may be finer than requested.
       if (.not. (taken .or. done)) then
          do k = 1, size(here%demand)
             here%demand(k)%elements = 2.0_wp * here%demand(k)%elements
@@ -98,7 +98,7 @@ contains
       if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, .false., taken)
       done = done .or. taken
       if (.not. done .and. allocated(finer)) then
-         ! The mesh was made coarser than leads on.
+         ! The coarsened mesh does not lead on.
          call step_back(finer, problem, run)
          done = .true.
       end if
@@ -106,7 +106,7 @@ contains
 
    contains
 
-      !> The run's point on the mesh that is asked for.
+      !> The run's point on the requested mesh.
       subroutine stand_here()
          call stand_on(new_span_problem(here, present_contact_spans(problem, run%state), run%state, find_cuts(problem, &
             & run%state)), &
@@ -114,12 +114,11 @@ contains
       end subroutine stand_here
    end subroutine refine_mesh
 
-   !> What elements are wanted of a mesh, as its nodes stand in a state: those of a span go with its ends, so that where they are
-   !> wanted at a trial they come to from here.
+   !> Mesh density for a trial, moved with the nodes to another state: density in a span moves with the ends of the span.
    function taken_along(problem, state, demand) result(here)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(mesh_density_t), intent(in) :: demand(:)        !! of pieces that are the elements of the problem, or others
+      type(mesh_density_t), intent(in) :: demand(:)        !! one piece for each element of the problem, or other pieces
       type(mesh_density_t) :: here(size(demand))
       integer :: k
       here = present_demand(problem, state)
@@ -132,14 +131,14 @@ contains
       end do
    end function taken_along
 
-   !> The trial on another mesh, and the run's point, as it is, with it.
+   !> Transfers the trial to another mesh, in equilibrium there, and the run's point with it, in equilibrium if possible.
    subroutine remesh_trial(asked, problem, run, trial, both, taken)
-      type(problem_t), intent(in) :: asked           !! the problem with another demand
+      type(problem_t), intent(in) :: asked           !! the problem with the requested mesh density
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(inout) :: trial
-      logical, intent(in) :: both                    !! the run's point is to be in equilibrium on it, too
-      logical, intent(out) :: taken                  !! false: no equilibrium was found on it, nothing has changed
+      logical, intent(in) :: both                    !! true: the run's point, too, must be in equilibrium on the mesh
+      logical, intent(out) :: taken                  !! false: no equilibrium was found, nothing has changed
       type(problem_t) :: before
       type(path_state_t) :: unmoved
       type(state_t) :: untaken
@@ -169,7 +168,7 @@ contains
       call tell_segments(problem, run%state, carried=.true.)
       run%heading%u = carried_field(before, start, heading%u, problem, run%state)
       if (fresh) return
-      ! Shorter increments may have to start there, and events may lie there.
+      ! Shorter increments may start at the run's point, and events may be located from it.
       call linearise(problem, run%state, run%state, run%system)
       call rebalance(problem, run, settled)
       taken = settled .or. .not. both
@@ -181,8 +180,8 @@ contains
       call linearise(problem, trial, trial, run%system)
    end subroutine remesh_trial
 
-   !> The coarser mesh that the run's last point would have done with, if it has fewer elements and an equilibrium there. Whether
-   !> it is good enough the next trial tells.
+   !> Coarsens the mesh as the last point permits, if this gives fewer elements and an equilibrium. The next trial shows whether the
+   !> mesh is good enough.
    subroutine coarsen_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -194,14 +193,14 @@ contains
       deallocate (run%spare)
       asked = new_span_problem(asked, present_contact_spans(problem, run%state), run%state, find_cuts(problem, run%state))
       if (asked%model%mesh%n_elements >= problem%model%mesh%n_elements) then
-         ! Spans have their least.
+         ! The spans have their least numbers of elements already.
          run%kept_meshes = rest_of_mesh
          return
       end if
       before = checkpoint_t(problem, run%state, run%heading, run%probe)
       call stand_on(asked, problem, run, done)
       if (.not. done) return
-      ! What turns the load errs by all that it changes by.
+      ! The coarser mesh is rejected if the rate of the load changes sign on it.
       if (run%heading%load * before%heading%load < 0.0_wp) then
          call step_back(before, problem, run)
          return
@@ -210,7 +209,7 @@ contains
       call count_up(counter_remeshed)
    end subroutine coarsen_mesh
 
-   !> The run as it stood before its mesh became coarser. It stays as fine for a while.
+   !> Returns the run to the checkpoint before its mesh was coarsened; the mesh is not coarsened again for some points.
    subroutine step_back(finer, problem, run)
       type(checkpoint_t), intent(in) :: finer
       type(problem_t), intent(inout) :: problem
@@ -225,11 +224,11 @@ contains
       call linearise(problem, run%state, run%state, run%system)
    end subroutine step_back
 
-   !> Asks for twice as many elements everywhere.
+   !> Requests twice the number of elements everywhere.
    subroutine ask_for_twice(problem, run, asked)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      logical, intent(out) :: asked                  !! false: the program makes no meshes here
+      logical, intent(out) :: asked                  !! false: the deck prescribes the mesh
       integer :: k
       asked = any(problem%layout%stretch%placed) .and. .not. problem%is_sampled()
       if (.not. asked) return
@@ -239,7 +238,7 @@ contains
       end do
    end subroutine ask_for_twice
 
-   !> The run's point on another mesh with the same touches; nothing changes where no equilibrium is found on it.
+   !> The run's point on another mesh with the same contact set; nothing changes if no equilibrium is found.
    subroutine stand_on(next, problem, run, done)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
@@ -257,10 +256,10 @@ contains
       call linearise(problem, run%state, run%state, run%system)
    end subroutine stand_on
 
-   !> The run's point in equilibrium on the mesh where it has been brought; its system is factored there, on return too.
+   !> Equilibrium of the run's point on the mesh to which it was transferred; the system is factored there, on return as well.
    subroutine rebalance(problem, run, done)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run              !! unchanged but for its system where nothing is done
+      type(path_state_t), intent(inout) :: run              !! without success unchanged, except for its system
       logical, intent(out) :: done
       type(state_t) :: better
       type(control_t) :: hold
@@ -272,22 +271,23 @@ contains
       behind_flat = .false.
       better = run%state
       if (done .and. .not. (run%fresh .or. is_stress_free(run%state))) then
-         ! What the strategy prescribes stays; else across the path: at a limit point, too.
+         ! The quantity prescribed by load or displacement control is fixed; otherwise the plane normal to the path, which works at
+         ! limit points as well.
          hold = normal_plane(problem, run%state, run%heading)
          if (any(run%control%method == [method_load, method_displacement])) hold = run%control
          hold%increment = 0.0_wp
          call bring_to_balance()
-         ! No mesh that anything was found on errs by more than all that has moved: that is another equilibrium.
+         ! A mesh error larger than all displacements so far is impossible: the result is another equilibrium.
          if (done) done = stays_within(problem, run%state, better, run%motion)
       end if
       if (done) ahead = path_tangent_at(problem, run%system, run%heading%u, run%heading%load)
-      ! Where a coarse mesh has made so much else of the displacements that they do not tell the sense, the load does: it turns
-      ! where the stability changes.
+      ! If the displacements of a coarse mesh differ so much that they do not give the sense of the path, the rate of the load does:
+      ! this rate changes sign together with the stability.
       if (done .and. run%system%negative_pivots == run%probe%negative_pivots .and. ahead%load * run%heading%load < 0.0_wp) then
          if (angle_between(problem, run%heading%u, ahead%u) > largest_turn) &
             & ahead = path_tangent_at(problem, run%system, 0.0_wp * run%heading%u, run%heading%load)
       end if
-      ! Nor does one turn the path and its stability at once.
+      ! A mesh change that changes both direction and stability of the path is rejected.
       if (done .and. .not. run%fresh .and. run%system%negative_pivots /= run%probe%negative_pivots) &
          & done = angle_between(problem, run%heading%u, ahead%u) <= largest_turn
       if (.not. done) return
@@ -295,11 +295,11 @@ contains
       run%state = better
       run%heading = ahead
       probe = new_test_values(problem, run%state, run%system, run%heading%load)
-      ! What lines without pressure tell does not hang on the mesh.
+      ! Pivots without force-free line contacts do not depend on the mesh.
       probe%weak = run%probe%weak
       probe%free_pivots = run%probe%free_pivots
-      ! What lies between the two meshes is to be told, and once: contact with a foundation that begins or ends, a bifurcation, a
-      ! limit point. Just behind a change of contact nothing has been followed that could turn.
+      ! Events between the two meshes must be reported once: begin or end of contact with a foundation, bifurcation, limit point.
+      ! Just after a contact change there is no followed path on which the load's rate could have changed sign.
       probe%grounded = run%probe%grounded
       if (.not. run%fresh) probe%negative_pivots = run%probe%negative_pivots
       if (.not. run%fresh .and. run%arc_length > run%since_change%at .and. probe%load_rate * run%probe%load_rate < 0.0_wp) &
@@ -308,15 +308,15 @@ contains
 
    contains
 
-      !> Held by what changes most there: next to a limit point the end of a line may go far while all else hardly moves, there and
-      !> back, and what lies across the path is nowhere on a mesh that has that point at less load.
+      !> Fixes the touchdown point that moves fastest, if any: near a limit point the end of a line contact may move far while the
+      !> rest hardly moves, and the plane normal to the path has no equilibrium on a mesh with a lower limit load.
       subroutine bring_to_balance()
          integer :: fastest
          real(wp) :: rate
          fastest = 0
          if (is_arc_length(run%control%method)) call find_fastest(problem, run, fastest, rate)
          done = .false.
-         ! A change by all of the size counts as one by all of the displacement.
+         ! A change by the structure's size corresponds to a change by the whole displacement.
          if (fastest > 0) then
             if (rate * abs(hold%tangent_load) * sqrt(metric(problem, run%state%u, run%state%u)) > problem%size) &
                & call stay_in_place(problem, run, fastest, better, done)
@@ -333,7 +333,7 @@ contains
       end subroutine bring_to_balance
    end subroutine rebalance
 
-   !> The run on the mesh of another set of touches.
+   !> Transfers the run to the mesh of another contact set.
    subroutine mesh_for_touches(problem, run, touch)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -341,7 +341,7 @@ contains
       call move_to_mesh(new_span_problem(problem, touch), problem, run)
    end subroutine mesh_for_touches
 
-   !> The run on the mesh of another problem.
+   !> Transfers the run to the mesh of another problem.
    subroutine move_to_mesh(next, problem, run)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem

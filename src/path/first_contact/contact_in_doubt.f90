@@ -1,9 +1,9 @@
-!> Where the set of contact spans is in doubt: no increment gets further with it, and no test tells what comes instead. Then contact
-!> at many nodes finds out, as at the start of a path:
+!> Next contact set by contact at many nodes, the last resort: used if no increment converges with the present contact spans and no
+!> test gives the next set.
 !>
-!>   nodes stand where what touches now does (at_touches); they go ahead, off the record, until what they say turns into points and
-!>   lines that hold (find_spans_ahead); with these the way goes back to where they hold first (go_back); that must be near
-!>   (is_near); and what was lost and gained on the way is told (tell_differences).
+!> The nodes begin with the present contact set (at_touches), advance by unrecorded increments until their contact corresponds to
+!> points and lines that pass their tests (find_spans_ahead); the path then goes back to the first point with this contact set
+!> (go_back). This point must be near (is_near); contacts lost and gained are determined by comparison (tell_differences).
 module contact_in_doubt
    use kinds, only: wp
    use model, only: method_load, method_cylindrical
@@ -26,15 +26,15 @@ module contact_in_doubt
    private
    public :: ask_nodes
 
-   real(wp), parameter :: turning = 2.0_wp      !! times its own rate that a path may move at where its contact changes
+   real(wp), parameter :: turning = 2.0_wp      !! largest rate of displacement, over the path's own rate, at a contact change
 
 contains
 
-   !> The next set of contact spans and its equilibrium ahead of where the run stands, as near as the set holds.
+   !> Next set of contact spans and its equilibrium ahead of the present point, as near as the set is valid.
    subroutine ask_nodes(problem, run, reach, next, found)
-      type(problem_t), intent(in) :: problem       !! of spans
-      type(path_state_t), intent(in) :: run               !! its system factored where it stands
-      real(wp), intent(in) :: reach                !! of the increment that failed
+      type(problem_t), intent(in) :: problem       !! with contact spans
+      type(path_state_t), intent(in) :: run               !! system factored at the present point
+      real(wp), intent(in) :: reach                !! of the failed increment
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       type(problem_t) :: nodes
@@ -52,7 +52,7 @@ contains
       control%method = method_load
       on%system = new_system(nodes)
       on%state = here
-      ! First with what touches now: its forces are not those of nodes.
+      ! First with the present contact set, whose forces at nodes are still unknown.
       call correct(nodes, here, control, .true., on%state, on%system, report)
       apart = 0.0_wp
       if (report%converged) apart = path_length(nodes, here, on%state)
@@ -78,12 +78,12 @@ contains
       call tell_differences(problem, run, nodes, next)
    end subroutine ask_nodes
 
-   !> What is lost or gained with the next set: told at its first point, it lies between that and where the run stands. There may be
-   !> other sets between, so that where the next one begins to hold says nothing of the first change.
+   !> Contacts lost or gained with the next set, reported at its first point; the changes themselves are between the present point
+   !> and this point. There may be other sets between, so the first point of the next set does not locate the first change.
    subroutine tell_differences(problem, run, nodes, next)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(problem_t), intent(in) :: nodes         !! that have told
+      type(problem_t), intent(in) :: nodes         !! that detected the contact
       type(next_t), intent(inout) :: next
       type(differences_t) :: differences
       integer :: begun, ended
@@ -100,19 +100,20 @@ contains
       next%located = begun + ended == 0
    end subroutine tell_differences
 
-   !> True for an equilibrium as near as the path goes over that change of the load, and meshes differ: elsewhere lies another path.
+   !> True if the distance to the next equilibrium agrees with the path's rate over the change of load, apart from the difference of
+   !> the meshes; a farther equilibrium is on another path.
    logical function is_near(problem, run, next, apart) result(near)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
-      real(wp), intent(in) :: apart                !! how far the run's equilibrium is from that of the same touches at nodes
+      real(wp), intent(in) :: apart                !! distance of the present point from the same contact at nodes
       real(wp) :: rise, jump
       rise = next%state%load_factor - run%state%load_factor
       jump = path_length(next%problem, carried(problem, run%state, next%problem), next%state)
       near = (jump - max(apart, sqrt(epsilon(rise)) * problem%size)) * abs(run%heading%load) <= turning * abs(rise)
    end function is_near
 
-   !> Nodes on lines, and those next to points.
+   !> Nodes on line contacts, and nodes next to point contacts.
    function at_touches(nodes, state, touch) result(active)
       type(problem_t), intent(in) :: nodes
       type(state_t), intent(in) :: state
@@ -125,7 +126,7 @@ contains
          do side = 1, 2
             e = nodes%candidates%element(side, c)
             if (e == 0) cycle
-            ! The half of the element that is nearer to the node.
+            ! Half of the element next to the node.
             at = state%geometry%element(e)%s + nodes%origin(e)
             at(side) = 0.5_wp * sum(at)
             do k = 1, size(touch)

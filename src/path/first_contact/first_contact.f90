@@ -1,8 +1,8 @@
-!> The contact set just after a stress-free start.
+!> Contact set just after a stress-free start.
 !>
-!> To first order the structure and its contacts answer proportionally to any small load, so the LCP of one gives
-!> the set that every first increment of that sense begins with. Displacement control needs it beforehand: what touches
-!> at the start would hold the very displacement that is to be prescribed.
+!> To first order the structure and its contacts respond proportionally to any small load, so the LCP for one small load gives the
+!> set with which every first increment of the same sense begins. Displacement control needs this set in advance, because contacts
+!> at the start could fix the displacement to be prescribed.
 module first_contact
    use kinds, only: wp
    use model, only: method_load
@@ -19,16 +19,16 @@ module first_contact
 
 contains
 
-   !> Replaces the touching candidates of a stress-free state by those in contact under a small load that moves the
-   !> controlled monitor the right way. Left as it was when no such set is found: the first increment then says why.
+   !> Replaces the touching candidates of a stress-free state by those in contact under a small load that moves the controlled
+   !> monitor in the right direction. Without such a set the state is unchanged, and the first increment reports the reason.
    subroutine presume_contact(problem, monitor, increment, state, system)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: monitor             !! index into model%monitor
-      real(wp), intent(in) :: increment          !! its sign counts
+      real(wp), intent(in) :: increment          !! only its sign is used
       type(state_t), intent(inout) :: state
-      type(system_t), intent(inout) :: system    !! assembled and factored at `state` on entry and on return
+      type(system_t), intent(inout) :: system    !! in/out: assembled and factored at `state`
       integer, parameter :: max_rounds = 30
-      real(wp), parameter :: small = sqrt(epsilon(1.0_wp)) !! load factor: what is open by more than rounding stays open
+      real(wp), parameter :: small = sqrt(epsilon(1.0_wp)) !! load factor: a gap above rounding stays open
       type(state_t) :: trial
       type(control_t) :: control
       type(contact_step_t) :: step

@@ -1,5 +1,5 @@
-!> Where the rods of a deck touch obstacles before anything acts: single places of nodes and between them. What tells later where
-!> contact is has its nodes there.
+!> Isolated places, at nodes and between them, where the rods of a deck touch obstacles at the start. Meshes that detect contact
+!> have nodes at these places.
 module initial_contacts
    use kinds, only: wp
    use problem, only: problem_t, touching_gap
@@ -13,12 +13,12 @@ module initial_contacts
 
 contains
 
-   !> All places with a gap that is least there, and none. Where a rod lies along its obstacle there are no such places.
+   !> All places with a least gap of zero. A rod along its obstacle has no such places.
    function find_first_touches(problem) result(touch)
-      type(problem_t), intent(in) :: problem         !! of the deck, on its mesh
+      type(problem_t), intent(in) :: problem         !! on the deck's mesh
       type(contact_span_t), allocatable :: touch(:)
       real(wp), allocatable :: at(:), gap(:)
-      logical, allocatable :: touches(:)              ! with one before the first and one after the last
+      logical, allocatable :: touches(:)              ! with one additional value at each end
       integer :: contact, stretch, i
       allocate (touch(0))
       do contact = 1, size(problem%deck%contact)
@@ -35,11 +35,11 @@ contains
       end do
    end function find_first_touches
 
-   !> The gap at the deck's nodes along a stretch, and inside each element, where it is least there.
+   !> Gap at the deck's nodes along a rod segment, and its minimum inside each element.
    subroutine sample_gap(problem, contact, stretch, at, gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, stretch
-      real(wp), allocatable, intent(out) :: at(:)    !! along the stretch, rising
+      real(wp), allocatable, intent(out) :: at(:)    !! coordinates along the rod segment, increasing
       real(wp), allocatable, intent(out) :: gap(:)
       real(wp) :: inside, place
       integer :: k, n
@@ -72,7 +72,7 @@ contains
    subroutine least_inside(problem, contact, e, place, least)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, e
-      real(wp), intent(out) :: place                 !! 0 to 1 of it
+      real(wp), intent(out) :: place                 !! place, 0 to 1 of the element
       real(wp), intent(out) :: least
       type(golden_section_t) :: search
       call search%begin(0.0_wp, 1.0_wp, sections_to_rounding)
@@ -82,7 +82,7 @@ contains
       least = search%least
    end subroutine least_inside
 
-   !> The gap at a place of an element of the deck.
+   !> Gap at a place of an element of the deck.
    real(wp) function gap_at(problem, contact, e, tau) result(gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, e

@@ -1,4 +1,4 @@
-!> Contact at nodes as points and lines along the rod.
+!> Contact at nodes, interpreted as point and line contacts along the rod.
 module node_contacts
    use kinds, only: wp
    use problem, only: problem_t
@@ -9,16 +9,16 @@ module node_contacts
    private
    public :: touches_at_nodes, along
 
-   real(wp), parameter :: along = 1.0e-9_wp !! sine of the angle between a rod and its obstacle
+   real(wp), parameter :: along = 1.0e-9_wp !! sine of the angle up to which rod and obstacle are parallel
 
 contains
 
-   !> Runs of nodes in contact: one or two make a point, more a line, on each stretch that they go over one of its own. A few open
-   !> nodes between others are those of the waves that forces at nodes make.
+   !> Contact spans from runs of nodes in contact: one or two nodes make a point contact, more a line contact on each rod segment. A
+   !> few open nodes between others are waves by the concentration of forces at nodes.
    function touches_at_nodes(problem, state, most) result(touch)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: most        !! open nodes in a row that count as such waves
+      integer, intent(in) :: most        !! largest number of consecutive open nodes that count as such waves
       type(contact_span_t), allocatable :: touch(:)
       logical, dimension(problem%candidates%n) :: told, active, done
       integer, allocatable :: run(:)
@@ -45,8 +45,8 @@ contains
       end do
    end function touches_at_nodes
 
-   !> Nodes in contact. A support that stands on the obstacle takes its force, but is in contact, and so is a hinge, or a clamp
-   !> along it, even by itself: contact may spread from there.
+   !> Nodes in contact. A support on the obstacle takes the contact force, but is in contact; a hinge there, or a clamp parallel to
+   !> the obstacle, counts even alone, for contact may spread from it.
    function nodes_in_contact(problem, state) result(told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -66,13 +66,13 @@ contains
       end do
    end function nodes_in_contact
 
-   !> Takes a few open nodes next to one in contact for closed, up to the next one, or the end of the rod.
+   !> Closes a few open nodes next to a node in contact, up to the next one in contact or the end of the rod.
    pure subroutine close_waves(problem, told, c, side, most, active)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: told(:)     !! (candidates) in contact
-      integer, intent(in) :: c, side     !! one of them; 1: before it, 2: after it
+      integer, intent(in) :: c, side     !! a candidate in contact; 1: nodes before it, 2: nodes after it
       integer, intent(in) :: most
-      logical, intent(inout) :: active(:) !! and those taken for closed
+      logical, intent(inout) :: active(:) !! (candidates) in/out: also true for closed nodes
       integer :: at, n
       at = c
       do n = 0, most
@@ -81,7 +81,7 @@ contains
          if (told(at)) exit
       end do
       if (n > most) return
-      ! At the end of a rod that lies flat a single node takes it all.
+      ! At the end of a rod along its obstacle one node may take the whole force.
       if (at == 0 .and. most == 1) return
       at = problem%candidates%neighbour(side, c)
       do while (at > 0)
@@ -91,13 +91,13 @@ contains
       end do
    end subroutine close_waves
 
-   !> All active candidates in a row with one of them; a row all round begins anywhere.
+   !> All active candidates in a row with one of them; a row all round a closed chain begins anywhere.
    pure subroutine follow_run(problem, active, c, run, closed)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: active(:)
       integer, intent(in) :: c
       integer, allocatable, intent(out) :: run(:)
-      logical, intent(out) :: closed     !! the last one's neighbour is the first one
+      logical, intent(out) :: closed     !! the row is a closed chain
       integer :: first, at, row(size(active)), n
       first = c
       do
@@ -120,7 +120,7 @@ contains
       run = row(:n)
    end subroutine follow_run
 
-   !> A point contact at a node.
+   !> Point contact at a node.
    pure type(contact_span_t) function point_at(problem, state, c) result(new)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -132,12 +132,12 @@ contains
       new%at = end_of(problem, state, problem%candidates%element(3 - side, c), side)
    end function point_at
 
-   !> Lines for nodes in contact side by side.
+   !> Line contacts for consecutive nodes in contact.
    pure function lines_along(problem, state, run, closed) result(line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: run(:)      !! candidates
-      logical, intent(in) :: closed      !! as follow_run has it
+      logical, intent(in) :: closed      !! as in follow_run
       type(contact_span_t), allocatable :: line(:)
       type(contact_span_t) :: new
       integer :: i, e
@@ -156,7 +156,7 @@ contains
       line = [line, new]
    end function lines_along
 
-   !> Coordinate along its stretch of one end of an element; of breakpoints exactly.
+   !> Coordinate along its rod segment of one end of an element; exact at segment boundaries.
    pure real(wp) function end_of(problem, state, e, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

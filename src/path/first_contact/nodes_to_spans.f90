@@ -1,4 +1,4 @@
-!> From contact at many nodes, where the complementarity problem finds what touches, to points and lines along the rod.
+!> From contact at many nodes, found by the complementarity problem, to point and line contacts along the rod.
 module nodes_to_spans
    use kinds, only: wp
    use model, only: method_cylindrical
@@ -25,18 +25,18 @@ module nodes_to_spans
 
 contains
 
-   !> Increments with contact at nodes, longer and longer, until what they say turns into points and lines that hold.
+   !> Increments with contact at nodes, of growing length, until the contact corresponds to points and lines that pass their tests.
    subroutine find_spans_ahead(problem, run, nodes, on, next, first, found, report, why)
-      type(problem_t), intent(in) :: problem     !! where the run stands
+      type(problem_t), intent(in) :: problem     !! present point
       type(path_state_t), intent(in) :: run
-      type(problem_t), intent(in) :: nodes       !! sampled
-      type(path_state_t), intent(inout) :: on !! the run with these, at the start of the last increment on return, its system
-      !! factored anywhere
-      type(next_t), intent(out) :: next          !! its touches have the numbers 1, 2, ...
-      real(wp), intent(out) :: first             !! load factor that the first increment led to
+      type(problem_t), intent(in) :: nodes       !! sampled mesh
+      type(path_state_t), intent(inout) :: on !! in: the run on this mesh; out: the run at the start of the last increment, its
+      !! system factored at any state
+      type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
+      real(wp), intent(out) :: first             !! load factor after the first increment
       logical, intent(out) :: found
       type(increment_t), intent(out) :: report   !! of the last increment
-      character(:), allocatable, intent(out) :: why !! not found: the reason; not allocated where no increment converged
+      character(:), allocatable, intent(out) :: why !! reason of the failure; not allocated if no increment converged
       type(state_t) :: ahead
       type(path_tangent_t) :: onward
       type(relation_t) :: relation
@@ -49,7 +49,7 @@ contains
          if (report%converged) then
             onward = path_tangent_of(nodes, on, ahead)
             relation = relate(nodes, on%state, ahead, on%heading, onward, on%fresh)
-            ! From a start there is nothing that directions could be wrong about.
+            ! A start has no direction that could be wrong.
             if (problem%is_sampled()) report%converged = same_path(relation) .and. .not. too_far(nodes, on%control, relation)
             if (.not. report%converged) report%message = 'what equilibrium there is ahead lies on another path'
          end if
@@ -61,7 +61,7 @@ contains
          end if
          if (.not. allocated(why)) first = ahead%load_factor
          call find_spans(nodes, ahead, next, found, why)
-         ! Near a dead end directions are noise: from further away they tell.
+         ! Close to a dead end directions are noise; farther increments have a direction.
          if (found) found = leads_to_next(problem, run, next)
          if (found) exit
          on%state = ahead
@@ -71,18 +71,18 @@ contains
       end do
    end subroutine find_spans_ahead
 
-   !> The contact spans that a converged state of contact at nodes means, and their equilibrium at the same load. Not found where
-   !> their tests do not hold: then nodes say more a little further on.
+   !> Contact spans that correspond to a converged state of contact at nodes, and their equilibrium at the same load. Not found if
+   !> their tests fail; the contact at nodes is then clearer a little further on.
    subroutine find_spans(problem, trial, next, found, why)
-      type(problem_t), intent(in) :: problem     !! sampled
+      type(problem_t), intent(in) :: problem     !! sampled mesh
       type(state_t), intent(in) :: trial
-      type(next_t), intent(out) :: next          !! its touches have the numbers 1, 2, ...
+      type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       logical, intent(out) :: found
-      character(:), allocatable, intent(out) :: why !! not found: the reason
+      character(:), allocatable, intent(out) :: why !! reason of the failure
       type(contact_span_t), allocatable :: touch(:), first(:)
       integer :: wave, k, c
       found = .false.
-      ! From what the nodes say to what they may mean.
+      ! From the literal interpretation of the nodes to the freer ones.
       waves: do wave = 1, size(open_nodes)
          touch = touches_at_nodes(problem, trial, open_nodes(wave))
          if (wave > 1) then
@@ -96,8 +96,8 @@ contains
 
    contains
 
-      !> A free span that as good as lies on the obstacle does so where the line holds, too: its ends carry nothing, and would be
-      !> anywhere.
+      !> Replaces free spans whose gap is rounding by line contact, if the tests permit: the ends of such spans carry no force, and
+      !> their places would be arbitrary.
       subroutine lay_closed_spans()
          type(next_t) :: kept
          type(span_test_t), allocatable :: tests(:)
@@ -120,7 +120,7 @@ contains
          end do
       end subroutine lay_closed_spans
 
-      !> Equilibrium with these touches, and whether it holds.
+      !> Finds the equilibrium with these contact spans, and tests it.
       subroutine take_these()
          touch%number = [(c, c=1, size(touch))]
          next = new_next(problem, trial, touch)

@@ -1,4 +1,4 @@
-!> The start of a path with contact spans: nodes find out what touches.
+!> Start of a path with contact spans: nodes detect the first contact.
 module span_start
    use kinds, only: wp
    use problem, only: problem_t, touching_gap, copy_problem, new_problem
@@ -21,16 +21,16 @@ module span_start
    private
    public :: prepare_spans, begin_spans
 
-   real(wp), parameter :: small_part = 2.0_wp**(-12) !! of the first increment; half of the increments with contact at nodes double
-   !! it to what was asked
-   integer, parameter :: most_parts = 24        !! halvings of the first increment; what touches in less touches at the start
+   real(wp), parameter :: small_part = 2.0_wp**(-12) !! part of the first increment for a second attempt; half of the allowed
+   !! increments with contact at nodes double it to the full increment
+   integer, parameter :: most_parts = 24        !! halvings of the first increment; earlier contact is contact at the start
 
 contains
 
-   !> The problem that a path with contact spans starts with: without spans where nothing touches yet, else with nodes that find
-   !> out what does. Unchanged where the deck has no contact that spans describe.
+   !> Problem with which a path with contact spans starts: without contact spans if nothing touches yet, else with nodes that detect
+   !> contact. Unchanged if the deck has no contact with contact spans.
    subroutine prepare_spans(problem)
-      type(problem_t), intent(inout) :: problem      !! of the deck
+      type(problem_t), intent(inout) :: problem      !! in: on the deck's mesh
       type(contact_span_t), allocatable :: clamp(:), first(:)
       real(wp) :: normal(2)
       logical :: touches
@@ -63,20 +63,20 @@ contains
       end if
    end subroutine prepare_spans
 
-   !> True for a node of a contact that is at its obstacle at the start.
+   !> True for a node of a contact that touches its obstacle at the start.
    logical function touches_at_first(problem, k, i, normal) result(touches)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: k, i                    !! contact, index into its nodes
+      integer, intent(in) :: k, i                    !! index of the contact, index into its nodes
       real(wp), intent(out) :: normal(2)             !! of the obstacle there
       real(wp) :: gap, bend
       call first_gap(problem, k, i, gap, normal, bend)
       touches = gap <= touching_gap(problem)
    end function touches_at_first
 
-   !> The gap of a node of a contact at the start.
+   !> Gap of a node of a contact at the start.
    subroutine first_gap(problem, k, i, gap, normal, bend)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: k, i                    !! contact, index into its nodes
+      integer, intent(in) :: k, i                    !! index of the contact, index into its nodes
       real(wp), intent(out) :: gap
       real(wp), intent(out) :: normal(2), bend       !! of the obstacle there
       associate (contact => problem%deck%contact(k))
@@ -85,8 +85,8 @@ contains
       end associate
    end subroutine first_gap
 
-   !> True for a set with a touch that has begun on the way: where the rod was nearest to its obstacle thereabouts at the start it
-   !> was apart from it.
+   !> True if any contact span of the set began after the start: the start had a gap at the nearest place of the rod to the obstacle
+   !> thereabouts.
    logical function gains_contact(next) result(gains)
       type(next_t), intent(in) :: next
       integer :: k
@@ -97,7 +97,7 @@ contains
 
    contains
 
-      !> True for a touch whose force is not all its support's.
+      !> True for a contact span with a force that is not taken by a support.
       logical function carries(touch)
          type(contact_span_t), intent(in) :: touch
          real(wp) :: gap, normal(2), bend
@@ -108,9 +108,8 @@ contains
       end function carries
    end function gains_contact
 
-   !> The gap that there was at the start where the rod goes down to from a touch, along the deck's nodes of its contact; 0 where it
-   !> touched beside the lowest one. Nodes whose supports take all that the obstacle could push do not count, unless there are no
-   !> others.
+   !> Gap at the start at the local minimum to which the deck's nodes descend from a contact span; 0 if the rod touched beside the
+   !> lowest node. Nodes whose supports take the whole contact force do not count, unless there are no others.
    real(wp) function nearest_gap(problem, touch) result(gap)
       type(problem_t), intent(in) :: problem
       type(contact_span_t), intent(in) :: touch
@@ -144,7 +143,7 @@ contains
 
    contains
 
-      !> True for a place in an element at that node; what is nearer to a node than gaps tell is at the node.
+      !> True for a place in an element at that node; a place closer to a node than gaps can resolve is at the node.
       logical function beside(place)
          type(contact_span_t), intent(in) :: place
          associate (whole => problem%layout%stretch(place%stretch))
@@ -155,9 +154,9 @@ contains
          beside = beside .and. any(problem%deck%mesh%node(:, e) == problem%deck%contact(touch%contact)%node(here))
       end function beside
 
-      !> Of an element's nodes that of the contact which is nearer to the obstacle, by its index there.
+      !> Node of an element that is nearer to the obstacle, as an index into the contact's nodes.
       integer function lower_end(e) result(lower)
-         integer, intent(in) :: e                    !! of the deck, one node at least is the contact's
+         integer, intent(in) :: e                    !! element of the deck, at least one of its nodes belongs to the contact
          integer :: ends(2)
          ends = row(problem%deck%mesh%node(:, e))
          lower = maxval(ends)
@@ -165,10 +164,10 @@ contains
       end function lower_end
    end function nearest_gap
 
-   !> True for the end of a rod that a support holds on the obstacle, a hinge, or a clamp along it: contact may spread from there,
-   !> but does not carry anything yet.
+   !> True for the end of a rod at a support on the obstacle, a hinge or a clamp parallel to it: contact may spread from there, but
+   !> has no force yet.
    logical function held_end(problem, contact, node, normal) result(held)
-      type(problem_t), intent(in) :: problem         !! of the deck
+      type(problem_t), intent(in) :: problem         !! on the deck's mesh
       integer, intent(in) :: contact, node
       real(wp), intent(in) :: normal(2)              !! of the obstacle there
       type(geometry_t) :: home
@@ -184,9 +183,9 @@ contains
          & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along)
    end function held_end
 
-   !> A point contact at such an end.
+   !> Point contact at such an end.
    type(contact_span_t) function touch_at_end(problem, contact, node, number) result(touch)
-      type(problem_t), intent(in) :: problem         !! of the deck
+      type(problem_t), intent(in) :: problem         !! on the deck's mesh
       integer, intent(in) :: contact, node, number
       touch%contact = contact
       touch%number = number
@@ -194,9 +193,9 @@ contains
       if (problem%beside(1, node) > 0) touch%at = problem%layout%stretch(touch%stretch)%length
    end function touch_at_end
 
-   !> The first point of a path on which something touches from the start; the run goes from contact at nodes to contact spans.
+   !> First point of a path with contact at the start; the run passes from contact at nodes to contact spans.
    subroutine begin_spans(problem, run, trial, report)
-      type(problem_t), intent(inout) :: problem  !! sampled on entry, of contact spans where the path begins
+      type(problem_t), intent(inout) :: problem  !! in: sampled mesh; out: with contact spans, at the beginning of the path
       type(path_state_t), intent(inout) :: run          !! at its start
       type(state_t), intent(out) :: trial
       type(increment_t), intent(out) :: report
@@ -211,7 +210,7 @@ contains
          call copy_path_state(run, on)
          call find_spans_ahead(problem, run, problem, on, next, first, found, report, why)
          if (.not. found) then
-            ! Further on than the first increment nodes have been asked; perhaps it went too far.
+            ! The nodes have gone beyond the first increment, which may have been too long.
             if (small .or. .not. allocated(why)) exit
             small = .true.
             run%control%increment = small_part * run%control%increment
@@ -220,7 +219,7 @@ contains
          end if
          if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next)
          if (.not. gains_contact(next)) exit
-         ! Where contact begins is looked for from a point before it.
+         ! A later beginning of contact is located from a point before it.
          run%control%increment = 0.5_wp * run%control%increment
          call linearise(problem, run%state, run%state, run%system)
       end do

@@ -1,8 +1,8 @@
-!> The first point on foundations that are too stiff for the elements to find out for themselves where they touch: it is found on
-!> softer ones, and where contact ends there a mesh has its marks, whose stiffness then grows to what the deck has.
+!> First point of a path on foundations too stiff for elements to detect contact: the point is found on softer foundations, where
+!> the ends of contact give the mesh its interface points, and the stiffness then grows to the deck's.
 !>
-!> With marks Newton's method does not mind how stiff a foundation is; what it needs is a guess of where contact ends. From a soft
-!> foundation to a rigid one that place goes a finite way, as the fourth root of the softness.
+!> With interface points Newton's method converges for any stiffness; it needs a first guess of the ends of contact. From a soft
+!> foundation to a rigid one the ends move by a finite distance, proportional to the fourth root of the flexibility.
 module stiffness_homotopy
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
@@ -26,10 +26,10 @@ module stiffness_homotopy
    private
    public :: is_stiff_start, take_stiff_start, check_start
 
-   ! Growth of the stiffness from one rung to the next: its square where one was found, its root where none was.
-   real(wp), parameter :: first_growth = 1.0e2_wp !! the layers beside marks are a third as long then
+   ! Growth factor of the stiffness per step: squared after a success, its root after a failure.
+   real(wp), parameter :: first_growth = 1.0e2_wp !! the boundary layers beside interface points are then a third as long
    real(wp), parameter :: least_growth = 1.1_wp
-   integer, parameter :: most_tries = 3           !! softer beginnings; meshes at a stiffness, until one has all its marks
+   integer, parameter :: most_tries = 3           !! softer beginnings; meshes at one stiffness until no interface point is missing
 
    !> The same increment on softer foundations.
    type :: rung_t
@@ -40,14 +40,14 @@ module stiffness_homotopy
 
 contains
 
-   !> A rung, copied out of line as copy_problem does.
+   !> Copy of a step as a procedure, like copy_problem.
    pure subroutine copy_rung(from, to)
       type(rung_t), intent(in) :: from
       type(rung_t), intent(inout) :: to
       to = from
    end subroutine copy_rung
 
-   !> True where the run leaves a start that lies on such foundations.
+   !> True if the run leaves a start on such foundations.
    logical function is_stiff_start(problem, run)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -55,11 +55,11 @@ contains
       if (is_stiff_start) is_stiff_start = followed_part(problem) < 1.0_wp
    end function is_stiff_start
 
-   !> The system at the stress-free start, which tells what holds the structure: where elements are too long to follow their
-   !> foundations, their tangent is nothing but rounding, and that on softer ones tells it.
+   !> Stiffness along the path at the stress-free start, for the check of supports. If elements are too long to follow their
+   !> foundations, their tangent is rounding only; then the tangent on softer foundations is used.
    subroutine check_start(problem, system, stiffness, rounding)
       type(problem_t), intent(in) :: problem
-      type(system_t), intent(inout) :: system      !! factored at the start; its pivots are those of the one that tells
+      type(system_t), intent(inout) :: system      !! factored at the start; its pivot count becomes that of the tangent used
       real(wp), intent(out) :: stiffness, rounding !! see path_stiffness
       type(problem_t) :: soft
       type(state_t) :: start
@@ -78,13 +78,13 @@ contains
       end if
    end subroutine check_start
 
-   !> The increment that the control asks for, from a start that lies on such foundations.
+   !> The increment of the control from a start on such foundations.
    subroutine take_stiff_start(problem, run, trial, report, taken)
-      type(problem_t), intent(inout) :: problem    !! on return on the mesh of the trial
-      type(path_state_t), intent(inout) :: run            !! its state, too; the system is factored at the trial
+      type(problem_t), intent(inout) :: problem    !! out: on the mesh of `trial`
+      type(path_state_t), intent(inout) :: run            !! in/out: state on this mesh, system factored at `trial`
       type(state_t), intent(inout) :: trial
       type(increment_t), intent(out) :: report
-      logical, intent(out) :: taken                !! false: none was found, and nothing has changed
+      logical, intent(out) :: taken                !! false: no point was found, and problem and run are unchanged
       type(rung_t) :: here, sound, next
       type(state_t) :: start
       type(system_t) :: system
@@ -149,11 +149,11 @@ contains
       taken = run%system%ok
    end subroutine take_stiff_start
 
-   !> The state of a rung on the mesh and the stiffness of the next one.
+   !> Equilibrium of a step's state on the mesh and with the stiffness of the next step.
    subroutine stand_there(control, here, next, system, report)
       type(control_t), intent(in) :: control
       type(rung_t), intent(in) :: here
-      type(rung_t), intent(inout) :: next          !! its problem and part are known
+      type(rung_t), intent(inout) :: next          !! in: with problem and part
       type(system_t), intent(out) :: system
       type(increment_t), intent(out) :: report
       type(control_t) :: hold
@@ -167,17 +167,18 @@ contains
       call correct(next%problem, guess, hold, .true., next%state, system, report)
    end subroutine stand_there
 
-   !> Where contact ends when a foundation has become stiffer, from beams on elastic foundations: beside an end all lengths are
-   !> those of the layer, and far from there the rod is as on a rigid one that it touches first sqrt(2) layers from the end.
+   !> Predicts the ends of contact for a stiffer foundation, from beams on elastic foundations: beside an end all lengths scale with
+   !> the boundary layer, and far from there the rod is as on a rigid foundation, which it first touches sqrt(2) layers from the
+   !> end.
    subroutine stiffen(problem, cut, ratio)
       type(problem_t), intent(in) :: problem
       type(cut_t), intent(inout) :: cut(:)         !! sorted
-      real(wp), intent(in) :: ratio                !! of the layers' lengths, after and before
-      real(wp), parameter :: beside = 10.0_wp      !! layers: beyond nothing is left of them
+      real(wp), intent(in) :: ratio                !! layer length after over before
+      real(wp), parameter :: beside = 10.0_wp      !! layers: distance beyond which their effect has decayed
       real(wp) :: free(size(cut)), at(size(cut)), way
       integer :: i, j, side, nearest
       at = cut%at
-      ! The length of the free span at each end of contact tells which of them is the one that all others behind it follow.
+      ! The longest free span beside an end of contact determines which end the others follow.
       do i = 1, size(cut)
          side = merge(1, 2, cut(i)%layer(2) > 0.0_wp)
          free(i) = huge(free)
@@ -197,7 +198,7 @@ contains
             if (.not. cut(i)%at_end) cut(i)%at = at(nearest) + way + ratio * (at(i) - at(nearest))
          end associate
       end do
-      ! Ends of one contact that would pass each other are too near for that.
+      ! Ends of one contact that would pass each other are too close for this prediction.
       do i = 1, size(cut)
          associate (length => problem%layout%stretch(cut(i)%stretch)%length)
             if (.not. cut(i)%at_end .and. (cut(i)%at <= 0.0_wp .or. cut(i)%at >= length)) cut%at = at
@@ -212,13 +213,13 @@ contains
       end do
    end subroutine stiffen
 
-   !> A problem of the same deck, but with a part of the stiffness of what pushes only, and less than all of it without
-   !> the corners of laws: the first point is found before any is reached.
+   !> Problem of the same deck with a part of the stiffness of all foundations without tension; with less than the full stiffness
+   !> also without the corners of laws, because the first point is found before any is reached.
    function softened(problem, whole, part) result(soft)
       type(problem_t), intent(in) :: problem       !! on any mesh
-      type(problem_t), intent(in) :: whole         !! with the stiffness of the deck
+      type(problem_t), intent(in) :: whole         !! with the deck's stiffness
       real(wp), intent(in) :: part
-      type(problem_t) :: soft                      !! its deck: meshes have yet to be made of it
+      type(problem_t) :: soft                      !! its deck is changed; its mesh must be made anew
       integer :: o
       call copy_problem(problem, soft)
       soft%deck%obstacle = whole%deck%obstacle

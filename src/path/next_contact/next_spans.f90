@@ -1,5 +1,4 @@
-!> Another set of contact spans and its equilibrium: made from a state of the set before, brought to balance, at one load factor or
-!> another.
+!> Another contact set with its equilibrium: transferred from a state of the present set and solved at any load factor.
 module next_spans
    use kinds, only: wp
    use model, only: method_load
@@ -19,44 +18,45 @@ module next_spans
    private
    public :: next_t, copy_next, new_next, settle, go_to_load, tests_of, holds
 
-   !> The equilibrium with another set, known before the run goes there: its next point.
+   !> Equilibrium with another contact set, found before the run accepts this set.
    type :: next_t
       type(problem_t) :: problem
       type(state_t) :: state
-      type(system_t) :: system                    !! factored there
-      type(path_tangent_t) :: heading                  !! of the path that arrives there; without displacements: the run's own way
-      real(wp) :: rate = 0.0_wp                   !! of a line that has lain down: of its least pressure, per unit of load factor;
-      !! 0: the path goes on as it came
+      type(system_t) :: system                    !! factored at `state`
+      type(path_tangent_t) :: heading                  !! path tangent with which the path arrives; without displacements: the
+      !! direction of the run
+      real(wp) :: rate = 0.0_wp                   !! closed free span: derivative of the line contact's least pressure by the load
+      !! factor; 0: the load continues in the present sense
       type(increment_t) :: report = increment_t(converged=.true.)
-      character(2) :: label = '  '                !! what is told there: contact gained or lost
-      logical :: divides = .false.                !! of the contact that is lost a part stays on both sides
-      integer :: times = 1                        !! so often
-      integer :: test = 0                         !! which of its tests is zero there, 0: none
-      logical :: located = .true.                 !! false: somewhere between the run's point and this one
+      character(2) :: label = '  '                !! label of the point: contact gained (C+) or lost (C-)
+      logical :: divides = .false.                !! a part of the lost contact remains on both sides
+      integer :: times = 1                        !! number of contacts gained or lost
+      integer :: test = 0                         !! index of the test that is zero at the state, 0: none
+      logical :: located = .true.                 !! false: the change is somewhere between the run's point and this state
    end type next_t
 
 contains
 
-   !> What is ahead, copied out of line as copy_problem does.
+   !> Copy as a procedure, like copy_problem.
    pure subroutine copy_next(from, to)
       type(next_t), intent(in) :: from
       type(next_t), intent(inout) :: to
       to = from
    end subroutine copy_next
 
-   !> Another set of touches, not in equilibrium yet.
+   !> Another contact set, not in equilibrium yet.
    function new_next(problem, state, touch) result(next)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state          !! of `problem`: a guess
-      type(contact_span_t), intent(in) :: touch(:)       !! as they are on it
+      type(state_t), intent(in) :: state          !! of `problem`: first guess
+      type(contact_span_t), intent(in) :: touch(:)       !! with ends as in the state
       type(next_t) :: next
       next%problem = new_span_problem(problem, touch)
       next%state = carried(problem, state, next%problem)
       next%system = new_system(next%problem)
    end function new_next
 
-   !> Its equilibrium at the load factor where it is: first with touchdown points held, for they move where forces in equilibrium
-   !> tell them to.
+   !> Equilibrium at the state's load factor: first with fixed touchdown points, because only forces in equilibrium give their
+   !> places.
    subroutine settle(next, found)
       type(next_t), intent(inout) :: next
       logical, intent(out) :: found
@@ -78,7 +78,8 @@ contains
       end subroutine stay
    end subroutine settle
 
-   !> The next set at another load factor, and its tests there. Its state stays where there is no equilibrium: no tests.
+   !> Moves the next set to another load factor and runs its tests. Without an equilibrium the state is unchanged and `tests` is not
+   !> allocated.
    subroutine go_to_load(next, load, tests)
       type(next_t), intent(inout) :: next
       real(wp), intent(in) :: load
@@ -97,14 +98,14 @@ contains
       end if
    end subroutine go_to_load
 
-   !> What must hold for the set, at its equilibrium.
+   !> Tests of the set at its equilibrium.
    function tests_of(next) result(tests)
       type(next_t), intent(in) :: next
       type(span_test_t), allocatable :: tests(:)
       tests = run_span_tests(next%problem, next%state, max(next%system%force_scale, tiny(1.0_wp)))
    end function tests_of
 
-   !> True where all of it does.
+   !> True if all tests are passed.
    logical function holds(next)
       type(next_t), intent(in) :: next
       holds = .not. any_fails(tests_of(next))

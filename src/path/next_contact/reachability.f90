@@ -1,4 +1,4 @@
-!> Whether an equilibrium lies ahead on the path, and the path's direction there.
+!> Reachability of an equilibrium: whether it is ahead on the path, and the path's direction there.
 module reachability
    use kinds, only: wp
    use problem, only: problem_t
@@ -13,26 +13,26 @@ module reachability
    private
    public :: turns, reach_of, leads_to, leads_to_next, arrival
 
-   real(wp), parameter :: far = 2.0_wp            !! increments, over which a straight line tells what comes
-   real(wp), parameter :: far_when_stuck = 20.0_wp !! and where no shorter one converges
+   real(wp), parameter :: far = 2.0_wp            !! increments over which a test may be extrapolated linearly
+   real(wp), parameter :: far_when_stuck = 20.0_wp !! the same if no shorter increment converges
 
 contains
 
-   !> How far beyond the end of an increment something may be that is looked for from there, in its length.
+   !> Distance beyond the end of an increment at which a zero is still looked for, in lengths of the increment.
    pure real(wp) function reach_of(leg) result(reach)
       type(step_interval_t), intent(in) :: leg
       reach = merge(far_when_stuck, far, leg%stuck)
    end function reach_of
 
-   !> True for an increment on which the load turns back: places found at once, not on the way, would hide where.
+   !> True for an increment on which the load passes a limit point: a place found directly, not along the path, could hide it.
    pure logical function turns(run, leg)
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: leg
       turns = run%heading%load * leg%ahead%load < 0.0_wp
    end function turns
 
-   !> The path's direction at a place: the chord where the tangent there does not belong to it, as where the set of the next
-   !> increment has a neutral span, the tangent of this one thus a null vector.
+   !> Path direction at a place: the tangent, or the chord if the tangent does not continue the path. The latter occurs if the set
+   !> of the next increment has a neutral span, so that the present tangent is a null vector.
    function arrival(problem, run, place) result(heading)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run              !! its system is factored at the place
@@ -43,14 +43,14 @@ contains
       if (path_length(problem, run%state, place) > 0.0_wp) heading = chord(problem, run%state, place)
    end function arrival
 
-   !> True for an equilibrium that lies ahead on the path: Newton's method may find one on another, or behind a limit point. Its
-   !> own tangent may tell nothing, so the chord must have the direction that the path starts in, and the load its rate.
+   !> True if an equilibrium is ahead on the same path; Newton's method may find one on another path or behind a limit point. The
+   !> tangent at the equilibrium may be undetermined, so the chord is compared with the path's direction and rate of the load.
    logical function leads_to(problem, from, heading, fresh, place, rate) result(leads)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, place
-      type(path_tangent_t), intent(in) :: heading      !! at `from`
-      logical, intent(in) :: fresh                !! as relate has it
-      real(wp), intent(in), optional :: rate      !! of the load further on, as a heading has it; else it stays as at `from`
+      type(path_tangent_t), intent(in) :: heading      !! path tangent at `from`
+      logical, intent(in) :: fresh                !! as in relate
+      real(wp), intent(in), optional :: rate      !! rate of the load further on, as in a path tangent; absent: the rate at `from`
       type(path_tangent_t) :: there
       leads = .not. path_length(problem, from, place) > 0.0_wp
       if (leads) return
@@ -61,12 +61,12 @@ contains
          & from%load_factor)))
    end function leads_to
 
-   !> The same of an equilibrium with another set, from where the run stands.
+   !> leads_to for an equilibrium with another contact set, from the run's point.
    logical function leads_to_next(problem, run, next, rate) result(leads)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
-      real(wp), intent(in), optional :: rate      !! as leads_to has it
+      real(wp), intent(in), optional :: rate      !! as in leads_to
       type(state_t) :: from
       type(path_tangent_t) :: heading
       from = carried(problem, run%state, next%problem)
@@ -75,10 +75,10 @@ contains
       leads = leads_to(next%problem, from, heading, run%fresh, next%state, rate)
    end function leads_to_next
 
-   !> The way from one state to another, of length 1.
+   !> Unit chord from one state to another.
    function chord(problem, from, to) result(heading)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: from, to       !! not the same
+      type(state_t), intent(in) :: from, to       !! two different states
       type(path_tangent_t) :: heading
       real(wp) :: length
       length = path_length(problem, from, to)

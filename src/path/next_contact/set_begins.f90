@@ -1,7 +1,7 @@
-!> The load factor at which a new set of contact spans begins to hold:
+!> Load factor at which a new contact set becomes valid (onset):
 !>
-!>   find_begin  by a test of the new set that is zero there, from an increment over which the old one fails
-!>   go_back     by whether all of its tests hold, from further on, where other sets may lie between
+!>   find_begin  by the zero of one test of the new set, from an increment on which the old set fails
+!>   go_back     by all tests of the new set, from a point further on, with possibly other sets between
 module set_begins
    use kinds, only: wp
    use test_kinds, only: span_test_t, test_slack, test_pressure, any_fails
@@ -13,26 +13,26 @@ module set_begins
    private
    public :: find_begin, go_back
 
-   integer, parameter :: max_tries = 30         !! loads that are looked at by secants
-   integer, parameter :: most_halvings = 20     !! of the way back
+   integer, parameter :: max_tries = 30         !! loads of the secant method
+   integer, parameter :: most_halvings = 20     !! halvings of the load interval
 
 contains
 
-   !> Where the new set begins to hold: the least pressure of its line is zero, or just above it, or what holds beside a support is
-   !> zero there. By secants, within a bracket once there is one. Where nothing is left of the span, and the set holds all the way,
-   !> it is where the run stands: meshes differ.
+   !> Onset of the new set: the least pressure of its line contact is zero or slightly above, or a given test is zero. Secant
+   !> method, bracketed if possible. If the closed span has zero length and the set is valid on the whole increment, the onset is at
+   !> the run's point, for meshes differ.
    subroutine find_begin(run, leg, gone, next, found, test)
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: leg
-      logical, intent(in) :: gone                !! nothing is left of the span
-      type(next_t), intent(inout) :: next        !! as new_next has it
+      logical, intent(in) :: gone                !! the closed span has zero length
+      type(next_t), intent(inout) :: next        !! as from new_next
       logical, intent(out) :: found
-      integer, intent(in), optional :: test      !! of the new set, which is zero there; without it that of its least pressure
+      integer, intent(in), optional :: test      !! test of the new set that is zero at the onset; absent: its least pressure
       real(wp), parameter :: small = 1.0e-3_wp * test_slack(test_pressure)
       real(wp) :: load, loads(2), value, values(2), slack, goal
       integer :: try
       logical :: ok, narrow
-      ! A line is to press a little.
+      ! The pressure of a line contact shall be slightly above zero.
       slack = merge(0.0_wp, small, present(test))
       goal = 0.5_wp * slack
       loads = leg%to%load_factor
@@ -50,11 +50,11 @@ contains
          if (ok .and. value < 0.0_wp) load = run%state%load_factor
       end if
       do try = 1, max_tries
-         ! No load tells them apart.
+         ! The two loads are equal within rounding.
          if (.not. abs(load - loads(2)) > 0.0_wp) return
          call look_at(load, value)
          if (.not. ok) return
-         ! What the iteration leaves of forces makes pressures go to and fro.
+         ! On a narrow interval the residual of forces spoils the slope.
          narrow = abs(load - loads(2)) <= sqrt(small) * abs(leg%to%load_factor - leg%from%load_factor)
          if (.not. (narrow .and. abs(next%rate) > 0.0_wp)) next%rate = (value - goal - values(2)) / (load - loads(2))
          found = (value >= 0.0_wp .and. value <= slack) .or. (narrow .and. abs(value) <= test_slack(test_pressure))
@@ -73,7 +73,7 @@ contains
 
    contains
 
-      !> The least pressure, or the test, at a load factor.
+      !> Least pressure, or the given test, at a load factor.
       subroutine look_at(load, least)
          real(wp), intent(in) :: load
          real(wp), intent(out) :: least
@@ -90,13 +90,14 @@ contains
       end subroutine look_at
    end subroutine find_begin
 
-   !> Back towards a load factor, as far as the next set holds: halves of what is left of the way. Where it holds all the way both
-   !> sets have one equilibrium there, and the change lies further back.
+   !> Goes back from a point of the next set towards a load factor, as far as the set is valid, by halving the interval. If the set
+   !> is valid up to this load factor, both sets have the same equilibrium there, and the change is further back.
    subroutine go_back(to, next)
       real(wp), intent(in) :: to
-      type(next_t), intent(inout) :: next        !! known further on; on return as far back as it holds
+      type(next_t), intent(inout) :: next        !! in: at a point further on; out: at the farthest point back that was found valid
       type(next_t) :: nearer
-      real(wp) :: fails, since, whole              ! load factors at which it fails, and holds
+      real(wp) :: fails, since, whole              ! load factors at which the set fails and at which it is valid; length of the
+      ! interval
       integer :: try
       logical :: holds, beyond
       call copy_next(next, nearer)
@@ -117,7 +118,7 @@ contains
 
    contains
 
-      !> Whether the next set holds at a load factor.
+      !> Tests the next set at a load factor.
       subroutine look_at(load)
          real(wp), intent(in) :: load
          type(span_test_t), allocatable :: tests(:)
