@@ -36,7 +36,7 @@ module enriched_path
    type :: enriched_point_t
       type(state_t) :: state
       type(system_t), allocatable :: system      !! factored at the point
-      type(path_tangent_t) :: heading
+      type(path_tangent_t) :: heading            !! path tangent at the point
       real(wp), allocatable :: value(:)          !! load factor, monitors, places of touchdown points
       logical :: ok = .false.                    !! false: Newton's method failed, and the other components are undefined
    end type enriched_point_t

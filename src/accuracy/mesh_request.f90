@@ -22,7 +22,7 @@ module mesh_request
       real(wp) :: ratio = huge(1.0_wp)           !! error over tolerance at the last refinement that reduced it
       integer :: elements = 0                    !! number of elements of that mesh
       real(wp) :: ratio_before = huge(1.0_wp)    !! error over tolerance on the previous mesh, whether it helped or not
-      integer :: elements_before = 0
+      integer :: elements_before = 0             !! number of elements of that mesh
       integer :: doublings = 0 !! doublings because no error could be estimated, at this and at previous such points
       type(mesh_density_t), allocatable :: demand(:)   !! (rod segments) mesh density before all of these
       logical :: in_vain = .false.               !! finer meshes do not help

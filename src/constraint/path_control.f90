@@ -35,8 +35,8 @@ module path_control
 
    !> Constraint of an increment.
    type :: control_t
-      integer :: method = method_load
-      integer :: monitor = 0
+      integer :: method = method_load            !! strategy, method_...
+      integer :: monitor = 0                     !! index of the controlled monitor; 0: none
       real(wp) :: increment = 0.0_wp           !! change of the controlled quantity: load factor, monitor (its unit) or arc length
       real(wp) :: whole = 0.0_wp               !! length of the increment of which this one is a part; 0: not divided
       real(wp) :: load_scale = 0.0_wp          !! arc length per unit load factor

@@ -11,7 +11,7 @@ module increment_report
       integer :: iterations = 0
       real(wp) :: effort = 0.0_wp              !! fractional iteration count, see effort_of
       real(wp) :: residual = 0.0_wp
-      integer :: lcp_size = 0, lcp_pivots = 0
+      integer :: lcp_size = 0, lcp_pivots = 0    !! largest LCP, and pivots of all LCPs
       character(:), allocatable :: message     !! reason of the failure; not allocated: none
       logical :: hopeless = .false.            !! a shorter increment fails, too: to first order it is the same problem
    end type increment_t

@@ -50,7 +50,7 @@ module newton_iteration
       ! History.
       real(wp), allocatable :: corrections(:)  !! largest translation of a node in each iteration
       real(wp) :: best = huge(1.0_wp)          !! smallest residual
-      integer :: last_change = 0, last_progress = 0 !! iterations
+      integer :: last_change = 0, last_progress = 0 !! iteration of the last contact change, and of the last smaller residual
       integer :: same_tangent = 0              !! iterations with the present tangent
       real(wp) :: second_order = huge(1.0_wp)  !! forces due to the strains rotation^2/2 of the first step, over the force scale
       ! Contact that moves.

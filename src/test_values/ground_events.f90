@@ -16,7 +16,7 @@ module ground_events
 
    !> A change of the contact regions on a part of a contact's chain.
    type :: ground_event_t
-      character(2) :: label = ''
+      character(2) :: label = ''                 !! C+ or C-
       integer :: contact = 0                   !! index into model%contact
       real(wp) :: from = 0.0_wp, to = 0.0_wp   !! arc lengths of that part
       logical :: divided = .false.             !! a region splits, or two merge

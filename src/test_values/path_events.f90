@@ -39,10 +39,10 @@ module path_events
 
    !> An event between two points of the path.
    type :: event_t
-      integer :: kind = 0
+      integer :: kind = 0                        !! event_...
       character(2) :: label = ''
       integer :: monitor = 0                  !! value events: monitor, 0: load factor; turning points: index into step%turning
-      real(wp) :: value = 0.0_wp
+      real(wp) :: value = 0.0_wp                 !! value events: the prescribed value
       integer :: number = 0                   !! bifurcation, detachment: index of the eigenvalue that changes its sign
       integer :: least = 0, most = 0          !! smaller and larger number of negative pivots at the two ends
       integer :: pivots = 0                   !! number of negative pivots at the located point
@@ -55,7 +55,7 @@ module path_events
       logical :: load_tells = .false.         !! the load rises or falls steadily over the increment and can divide it
       real(wp) :: scale = 1.0_wp              !! reference magnitude of the event function
       real(wp) :: before = 0.0_wp, after = 0.0_wp !! event function at both ends of the increment
-      character(:), allocatable :: note
+      character(:), allocatable :: note          !! words for the results
    end type event_t
 
 contains

@@ -79,7 +79,7 @@ contains
    pure logical function passed_by_mesh(run, event) result(passed)
       type(path_state_t), intent(in) :: run
       type(event_t), intent(in) :: event           !! load rate: its value before the event is that on the previous mesh
-      real(wp) :: there                            ! sign of the event function while contact exists
+      real(wp) :: there                            ! sign of the event function behind the event
       passed = event%kind == event_limit .and. event%before * run%heading%load < 0.0_wp
       if (passed) return
       passed = event%kind == event_contact .and. event%ground%contact > 0

@@ -21,7 +21,7 @@ module event_search
    !> Results of the search for events, before anything is recorded.
    type :: findings_t
       type(test_values_t) :: probe                   !! at the trial
-      type(located_event_t), allocatable :: seen(:)
+      type(located_event_t), allocatable :: seen(:) !! events, located or not
       logical :: comes_home = .false.          !! one of the events is the closure of a branch on its parent path
       logical, allocatable :: told(:)          !! (seen) duplicates another event, or spurious
       type(system_t), allocatable :: at_trial  !! system factored at the trial, which the search overwrites; not allocated: no

@@ -19,7 +19,7 @@ module attempt
       logical :: changed = .false.               !! a contact change was made when the point was last examined
       ! The last increment.
       type(state_t) :: trial                     !! its end, in equilibrium if the report says so
-      type(increment_t) :: report
+      type(increment_t) :: report                !! report of its correction
       type(path_tangent_t) :: ahead                   !! path tangent at the trial
       type(relation_t) :: relation               !! relation of the point and the trial
       type(corner_t) :: corner                   !! corner between the two

@@ -23,8 +23,8 @@ module limit_search
       type(problem_t) :: base                        !! with the deck's value of the parameter
       type(problem_t) :: problem                     !! at the last limit point
       type(limit_curve_t) :: curve
-      type(state_t) :: state
-      type(system_t) :: system
+      type(state_t) :: state                     !! the last limit point
+      type(system_t) :: system                   !! storage of the equations
       type(control_t) :: control                     !! path tangent at the last limit point
       real(wp) :: coordinate = 0.0_wp                !! the parameter, or its decimal logarithm
       real(wp) :: unit(2) = 1.0_wp                   !! of the arc length a and of the coordinate
@@ -38,7 +38,7 @@ module limit_search
       type(increment_t) :: report
       real(wp) :: rate = 0.0_wp                      !! h, the load rate
       real(wp) :: slope = 0.0_wp                     !! dh/da per unit of a; 0: unknown
-      integer :: iterations = 0
+      integer :: iterations = 0                  !! Newton iterations
    end type trial_t
 
 contains

@@ -35,7 +35,7 @@ module path_acceptance
 
    !> Properties of a trial, set by the caller.
    type :: arrival_t
-      type(increment_t) :: report
+      type(increment_t) :: report                !! report of the correction to the trial
       logical :: can_cut = .false.             !! the caller can try a shorter increment instead
       integer :: tries = mesh_has_to_do        !! meshes made for the errors of this increment. If another one is
       !! requested, run%wanted is allocated and nothing is recorded

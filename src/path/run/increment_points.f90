@@ -16,7 +16,7 @@ module increment_points
 
    !> Constraint and scaling that define the fractions of an increment.
    type :: division_t
-      type(control_t) :: control
+      type(control_t) :: control                 !! constraint of points inside the increment
       real(wp) :: whole = 0.0_wp                !! change of the controlled quantity over the whole increment
       real(wp) :: slopes(2) = 1.0_wp            !! its derivatives at both ends, divided by their mean
       logical :: smooth = .false.               !! no contact change inside, and no node moves along its rod

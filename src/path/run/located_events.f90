@@ -17,10 +17,10 @@ module located_events
       type(event_t) :: event
       type(state_t) :: place                   !! located state, or the nearest one found
       type(path_tangent_t) :: heading               !! path tangent there
-      type(increment_t) :: report
+      type(increment_t) :: report                !! report of the correction, or of the residual of an interpolated state
       real(wp) :: fraction = 1.0_wp            !! position between the last point and the trial, 0 to 1
       type(error_bars_t), allocatable :: bars  !! not allocated: the deck requests none
-      logical :: located = .false.
+      logical :: located = .false.               !! false: only bracketed
       real(wp) :: swerve = 0.0_wp              !! bifurcation: change of the path tangent due to a unit force on the null vector, at
       !! the points of the interpolation
       logical :: passes = .false.              !! no bifurcation: the trial is on a more stable path too near to be separated

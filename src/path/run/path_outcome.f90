@@ -18,7 +18,7 @@ module path_outcome
       logical :: stop_reasons = .false.              !! stopped without further increment, for none of the reasons above
       integer :: deck_line = 0                   !! line of the card if the deck is at fault; 0: not
       character(:), allocatable :: trouble       !! failures beside the path of the steps: branches, limit curves
-      type(accuracy_t) :: accuracy
+      type(accuracy_t) :: accuracy               !! worst error bars and checks of the run
    end type outcome_t
 
 contains

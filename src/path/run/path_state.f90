@@ -63,9 +63,9 @@ module path_state
    !> The state of a path, in one type so that the procedures of the path loop have short argument lists.
    type :: path_state_t
       type(state_t) :: state                     !! the last accepted point
-      type(system_t) :: system
-      type(control_t) :: control
-      type(test_values_t) :: probe
+      type(system_t) :: system                   !! factored at the point named by each procedure
+      type(control_t) :: control                 !! constraint of the next increment
+      type(test_values_t) :: probe               !! test values at the last accepted point
       real(wp) :: arc_length = 0.0_wp            !! arc length since the start of the run
       integer :: branch = 0                      !! number of the branch in the result file; 0: the path of the steps
       integer :: points = 0                      !! points recorded so far, in all steps
@@ -90,7 +90,7 @@ module path_state
       type(checkpoint_t), allocatable :: footing    !! checkpoint, kept until a point is accepted on the coarser mesh
       integer :: kept_meshes = 0                 !! points left during which the mesh is not coarsened
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load factor change of the last increment
-      type(slopes_t) :: slopes
+      type(slopes_t) :: slopes                   !! derivatives of the tests of contact spans
       type(recent_path_t), allocatable :: trail(:)   !! recent path up to the last accepted point, latest first
       type(path_tangent_t) :: heading                 !! path tangent at the last accepted point, in the direction of travel
       logical :: fresh = .false. !! unloaded start: the last point's contacts carry no force and are kept in its tangent
