@@ -1,4 +1,4 @@
-!> Where one more point in every element says nothing of the error.
+!> States at which the enriched problem (one more Gauss point) gives no error estimate.
 module accuracy_limits
    use kinds, only: wp
    use problem, only: problem_t
@@ -13,23 +13,23 @@ module accuracy_limits
 
 contains
 
-   !> The reason why errors are not told at a converged state, in words; '' where they are.
+   !> Reason why no error can be estimated at a converged state, in words; '' if it can.
    !>
-   !> What has no kink inside an element converges as its order says. Contact at nodes has one wherever a node begins or ceases
-   !> to touch. Where contact with a foundation ends, or its law has a corner, the mesh is to have a mark; where it cannot have one,
-   !> or will not, there is an error of its own (inner_kinks). The UL2 element is of another kind.
+   !> A solution without kinks inside elements converges with the order of the elements. Contact at nodes has a kink wherever
+   !> contact begins or ends. Where contact with a foundation ends, or its law has a corner, the mesh should have an interface
+   !> point; if it cannot have one, the kink has an error estimate of its own (inner_kinks). The UL2 element has no enriched form.
    function why_not_told(problem, state, as_it_is, smallest) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      logical, intent(in), optional :: as_it_is  !! no other mesh will be made for that
-      real(wp), intent(in), optional :: smallest !! where contact with a foundation begins or ends: what its gap was located to
+      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for these kinks
+      real(wp), intent(in), optional :: smallest !! at an end of foundation contact: accuracy to which the gap was located
       character(:), allocatable :: why
       integer :: c
       why = ''
       if (any(.not. collocates(problem%model%mesh%family))) why = 'the mesh has UL2 elements'
       do c = 1, problem%candidates%n
          if (problem%candidates%touch(c) > 0 .or. .not. state%active(c)) cycle
-         ! Stops stand at nodes that the deck names.
+         ! Stops are at nodes that the deck names.
          if (is_stop(problem, c)) cycle
          if (size(problem%model%contact(problem%candidates%contact(c))%node) > 1) why = 'contact is at the nodes of the mesh'
       end do

@@ -1,8 +1,8 @@
 !> Discretisation errors of the load factors of a buckling step.
 !>
-!> The finer problem has another state and other eigenvalues there. They are paired by their order, so that the bar is that of
-!> "the k-th load factor", whichever modes cross. A mode errs in proportion to C / load factor, and the eigenvalue by its square
-!> more than the two problems tell: D = C^2 / load factor.
+!> The enriched problem has its own state and eigenvalues there. Eigenvalues are paired by their order, so that the bar is that of
+!> the k-th load factor even if modes cross. A mode has an error in proportion to C / load factor, and the eigenvalue an error of
+!> its square that the two problems do not show: D = C^2 / load factor.
 module buckling_errors
    use kinds, only: wp
    use errors, only: error_t
@@ -24,10 +24,10 @@ module buckling_errors
 
 contains
 
-   !> Adds the bars to what a buckling step found. The work is not counted as the step's.
+   !> Adds error bars to the results of a buckling step. The time counts as accuracy, not as buckling.
    subroutine add_buckling_bars(problem, state, buckling)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state         !! converged, about which it buckles
+      type(state_t), intent(in) :: state         !! converged state that buckles
       type(buckling_t), intent(inout) :: buckling
       type(enriched_problem_t), target :: better
       type(enriched_path_t) :: path
@@ -58,7 +58,7 @@ contains
       end if
       do k = 1, min(size(buckling%load_factor), size(finer%load_factor))
          associate (factor => buckling%load_factor(k))
-            ! Loads that buckle either way have pairs of one size, in any order.
+            ! Loads that buckle in both directions have pairs of eigenvalues of equal magnitude, in any order.
             correction = (abs(finer%load_factor(k)) - abs(factor)) * sign(1.0_wp, factor)
             rounding = (buckling%residual(k)**2 + finer%residual(k)**2 + 4.0_wp * epsilon(rounding)) * abs(factor)
             buckling%bar(k) = new_error_bar(correction, correction**2 / abs(factor), abs(correction), rounding)

@@ -1,4 +1,4 @@
-!> Points of the path that the finer problem has, next to a point of the problem's own path.
+!> Points of the enriched problem's path next to a point of the problem's own path.
 module enriched_path
    use kinds, only: wp
    use model, only: quantity_reaction, method_displacement
@@ -19,44 +19,46 @@ module enriched_path
    private
    public :: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point, values_beside
 
+   !> The path of the enriched problem next to a point of the problem's own path.
    type :: enriched_path_t
-      type(problem_t), pointer :: problem => null() !! the finer one
-      type(state_t) :: base                      !! the problem's own point
-      type(control_t) :: control                 !! what tells points apart: its increment counts from the problem's own point
-      real(wp) :: away = 0.0_wp                  !! of the base from that: inside an element a monitor is what the polynomials of
-      !! its order make of it
+      type(problem_t), pointer :: problem => null() !! the enriched problem
+      type(state_t) :: base                      !! the point of the problem's own path, as a state of the enriched problem
+      type(control_t) :: control                 !! constraint of the points: its increment counts from the problem's own point
+      real(wp) :: away = 0.0_wp                  !! controlled displacement of the problem's own point minus that of `base`, which
+      !! differ inside an element because the polynomials have different orders
       type(path_tangent_t) :: heading                 !! tangent of the problem's own path
-      integer, allocatable :: ends(:)            !! touchdown points whose places count, see contact_places
-      real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) at a bifurcation: null vectors, along which the path
-      !! does not go
+      integer, allocatable :: ends(:)            !! touchdown points whose places are values, see contact_places
+      real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) at a bifurcation: null vectors; Newton steps have no
+      !! component along them
    end type enriched_path_t
 
+   !> A point of that path.
    type :: enriched_point_t
       type(state_t) :: state
-      type(system_t), allocatable :: system      !! factored there
-      type(path_tangent_t) :: heading
-      real(wp), allocatable :: value(:)          !! load factor, monitors, places
-      logical :: ok = .false.                    !! false: Newton's method does not get there; nothing else means anything
+      type(system_t), allocatable :: system      !! factored at the point
+      type(path_tangent_t) :: heading            !! path tangent at the point
+      real(wp), allocatable :: value(:)          !! load factor, monitors, places of touchdown points
+      logical :: ok = .false.                    !! false: Newton's method failed, and the other components are undefined
    end type enriched_point_t
 
-   !> Newton steps to a point, from a guess as good as the mesh, or as a tangent of a small part of an increment. The last one
-   !> takes away rounding, too, which displacements at limit points feel.
+   !> Newton steps to a point, from a predictor accurate to the mesh error or to a tangent step over a small part of an increment.
+   !> The last step also removes rounding, to which displacements at limit points are sensitive.
    integer, parameter :: steps = 2
 
-   real(wp), parameter :: left = 0.01_wp      !! of what is out of balance: a hundredth of an estimate, far less than its bar
-   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] a step leaves one to ten times what it turns nodes by of that
-   real(wp), parameter :: near = 1.0e-7_wp    !! of a span that its ends go by: thrust of stiff rods feels a hundred times more
+   real(wp), parameter :: left = 0.01_wp      !! part of the first residual that may remain: it changes an estimate by a hundredth
+   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] largest rotation of a step; its relative remainder is up to ten times that
+   real(wp), parameter :: near = 1.0e-7_wp !! movement of touchdown points over the span; stiff rods' thrust changes 100 times more
 
 contains
 
-   !> The finer path next to a converged point.
+   !> Prepares the path of the enriched problem next to a converged point.
    subroutine new_finer_path(problem, finer, state, control, heading, ends, path)
       type(problem_t), intent(in) :: problem
-      type(enriched_problem_t), intent(inout), target :: finer !! the path is one of it, and no longer than the target lasts
+      type(enriched_problem_t), intent(inout), target :: finer !! the path points to this problem, and must not outlive the target
       type(state_t), intent(in) :: state
-      type(control_t), intent(in) :: control     !! its tangent set where its method wants one
-      type(path_tangent_t), intent(in) :: heading     !! tangent there
-      integer, intent(in) :: ends(:)             !! touchdown points whose places count
+      type(control_t), intent(in) :: control     !! its tangent is set if its method needs one
+      type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
+      integer, intent(in) :: ends(:)             !! touchdown points whose places are values
       type(enriched_path_t), intent(out) :: path
       call provide_finer_problem(problem, finer)
       path%problem => finer%problem
@@ -69,10 +71,10 @@ contains
       path%ends = ends
    end subroutine new_finer_path
 
-   !> The finer problem linearised at the problem's own point: where Newton's method starts.
+   !> Linearises the enriched problem at the problem's own point, the start of Newton's method.
    subroutine start_point(path, finer, point)
       type(enriched_path_t), intent(in) :: path
-      type(enriched_problem_t), intent(inout) :: finer !! that of the path: its storage for equations becomes the point's
+      type(enriched_problem_t), intent(inout) :: finer !! that of the path: its system storage is moved to the point
       type(enriched_point_t), intent(out) :: point
       point%state = path%base
       call move_alloc(finer%system, point%system)
@@ -81,7 +83,7 @@ contains
       point%ok = point%system%ok
    end subroutine start_point
 
-   !> From a point, or the start, to the one at the control's increment.
+   !> Moves from a point, or from the start, to the point at the control's increment.
    subroutine next_point(path, increment, point)
       type(enriched_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
@@ -103,13 +105,13 @@ contains
       end associate
    end subroutine next_point
 
-   !> Values of the point next to the start, with no more of it than they take; point%system is of no use afterwards.
+   !> Values at the control's point of the enriched problem, at the lowest cost; point%system is unusable afterwards.
    !>
-   !> What a step of Newton's method leaves is of second order. All that is not linear is what sections turn by, and how far
-   !> touchdown points go; a step that moves these little needs no look at its end.
+   !> The remainder of a Newton step is of second order in the rotations of the sections and the movements of touchdown points, the
+   !> only nonlinear quantities; if both are small, the residual after the step is not computed.
    subroutine values_beside(path, point)
       type(enriched_path_t), intent(in) :: path
-      type(enriched_point_t), intent(inout) :: point !! the start
+      type(enriched_point_t), intent(inout) :: point !! the start, from start_point
       type(contact_step_t) :: step
       type(state_t) :: ahead
       real(wp) :: first
@@ -143,7 +145,7 @@ contains
       end associate
    end subroutine values_beside
 
-   !> Load factor, monitors and places at a point.
+   !> Load factor, monitors and places of touchdown points at a point.
    function values_at(path, point) result(value)
       type(enriched_path_t), intent(in) :: path
       type(enriched_point_t), intent(in) :: point
@@ -152,20 +154,20 @@ contains
          & places_at(path%problem, point%state, path%ends)]
    end function values_at
 
-   !> True where a second step would find next to nothing to do.
+   !> True if a second step would change almost nothing.
    logical function is_short(problem, point, step, ahead)
       type(problem_t), intent(in) :: problem
-      type(enriched_point_t), intent(in) :: point   !! where the step begins
+      type(enriched_point_t), intent(in) :: point   !! start of the step
       type(contact_step_t), intent(in) :: step
-      type(state_t), intent(in) :: ahead         !! and where it ends, touchdown points left where they are
+      type(state_t), intent(in) :: ahead         !! its end, without movement of touchdown points
       is_short = turns_little(problem, point%system, step)
       if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, point%state, ahead) <= near
    end function is_short
 
-   !> True for a step that leaves little where nodes stay. With foundations their contact is more than what turns.
+   !> True for a step with small rotations and without foundations, whose contact is nonlinear, too.
    pure logical function turns_little(problem, system, step) result(little)
       type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system       !! gives the axes
+      type(system_t), intent(in) :: system       !! defines the node axes
       type(contact_step_t), intent(in) :: step
       real(wp) :: moved(3)
       integer :: node
@@ -178,7 +180,7 @@ contains
       little = .true.
    end function turns_little
 
-   !> What a step changes of reactions of supports, which monitors take from the equations where it began.
+   !> Change of the monitored support reactions by a step, as monitors use the equations at the start of the step.
    function support_changes(problem, system, step) result(change)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -201,7 +203,7 @@ contains
       end do
    end function support_changes
 
-   !> One step of Newton's method towards the point at the control's increment.
+   !> Solves one Newton step towards the point at the control's increment.
    subroutine solve_step(path, increment, point, step)
       type(enriched_path_t), intent(in) :: path
       real(wp), intent(in) :: increment
@@ -227,7 +229,7 @@ contains
       end associate
    end subroutine solve_step
 
-   !> Goes there; the equations are still those of the point before.
+   !> Adds a step to the point; the system remains that of the point before.
    subroutine go(path, step, point)
       type(enriched_path_t), intent(in) :: path
       type(contact_step_t), intent(in) :: step
@@ -241,7 +243,7 @@ contains
       end associate
    end subroutine go
 
-   !> The size of what is out of balance at the free unknowns: forces, and moments over the structure's size.
+   !> Norm of the residual of the free unknowns: forces, and moments over the structure's size.
    pure real(wp) function out_of_balance(problem, system)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

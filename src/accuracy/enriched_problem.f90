@@ -1,8 +1,9 @@
-!> The same structure on the same nodes with one more Gauss point in every element: what discretisation errors are told by.
+!> The enriched problem: the same structure on the same nodes with one more Gauss point in every element, for error estimates.
 !>
-!> With s points an element errs by O(h^(2s)), with s + 1 by two orders less, so that the difference of the two is the error of
-!> the first. Everything that an element has by its order has a counterpart: foundations inside it, its obstacle's track, the
-!> touchdown points at its ends, the profile that tells gaps and monitors between nodes.
+!> An element with s points has an error of O(h^(2s)), with s + 1 points of two orders less, so that the difference of both
+!> solutions is the error of the first. Everything that depends on the order of an element is enriched: foundations inside the
+!> element, the conforming element on its obstacle's track, touchdown points at its ends, and the rod profile for gaps and monitors
+!> between nodes.
 module enriched_problem
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
@@ -19,20 +20,20 @@ module enriched_problem
    private
    public :: enriched_problem_t, provide_finer_problem, new_finer_problem, new_finer_state
 
-   !> A finer problem that is kept from point to point: to make it takes as long as to solve it.
+   !> An enriched problem kept from point to point, because its construction costs as much as its solution.
    type :: enriched_problem_t
-      type(problem_t), allocatable :: problem    !! not allocated: the problem has changed since
-      type(geometry_t) :: geometry               !! of its last state
-      type(system_t), allocatable :: system      !! storage for its equations, while no point of it has that
+      type(problem_t), allocatable :: problem    !! not allocated: the problem has changed
+      type(geometry_t) :: geometry               !! geometry of its last state
+      type(system_t), allocatable :: system      !! storage of its equations while no point uses it
    contains
       procedure :: forget
    end type enriched_problem_t
 
 contains
 
-   !> Sees to it that there is one for a problem.
+   !> Makes the enriched problem of a problem, unless it exists.
    subroutine provide_finer_problem(problem, finer)
-      type(problem_t), intent(in) :: problem     !! that of the last time, or forgotten since, or in another step
+      type(problem_t), intent(in) :: problem     !! unchanged since the last call unless `forget` was called, except for its step
       type(enriched_problem_t), intent(inout) :: finer
       if (allocated(finer%problem)) then
          if (finer%problem%step == problem%step) return
@@ -42,7 +43,7 @@ contains
       call new_finer_problem(problem, finer%problem)
    end subroutine provide_finer_problem
 
-   !> The problem has changed.
+   !> Discards the enriched problem after a change of the problem.
    subroutine forget(finer)
       class(enriched_problem_t), intent(inout) :: finer
       if (allocated(finer%problem)) deallocate (finer%problem)
@@ -50,7 +51,7 @@ contains
       if (allocated(finer%system)) deallocate (finer%system)
    end subroutine forget
 
-   !> The finer problem. UL2 elements stay as they are.
+   !> Makes the enriched problem. UL2 elements stay the same.
    subroutine new_finer_problem(problem, finer)
       type(problem_t), intent(in) :: problem
       type(problem_t), intent(out) :: finer
@@ -66,7 +67,7 @@ contains
          do e = 1, mesh%n_elements
             if (.not. collocates(mesh%family(e))) cycle
             associate (section => finer%model%section(mesh%section(e)))
-               ! The length counts for one stage only.
+               ! The length matters for elements with one stage only.
                finer%compliance(e) = ge_compliance(mesh%stages(e), 0.0_wp, section%ea, section%ei, section%ga, &
                   & section%shear_rigid)
                if (section%inextensible) call forbid_stretch(finer%compliance(e), finer%size)
@@ -80,14 +81,14 @@ contains
       end associate
    end subroutine new_finer_problem
 
-   !> A state of the problem as one of the finer problem: the displacements of the nodes, and of the resultants the collocation
-   !> polynomial. Its elements are out of balance by what the first ones err.
+   !> Transfers a state to the enriched problem: nodal displacements, and the resultants by the collocation polynomial. The residual
+   !> of its elements is the discretisation error of the first problem.
    subroutine new_finer_state(problem, state, finer, new, known)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(problem_t), intent(in) :: finer
       type(state_t), intent(out) :: new
-      type(geometry_t), intent(in), optional :: known !! of another state of the finer problem
+      type(geometry_t), intent(in), optional :: known !! geometry of another state of the enriched problem, for reuse
       class(rod_element_t), pointer :: rod
       type(geometry_t) :: none
       integer :: e

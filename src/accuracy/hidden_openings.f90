@@ -1,9 +1,10 @@
-!> Where a mesh is too coarse to say that contact with a foundation goes on between places where it is beyond doubt.
+!> Places where a mesh is too coarse to guarantee that contact with a foundation is continuous between places where contact is
+!> certain.
 !>
-!> An element on a foundation may be some layers long; what lifts off inside of it is seen by its gap between the nodes, as well as
-!> its polynomial tells that. Where that is not known to a sign contact may have opened without anybody's notice, and a shorter
-!> element tells. Elements that are too long to follow their foundation tell nothing of it between their nodes; but waves decay
-!> there from these on, about the mean.
+!> An element on a foundation may be several characteristic lengths long; an opening inside is visible in its gap between the nodes
+!> as far as the polynomial is accurate. If the sign of that gap is uncertain, contact may have opened undetected, and a shorter
+!> element decides. An element too long to follow its foundation gives only a mean gap; decaying waves from its nodes are
+!> superimposed on that mean.
 module hidden_openings
    use kinds, only: wp
    use problem, only: problem_t
@@ -19,18 +20,19 @@ module hidden_openings
 
 contains
 
-   !> The elements inside of which contact may have opened. What is known to be open, to its sign or by rounding, is not hidden.
+   !> (elements) true if contact may have opened inside. Places that are certainly open, or uncertain by rounding only, are
+   !> excluded.
    function may_be_open(problem, state) result(doubtful)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       logical :: doubtful(problem%model%mesh%n_elements)
-      logical :: waiting(problem%model%mesh%n_elements) ! for contact beyond doubt behind them
+      logical :: waiting(problem%model%mesh%n_elements) ! elements without certain contact since the last certain contact
       type(region_t), allocatable :: regions(:)
       type(element_gap_t) :: gap
       real(wp) :: range(2), known, settled, waves(2), peak, at, place
       integer :: k, c, j, e, round
-      logical :: certain                         ! contact has been, before here
-      logical :: rounds_off                      ! it is rounding that hides what is not known
+      logical :: certain                         ! certain contact was found before this place
+      logical :: rounds_off                      ! the uncertainty is due to rounding
       doubtful = .false.
       if (.not. any(problem%ground%founded)) return
       regions = find_ground_regions(problem, state)
@@ -66,16 +68,17 @@ contains
 
    contains
 
-      !> At one end of a long element, and in its middle, where no wave is.
+      !> Checks an end of an element too long for its foundation, or its middle, where the wave has decayed.
       subroutine look_at_settled(wave)
-         real(wp), intent(in) :: wave            !! its amplitude
+         real(wp), intent(in) :: wave            !! amplitude of the wave
          rounds_off = wave < 2.0_wp * gap_rounding(state)
          call look(settled, max(wave, gap_rounding(state)))
       end subroutine look_at_settled
 
+      !> Classifies a place: elements without certain contact between two places of certain contact may have opened.
       subroutine look(value, doubt)
          real(wp), intent(in) :: value           !! gap
-         real(wp), intent(in) :: doubt           !! what is not known of it
+         real(wp), intent(in) :: doubt           !! its uncertainty
          if (value < -doubt) then
             doubtful = doubtful .or. waiting
             waiting = .false.

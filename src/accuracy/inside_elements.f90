@@ -1,5 +1,5 @@
-!> What monitors between the nodes of their elements err by there, beside what the nodes err by: finer polynomials have another
-!> displacement at the same place of the element.
+!> Error of monitors between the nodes of elements, in addition to the nodal error: enriched polynomials have another displacement
+!> at the same place of the element.
 module inside_elements
    use kinds, only: wp
    use model, only: quantity_displacement
@@ -15,23 +15,24 @@ module inside_elements
    private
    public :: inside_t, look_inside
 
+   !> Change of a monitor inside elements due to enriched polynomials.
    type :: inside_t
-      real(wp) :: change = 0.0_wp                !! of the monitor: that of the finer polynomials less its own
-      real(wp) :: most = 0.0_wp                  !! that it may be, at the most
-      integer, allocatable :: element(:)         !! that the monitor is inside of; none: it stands at nodes
+      real(wp) :: change = 0.0_wp                !! monitor of the enriched polynomial minus the monitor
+      real(wp) :: most = 0.0_wp                  !! bound of that change
+      integer, allocatable :: element(:)         !! elements with the monitor inside; empty: monitor at nodes
    end type inside_t
 
-   integer, parameter :: places = 7              !! of an element, at which two polynomials are compared
+   integer, parameter :: places = 7              !! places in an element at which two polynomials are compared
 
 contains
 
-   !> What finer polynomials make of a monitor; nothing where it is no displacement.
+   !> Change of a monitor between nodes due to enriched polynomials; zero if the monitor is not a displacement.
    function look_inside(problem, state, finer, start, at_start, watched) result(inside)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(problem_t), intent(in) :: finer       !! the finer problem,
-      type(state_t), intent(in) :: start         !! the same point of it
-      type(system_t), intent(in) :: at_start     !! and its system, assembled there
+      type(problem_t), intent(in) :: finer       !! the enriched problem
+      type(state_t), intent(in) :: start         !! the same point as a state of the enriched problem
+      type(system_t), intent(in) :: at_start     !! system of the enriched problem, assembled there
       integer, intent(in) :: watched             !! index into model%monitor
       type(inside_t) :: inside
       type(functional_t) :: enriched
@@ -53,13 +54,13 @@ contains
       end associate
    end function look_inside
 
-   !> What a displacement may err by as far inside an element: where it is, two polynomials may agree by chance.
+   !> Bound of a displacement error at a distance from the nodes: at the place itself two polynomials may agree by chance.
    real(wp) function largest_inside(problem, state, finer, start, at_start, component, element, tau) result(most)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, start
       type(system_t), intent(in) :: at_start
       integer, intent(in) :: component, element
-      real(wp), intent(in) :: tau                !! 0 to 1 of the element
+      real(wp), intent(in) :: tau                !! position in the element, 0 to 1
       type(profile_t) :: profile, finer_profile
       real(wp) :: other, largest, u(3), v(3), defect(3)
       integer :: j

@@ -1,4 +1,4 @@
-!> What is zero at a located event, asked of another point of the path, and of another problem than the one that located it.
+!> Test function of a located event, evaluated at other points and for the enriched problem.
 module located_zero
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -24,23 +24,23 @@ module located_zero
    private
    public :: zero_t, new_zero, zero_value, left_of_zero, watched_gap, between_nodes, located_gap, mode_rounding
 
-   !> One event. Either an event of the path or a test of contact spans.
+   !> A located event: an event of the path, or a test of contact spans.
    type :: zero_t
       type(event_t), allocatable :: event
       real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) bifurcation: null vectors, node axes
-      integer :: test = 0                        !! number of the test in run_span_tests
+      integer :: test = 0                        !! number of the test in run_span_tests; 0: none
    end type zero_t
 
    integer, parameter :: eigenvalues_looked_at = 5
-   real(wp), parameter :: as_zero = 1.0e-4_wp !! of an eigenvalue's change over the increment: it vanishes, too
+   real(wp), parameter :: as_zero = 1.0e-4_wp !! part of an eigenvalue's change over the increment below which it counts as zero
 
 contains
 
-   !> An event as its functions are asked of other points: a bifurcation is known by its null vector.
+   !> Prepares the test function of an event for other points: a bifurcation is identified by its null vectors.
    subroutine new_zero(problem, event, state, system, zero)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
-      type(state_t), intent(in) :: state         !! where it was located
+      type(state_t), intent(in) :: state         !! located state of the event
       type(system_t), intent(in) :: system       !! factored there
       type(zero_t), intent(out) :: zero
       type(modes_t) :: modes
@@ -49,18 +49,18 @@ contains
       zero%event = event
       if (event%kind /= event_bifurcation) return
       call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error)
-      ! Next to a singular tangent the iteration may not settle, and has the mode all the same.
+      ! The mode is usable even if the iteration has not converged next to a singular tangent.
       n = max(count(abs(modes%mu) <= as_zero * event%scale), min(modes%n, 1))
       if (n > 0) zero%modes = modes%x(:, :n)
    end subroutine new_zero
 
-   !> Its function at a converged point; not a number where it is not to be had.
+   !> Test function at a converged point; NaN if it is undefined there.
    function zero_value(problem, zero, state, system, load_rate) result(value)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! factored there
-      real(wp), intent(in) :: load_rate          !! of the path there
+      type(system_t), intent(in) :: system       !! factored at `state`
+      real(wp), intent(in) :: load_rate          !! load rate of the path at `state`
       real(wp) :: value
       type(span_test_t), allocatable :: tests(:)
       value = ieee_value(value, ieee_quiet_nan)
@@ -76,13 +76,13 @@ contains
       end if
    end function zero_value
 
-   !> What an event's function still has to fall by where it is taken for zero: a line is gone where it is as short as none, but has
-   !> that length left.
+   !> Remaining value of the test function at the located event: a line contact counts as closed at its shortest length, from where
+   !> that length remains to zero.
    real(wp) function left_of_zero(problem, zero, state, system) result(left)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! factored there
+      type(system_t), intent(in) :: system       !! factored at `state`
       type(span_test_t), allocatable :: tests(:)
       left = 0.0_wp
       if (zero%test == 0) return
@@ -93,13 +93,13 @@ contains
       end associate
    end function left_of_zero
 
-   !> Where contact with a foundation begins or ends, how the event's function changes with the displacements of the nodes.
+   !> Derivative of the event function by the nodal displacements, for ends of contact with a foundation.
    subroutine watched_gap(problem, zero, state, system, row)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
-      type(state_t), intent(in) :: state         !! where it was located
+      type(state_t), intent(in) :: state         !! located state of the event
       type(system_t), intent(in) :: system       !! assembled there
-      real(wp), allocatable, intent(out) :: row(:, :) !! (3, nodes) global axes; not allocated at other events
+      real(wp), allocatable, intent(out) :: row(:, :) !! (3, nodes) global axes; not allocated for other events
       type(node_gradient_t) :: gradient
       real(wp) :: tau, factor, x(2), gap, normal(2), bend
       integer :: candidate, k
@@ -114,20 +114,20 @@ contains
       end do
    end subroutine watched_gap
 
-   !> Of what an event's function is on the finer problem and is not here, the part that the nodes do not tell: a gap's least
-   !> value is inside an element, known as well as its polynomials. Zero for all events but those on foundations.
+   !> Difference of the event function between the enriched problem and the problem, less the part due to nodal values: the smallest
+   !> gap lies inside an element and is as accurate as its polynomials. Zero for all events but those of foundations.
    subroutine between_nodes(problem, zero, state, system, load_rate, finer, there, value, element, part, most, doubt)
       type(problem_t), intent(in) :: problem, finer
       type(zero_t), intent(in) :: zero
-      type(state_t), intent(in) :: state         !! where it was located
+      type(state_t), intent(in) :: state         !! located state of the event
       type(system_t), intent(in) :: system       !! factored there
-      real(wp), intent(in) :: load_rate          !! of the path there
-      type(state_t), intent(in) :: there         !! of the finer problem, held at the same place
-      real(wp), intent(in) :: value              !! of the function on the finer problem
-      integer, intent(out) :: element            !! the one concerned; 0: none
+      real(wp), intent(in) :: load_rate          !! load rate of the path there
+      type(state_t), intent(in) :: there         !! state of the enriched problem at the same prescribed place
+      real(wp), intent(in) :: value              !! event function on the enriched problem
+      integer, intent(out) :: element            !! the element with the place; 0: none
       real(wp), intent(out) :: part
-      real(wp), intent(out) :: most              !! what it may be at a place as far from the nodes
-      real(wp), intent(out) :: doubt             !! what both problems' profiles may err by there
+      real(wp), intent(out) :: most              !! bound of the difference at that distance from the nodes
+      real(wp), intent(out) :: doubt             !! interpolation error of both rod profiles there
       type(element_gap_t) :: gap(2)
       real(wp) :: tau, factor
       integer :: j
@@ -143,33 +143,34 @@ contains
       gap = [told_gap(problem, state, candidate), told_gap(finer, there, candidate)]
       factor = factor / zero%event%gap_scale
       part = value - zero_value(problem, zero, state, system, load_rate) + along(tau) * factor
-      ! Nothing is unknown at the nodes.
+      ! At the nodes the profile has no error of its own.
       most = 4.0_wp * tau * (1.0_wp - tau) * maxval([(abs(gap_change(0.125_wp * j) - along(0.125_wp * j)), j=1, 7)]) * factor
       if (gap(1)%profile%mended) doubt = (4.0_wp * tau * (1.0_wp - tau))**4 * &
          & max(profile_error(gap(1)%profile), profile_error(gap(2)%profile)) * factor
 
    contains
 
-      !> What changes at the ends, between them.
+      !> Linear interpolation of the changes at both ends.
       real(wp) function along(tau)
          real(wp), intent(in) :: tau
          along = (1.0_wp - tau) * gap_change(0.0_wp) + tau * gap_change(1.0_wp)
       end function along
 
+      !> Gap of the enriched problem minus gap of the problem.
       real(wp) function gap_change(tau)
          real(wp), intent(in) :: tau
          gap_change = gap_value(finer, gap(2), tau) - gap_value(problem, gap(1), tau)
       end function gap_change
    end subroutine between_nodes
 
-   !> Contact with a foundation begins or ends.
+   !> True if contact with a foundation begins or ends at the event.
    pure logical function is_on_ground(zero)
       type(zero_t), intent(in) :: zero
       is_on_ground = .false.
       if (allocated(zero%event)) is_on_ground = zero%event%ground%contact > 0
    end function is_on_ground
 
-   !> What the gap was located to where contact with a foundation begins or ends, but for rounding; elsewhere zero.
+   !> Accuracy to which the gap was located at an end of foundation contact, beyond rounding; zero for other events.
    real(wp) function located_gap(problem, zero, state)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
@@ -178,7 +179,7 @@ contains
       if (is_on_ground(zero)) located_gap = 1.01_wp * ground_event_gap(problem, state, zero%event%ground)
    end function located_gap
 
-   !> Of the eigenvalues whose modes are mostly combinations of given ones the one that is nearest to zero.
+   !> The eigenvalue nearest to zero among those whose modes are mainly combinations of the given ones.
    function eigenvalue_of(problem, given, state, system) result(value)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: given(:, :)
@@ -201,7 +202,7 @@ contains
          end if
       end if
       call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error)
-      ! The nearest come first.
+      ! Eigenvalues are sorted by magnitude.
       do i = 1, modes%n
          if (sum([(likeness(problem, given(:, k), modes%x(:, i))**2, k=1, size(given, 2))]) < 0.5_wp) cycle
          value = modes%mu(i) - of_other_modes(problem, state, system, modes%x(:, i))
@@ -209,14 +210,14 @@ contains
       end do
    end function eigenvalue_of
 
-   !> The mode next to a given one, by inverse iteration: where the given one's eigenvalue is much nearer to zero than the others,
-   !> as at a bifurcation, it settles at once.
+   !> Computes the mode next to a given one by inverse iteration, which converges at once if the eigenvalue is much nearer to zero
+   !> than all others, as at a bifurcation.
    subroutine iterate_mode(problem, given, system, mode, settled)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: given(:)           !! (unknowns) node axes
       type(system_t), intent(in) :: system       !! factored
       real(wp), intent(out) :: mode(:)           !! (unknowns) length 1 in the metric
-      logical, intent(out) :: settled            !! false: more is to be looked at
+      logical, intent(out) :: settled            !! false: several modes have to be computed
       integer, parameter :: most = 4
       real(wp) :: before(size(given)), length
       integer :: k
@@ -234,12 +235,12 @@ contains
       settled = settled .and. likeness(problem, given, mode)**2 >= 0.5_wp
    end subroutine iterate_mode
 
-   !> What rounding does to the eigenvalue of a bifurcation's null vector: that of the elements' own deformations, from which its
-   !> products are taken (see tangent_modes), and what the iteration leaves of other modes.
+   !> Rounding error of the eigenvalue of a bifurcation's null vector: that of the element deformations, from which the products are
+   !> computed (see tangent_modes), and the contribution of other modes left by the iteration.
    real(wp) function mode_rounding(problem, state, system, zero) result(rounding)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! factored where the mode is
+      type(system_t), intent(in) :: system       !! factored at the state of the mode
       type(zero_t), intent(in) :: zero           !! with its mode
       real(wp) :: local(6)
       integer :: e
@@ -251,8 +252,8 @@ contains
       rounding = epsilon(rounding) * sqrt(rounding) + abs(of_other_modes(problem, state, system, zero%modes(:, 1)))
    end function mode_rounding
 
-   !> What other modes add to the eigenvalue of a mode that was iterated for. A share c of one with the eigenvalue m adds c^2 m and
-   !> leaves the residual r = c m M phi, so that r.K^-1 r is what all of them add.
+   !> Contribution of other modes to the Rayleigh quotient of an iterated mode. A part c of a mode with the eigenvalue m adds c^2 m
+   !> and leaves the residual r = c m M phi, so that r.K^-1 r is the sum of all contributions.
    real(wp) function of_other_modes(problem, state, system, mode) result(added)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,8 +1,8 @@
-!> From error bars to another mesh: how many elements, and where, bring them within what is asked.
+!> Mesh requests from error bars: number and distribution of elements that satisfy a tolerance.
 !>
-!> An element of s stages contributes c h^(2s+1) to a number's error, so that with g = share^(1/(2s+1)) in equal parts the sum over
-!> n elements is (sum of g)^(2s+1) / n^(2s). The number n that this asks for is exact where the mesh resolves the solution; where
-!> the bars say that it does not, it is doubled.
+!> An element of s stages contributes c h^(2s+1) to the error of a number. With g = contribution^(1/(2s+1)) in equal parts the error
+!> of n elements is (sum of g)^(2s+1) / n^(2s), which gives n. The result is exact if the mesh resolves the solution; if the bars
+!> show that it does not, the number is doubled.
 module mesh_request
    use kinds, only: wp
    use model, only: quantity_displacement
@@ -18,52 +18,53 @@ module mesh_request
    public :: refinement_t, request_mesh, spare_mesh, motion_sizes, stays_within, value_sizes, rounding_of, excess, &
       & most_meshes
 
-   !> What the meshes of a point have been worth.
+   !> History of the meshes made for a point.
    type :: refinement_t
-      real(wp) :: ratio = huge(1.0_wp)           !! the error over what is allowed, the last that a finer mesh has made smaller
-      integer :: elements = 0                    !! and how many elements had it
-      real(wp) :: ratio_before = huge(1.0_wp)    !! the same of the mesh before, whether or not it was of use
-      integer :: elements_before = 0
-      integer :: doublings = 0                   !! for want of any errors, here and at points before that wanted some, too
-      type(mesh_density_t), allocatable :: demand(:)   !! (stretches) the mesh before all that
-      logical :: in_vain = .false.               !! finer ones are no better: it is not their number
+      real(wp) :: ratio = huge(1.0_wp)           !! error over tolerance at the last refinement that reduced it
+      integer :: elements = 0                    !! number of elements of that mesh
+      real(wp) :: ratio_before = huge(1.0_wp)    !! error over tolerance on the previous mesh, whether it helped or not
+      integer :: elements_before = 0             !! number of elements of that mesh
+      integer :: doublings = 0 !! doublings because no error could be estimated, at this and at previous such points
+      type(mesh_density_t), allocatable :: demand(:)   !! (rod segments) mesh density before all of these
+      logical :: in_vain = .false.               !! finer meshes do not help
    end type refinement_t
 
-   !> Meshes that are tried for the sake of one point: each has at most four times the elements of the one before it, or twice.
+   !> Meshes tried for one point: each has at most four times the elements of the previous one, or twice as many.
    integer, parameter :: most_meshes = 8
-   real(wp), parameter :: part_of_asked = 0.5_wp !! of what is asked that a new mesh is to need: its bar is a forecast
-   real(wp), parameter :: part_of_iteration = 0.1_wp !! of what is asked
-   !> Shares may differ by this factor where a bar holds, and be the same.
+   real(wp), parameter :: part_of_asked = 0.5_wp !! part of the tolerance for which a mesh is designed: its bar is a forecast
+   real(wp), parameter :: part_of_iteration = 0.1_wp !! part of the tolerance that the iteration may use
+   !> Ratio by which error contributions may differ while a bar is valid, although the true ones are equal.
    real(wp), parameter :: share_known = (1.0_wp + largest_unseen) / (1.0_wp - largest_unseen)
-   real(wp), parameter :: of_rest = 1.4_wp       !! times what the iteration has left is its part of a bar, see error_bar
-   real(wp), parameter :: most_spared = 0.7_wp   !! of the elements: a mesh that is hardly coarser is not worth its change
-   integer, parameter :: most_cancelling = 4     !! meshes after which one that hardly helps is the last: errors of few may cancel
-   integer, parameter :: most_unbounded = 2      !! and after which one without bounds is, too
-   integer, parameter :: most_unknown = 5        !! and for one that has none at all, or several of them in a row
-   !> Nothing is asked of what rounding leaves of a place, over the size: in runs of a prototype it was up to this.
+   real(wp), parameter :: of_rest = 1.4_wp       !! factor of the iteration's remainder in a bar, see error_bar
+   real(wp), parameter :: most_spared = 0.7_wp !! largest number of elements over the present one for which coarsening is worthwhile
+   integer, parameter :: most_cancelling = 4 !! meshes after which one that hardly helps is the last; few elements' errors cancel
+   integer, parameter :: most_unbounded = 2      !! the same for a mesh whose bars are not bounded
+   integer, parameter :: most_unknown = 5        !! the same for a mesh without estimates, or several such meshes in a row
+   !> Rounding error of a place over the structure's size, for which no accuracy is required: the largest value in runs of a
+   !> prototype.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
-   real(wp), parameter :: enough_progress = 0.7_wp !! of the error, by a mesh that is at least finer by `least`
-   real(wp), parameter :: most = 4.0_wp          !! times as many elements at once: farther the forecast does not reach
-   real(wp), parameter :: least = 1.25_wp        !! times as many where a mesh of the right number was not good enough
+   real(wp), parameter :: enough_progress = 0.7_wp !! largest ratio of errors that counts as progress, on a mesh finer by `least`
+   real(wp), parameter :: most = 4.0_wp !! largest factor on the number of elements at once, beyond which the forecast is invalid
+   real(wp), parameter :: least = 1.25_wp        !! smallest factor if a mesh of the computed number was not sufficient
 
 contains
 
-   !> The elements wanted where bars are wider than allowed, or contact may have opened unseen. Not allocated: they are not, or no
-   !> mesh of the program's makes them narrower (rounding, elements that the deck has given, no estimate).
+   !> Requests a finer mesh if bars are wider than allowed, or contact may have opened undetected. Not allocated: bars are within
+   !> tolerance, or no mesh of the program can narrow them (rounding, elements given by the deck, no estimate).
    subroutine request_mesh(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, &
       & demand)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state         !! the point that the bars are of
+      type(state_t), intent(in) :: state         !! the point of the bars
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
-      integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
-      real(wp), intent(in) :: asked              !! relative error
-      logical, intent(in) :: critical            !! a bar without bounds does not do, however narrow; nor where all are told
-      integer, intent(in) :: tries               !! requests for the same point that did not suffice
-      type(refinement_t), intent(inout) :: last  !! what these were worth
-      logical, intent(in) :: can_settle          !! the iteration can go on
-      logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
-      type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (stretches)
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
+      integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
+      real(wp), intent(in) :: asked              !! relative tolerance
+      logical, intent(in) :: critical            !! critical point: bars must be bounded, and rounding counts
+      integer, intent(in) :: tries               !! insufficient requests for the same point so far
+      type(refinement_t), intent(inout) :: last  !! history of these requests
+      logical, intent(in) :: can_settle          !! the iteration can continue to a smaller residual
+      logical, intent(out) :: unsettled          !! the iteration's remainder exceeds its part and must be reduced first
+      type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) requested mesh density
       type(mesh_density_t) :: here(size(problem%layout%stretch))
       integer :: k
       call mesh_for_bars(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, demand)
@@ -71,7 +72,7 @@ contains
       if (.not. any(bars%may_open .and. problem%layout%stretch(problem%stretch)%placed)) return
       last%in_vain = tries > most_unknown
       if (last%in_vain) return
-      ! What tells whether they open are halves of them.
+      ! Elements in which contact may have opened are halved.
       here = present_demand(problem, state)
       if (.not. allocated(demand)) demand = here
       do k = 1, size(demand)
@@ -83,21 +84,21 @@ contains
       demand = laid_out(problem, state, demand)
    end subroutine request_mesh
 
-   !> The elements wanted where bars are wider than allowed.
+   !> Requests a finer mesh if bars are wider than allowed.
    subroutine mesh_for_bars(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, &
       & demand)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state         !! the point that the bars are of
+      type(state_t), intent(in) :: state         !! the point of the bars
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
-      integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
-      real(wp), intent(in) :: asked              !! relative error
-      logical, intent(in) :: critical            !! a bar without bounds does not do, however narrow; nor where all are told
-      integer, intent(in) :: tries               !! requests for the same point that did not suffice
-      type(refinement_t), intent(inout) :: last  !! what these were worth
-      logical, intent(in) :: can_settle          !! the iteration can go on
-      logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
-      type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (stretches)
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
+      integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
+      real(wp), intent(in) :: asked              !! relative tolerance
+      logical, intent(in) :: critical            !! critical point: bars must be bounded, and rounding counts
+      integer, intent(in) :: tries               !! insufficient requests for the same point so far
+      type(refinement_t), intent(inout) :: last  !! history of these requests
+      logical, intent(in) :: can_settle          !! the iteration can continue to a smaller residual
+      logical, intent(out) :: unsettled          !! the iteration's remainder exceeds its part and must be reduced first
+      type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) requested mesh density
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
       logical :: free(problem%model%mesh%n_elements), known, bounded, cut, helps, on_its_way
       integer :: now, k
@@ -116,7 +117,7 @@ contains
          last%in_vain = .false.
       end if
       if (known .and. .not. allocated(bars%share)) then
-         ! Where contact with foundations ends unmarked the mesh gets a node; more elements do not help.
+         ! If foundation contact ends inside an element, a node is placed there; more elements do not help.
          cut = .false.
          do k = 1, problem%ground%chain%n
             if (is_cut(problem, state, k)) cut = .true.
@@ -144,19 +145,19 @@ contains
             last%in_vain = .false.
          else if (tries > most_cancelling .or. (tries > merge(1, most_unbounded, bounded) .and. now >= 2 * last%elements .and. &
             & enough_progress * ratio > 1.0_wp .and. .not. on_its_way)) then
-            ! Where more elements do not help it is not their number; but errors of few may cancel, by symmetry those of the first
-            ! mesh, or just where they are nearly small enough, and bounds may come with some more.
+            ! More elements do not help. But errors of coarse meshes may cancel, by symmetry on the first mesh or when they are
+            ! almost within tolerance, and a few more elements may give bounds: therefore not before several meshes.
             last%in_vain = .true.
             return
          end if
          last%ratio_before = ratio
          last%elements_before = now
-         ! What the given elements contribute no other mesh takes away.
+         ! Contributions of elements given by the deck remain on any mesh.
          if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
          wanted = number_for(problem, free, whole, part_of_asked * asked)
          if (tries > 0 .or. .not. bounded) wanted = max(wanted, least * now)
-         ! Of a few errors may cancel, and no longer of some more: of twice as many they do not. (Twice as many at any number would
-         ! be twice as many at every point where it is not their number.)
+         ! On coarse meshes errors may cancel, and no longer on a slightly finer mesh; with twice the elements they do not. (A
+         ! general doubling would double the mesh at every point where more elements do not help.)
          if (.not. helps .and. tries > most_cancelling) wanted = max(wanted, 2.0_wp * last%elements)
          wanted = min(wanted, most * now)
          g = g / whole
@@ -167,19 +168,19 @@ contains
          wanted = 2.0_wp * now
       end if
       if (.not. (known .and. bounded)) then
-         ! Shares tell little: nowhere fewer than there are.
+         ! Error contributions are unreliable: no element becomes longer.
          g = merge(max(g / max(sum(g), tiny(g)), 1.0_wp / now), 0.0_wp, free)
          g = g / sum(g)
       end if
       demand = demand_of(problem, state, wanted, g)
    end subroutine mesh_for_bars
 
-   !> True where the error, on as it fell from one mesh to a finer one, is what is allowed before rounding, which grows as the
-   !> fourth power of the number of elements of a rod, is all that there is. Kinks inside elements let it fall as a low power.
+   !> True if the error, extrapolated at the rate between two meshes, satisfies the tolerance before rounding dominates, which grows
+   !> as the fourth power of the number of elements of a rod. Kinks inside elements make that rate low.
    pure logical function comes_there(ratio, now, ratio_before, elements_before, stretches)
-      real(wp), intent(in) :: ratio              !! of the error to what is allowed
-      integer, intent(in) :: now                 !! elements
-      real(wp), intent(in) :: ratio_before       !! the same of a coarser mesh
+      real(wp), intent(in) :: ratio              !! error over tolerance
+      integer, intent(in) :: now                 !! number of elements
+      real(wp), intent(in) :: ratio_before       !! error over tolerance on a coarser mesh
       integer, intent(in) :: elements_before
       integer, intent(in) :: stretches
       real(wp) :: finer, left
@@ -188,16 +189,15 @@ contains
       comes_there = log(max(ratio, 1.0_wp)) * finer <= left * (log(ratio_before) - log(max(ratio, tiny(ratio))))
    end function comes_there
 
-   !> The elements that would do where bars are narrower than allowed. Not allocated: hardly fewer than there are, or it is not
-   !> known.
+   !> Requests a coarser mesh if bars are narrower than necessary. Not allocated: hardly fewer elements, or unknown.
    subroutine spare_mesh(problem, state, bars, sizes, counted, asked, demand)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state         !! the point that the bars are of
+      type(state_t), intent(in) :: state         !! the point of the bars
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
-      integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
-      real(wp), intent(in) :: asked              !! relative error
-      type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (stretches)
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
+      integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
+      real(wp), intent(in) :: asked              !! relative tolerance
+      type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) sufficient mesh density
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
       logical :: free(problem%model%mesh%n_elements), known, bounded, unsettled
       free = problem%layout%stretch(problem%stretch)%placed
@@ -212,21 +212,20 @@ contains
       demand = demand_of(problem, state, wanted, g / whole)
    end subroutine spare_mesh
 
-   !> What elements contribute to the errors of the numbers that count, as parts of the bars that they make.
+   !> Error contributions of the elements for all numbers that count, scaled to the bars that they cause.
    subroutine indicate(bars, sizes, counted, asked, critical, bounds, can_settle, indicator, ratio, known, bounded, unsettled)
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
-      integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
-      real(wp), intent(in) :: asked              !! relative error
-      logical, intent(in) :: critical            !! rounding counts; at points between nothing is asked of it
-      logical, intent(in) :: bounds              !! a bar without bounds does not do, however narrow
-      logical, intent(in) :: can_settle          !! the iteration can go on
-      real(wp), intent(out) :: indicator(:)      !! (elements) of what is asked, as parts of what is allowed
-      real(wp), intent(out) :: ratio             !! of what the mesh makes of the widest bar to what rounding and iteration leave
-      !! of what is allowed
-      logical, intent(out) :: known              !! the bars tell something
-      logical, intent(out) :: bounded            !! and those that count have bounds
-      logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
+      integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
+      real(wp), intent(in) :: asked              !! relative tolerance
+      logical, intent(in) :: critical            !! rounding counts; it does not at points between critical points
+      logical, intent(in) :: bounds              !! bars must be bounded
+      logical, intent(in) :: can_settle          !! the iteration can continue to a smaller residual
+      real(wp), intent(out) :: indicator(:)      !! (elements) contributions, relative to the error allowed to the mesh
+      real(wp), intent(out) :: ratio !! largest ratio of the mesh's part of a bar to the tolerance left by rounding and iteration
+      logical, intent(out) :: known              !! the bars are meaningful
+      logical, intent(out) :: bounded            !! all bars that count are bounded
+      logical, intent(out) :: unsettled          !! the iteration's remainder exceeds its part and must be reduced first
       integer :: k
       indicator = 0.0_wp
       ratio = 0.0_wp
@@ -243,12 +242,12 @@ contains
             call add(bar%told, bar%bounded, bar%bar, bar%rounding, 1 + counted(k))
          end associate
       end do
-      ! Where contact ends nothing is asked of a bar but that there is one.
+      ! The place of a touchdown point needs a bounded bar only, of any width.
       if (any(counted == 0) .and. allocated(bars%place)) bounded = bounded .and. .not. any(lacks_bound(bars%place%bar, asked))
 
    contains
 
-      !> One number's part of the indicators: shares as parts of the bar that they make.
+      !> Adds one number: its contributions scaled to its bar.
       subroutine add(told, has_bounds, bar, rounding, row)
          logical, intent(in) :: told, has_bounds
          real(wp), intent(in) :: bar, rounding
@@ -262,9 +261,9 @@ contains
          if (critical) left = left + rounding
          if (.not. critical .and. is_rounding(bar, rounding)) return
          if (.not. of_mesh > 0.0_wp) return
-         ! Rounding that is wider than what is asked for is told at the end; the mesh is as good as that.
+         ! Rounding wider than the tolerance is reported at the end; the mesh is made as accurate as the rounding.
          allowed = max(allowed - left, left)
-         ! No elements make what the iteration has left.
+         ! No element causes the iteration's remainder.
          if (of_mesh > allowed) unsettled = unsettled .or. (can_settle .and. abs(bars%rest(row)) > max(sum(bars%share(row, :)), &
             & rounding))
          if (of_mesh > allowed .or. bounds) bounded = bounded .and. has_bounds
@@ -274,39 +273,39 @@ contains
       end subroutine add
    end subroutine indicate
 
-   !> True for a bar that is mostly rounding. Of points between critical ones, as the first of a path, nothing is asked then.
+   !> True for a bar that is mainly rounding, which is ignored at points between critical points, such as the first point of a path.
    elemental logical function is_rounding(bar, rounding)
       real(wp), intent(in) :: bar, rounding
       is_rounding = 2.0_wp * rounding > bar
    end function is_rounding
 
-   !> Of the elements that may be placed: share^(1/(2s + 1)), which equal parts of a good mesh have.
+   !> g = contribution^(1/(2s + 1)) of the elements with free nodes; equal for all elements of an optimal mesh.
    pure function elements_share(problem, free, indicator) result(g)
       type(problem_t), intent(in) :: problem
-      logical, intent(in) :: free(:)             !! (elements) the mesh's nodes are the program's there
+      logical, intent(in) :: free(:)             !! (elements) true: the program places the nodes
       real(wp), intent(in) :: indicator(:)       !! (elements)
       real(wp) :: g(size(indicator))
       g = 0.0_wp
       where (free .and. indicator > 0.0_wp) g = indicator**(1.0_wp / (2 * problem%model%mesh%stages + 1))
    end function elements_share
 
-   !> How many elements make an error, when each contributes as much.
+   !> Number of elements, all with equal contributions, for a prescribed error.
    pure real(wp) function number_for(problem, free, whole, error) result(n)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: free(:)
       real(wp), intent(in) :: whole              !! sum of elements_share
-      real(wp), intent(in) :: error              !! relative
+      real(wp), intent(in) :: error              !! relative error
       integer :: s
       s = minval(problem%model%mesh%stages, mask=free)
       n = exp(((2 * s + 1) * log(whole) - log(error)) / (2 * s))
    end function number_for
 
-   !> So many elements in parts of the present mesh.
+   !> Mesh density of a number of elements, distributed like g over the present mesh.
    function demand_of(problem, state, wanted, g) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: wanted             !! elements
-      real(wp), intent(in) :: g(:)               !! (elements of the present mesh) their parts
+      real(wp), intent(in) :: g(:)               !! (elements of the present mesh) parts of the number, sum 1
       type(mesh_density_t) :: demand(size(problem%layout%stretch))
       integer :: k
       demand = present_demand(problem, state)
@@ -317,11 +316,11 @@ contains
       demand = laid_out(problem, state, demand)
    end function demand_of
 
-   !> The same as meshes are made by it: symmetric and smooth.
+   !> The mesh density as meshes are made: symmetric and smooth.
    function laid_out(problem, state, wanted) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(mesh_density_t), intent(in) :: wanted(:)    !! (stretches)
+      type(mesh_density_t), intent(in) :: wanted(:)    !! (rod segments)
       type(mesh_density_t) :: demand(size(wanted))
       integer :: k
       if (bent_alike(problem, state)) then
@@ -334,8 +333,8 @@ contains
       end do
    end function laid_out
 
-   !> True where elements that are as far from one end of all stretches as from the other turn by the same, either way, within what
-   !> is asked for.
+   !> True if elements at equal distances from both ends of the chain of segments rotate by the same amount, in either direction,
+   !> within the tolerance.
    pure logical function bent_alike(problem, state) result(alike)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -353,17 +352,17 @@ contains
       end do
    end function bent_alike
 
-   !> The largest displacement and rotation of a state.
+   !> Largest displacement and rotation of a state.
    pure function motion_sizes(problem, state) result(sizes)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp) :: sizes(2)
       sizes = [maxval(norm2(state%u(1:2, :), 1)), maxval(abs(state%u(3, :)))]
-      ! What only shortens turns by nothing.
+      ! A rod that only shortens has no rotation: the displacement over the size serves instead.
       sizes(2) = max(sizes(2), sizes(1) / problem%size)
    end function motion_sizes
 
-   !> True where two states of one mesh differ by no more than all that has moved: displacements and rotations each by their own.
+   !> True if two states on one mesh differ by less than the largest displacement and rotation so far.
    pure logical function stays_within(problem, from, to, motion) result(within)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -374,13 +373,13 @@ contains
       within = all(motion_sizes(problem, change) <= max(motion, motion_sizes(problem, from)))
    end function stays_within
 
-   !> What errors of the load factor and of the monitors are measured against: the largest of their kind.
+   !> Reference values of the errors of load factor and monitors: the largest value of each kind.
    pure function value_sizes(problem, system, load, motion, asked) result(sizes)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: load               !! the largest load factor
-      real(wp), intent(in) :: motion(2)          !! and displacement and rotation
-      real(wp), intent(in) :: asked              !! relative error
+      real(wp), intent(in) :: load               !! largest load factor
+      real(wp), intent(in) :: motion(2)          !! largest displacement and rotation
+      real(wp), intent(in) :: asked              !! relative tolerance
       real(wp) :: sizes(1 + size(problem%deck%monitor))
       integer :: m
       sizes(1) = load
@@ -398,7 +397,7 @@ contains
       end do
    end function value_sizes
 
-   !> What rounding may make of a monitor that does not move; of forces that is not known.
+   !> Rounding error of a displacement monitor that does not change; zero for forces, where it is unknown.
    pure real(wp) function rounding_of(problem, m)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: m                   !! index into model%monitor
@@ -409,14 +408,14 @@ contains
       end associate
    end function rounding_of
 
-   !> The widest bar over what is allowed, with the number that has it: 0 the load factor, else a monitor.
+   !> Largest ratio of a bar to the tolerance, with its number: 0 the load factor, else a monitor.
    subroutine excess(bars, sizes, counted, asked, critical, told, ratio, which)
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors)
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values
       integer, intent(in) :: counted(:)
       real(wp), intent(in) :: asked
       logical, intent(in) :: critical            !! rounding counts
-      logical, intent(in) :: told                !! they are in the results: one without bounds is wider than any
+      logical, intent(in) :: told                !! bars are in the results: one without bounds exceeds any tolerance
       real(wp), intent(out) :: ratio
       integer, intent(out) :: which
       integer :: k
@@ -432,6 +431,7 @@ contains
 
    contains
 
+      !> Keeps the ratio of one number if it is the largest.
       subroutine take(number)
          type(error_bar_t), intent(in) :: number
          type(error_bar_t) :: of_mesh

@@ -1,8 +1,9 @@
-!> Whether finer elements find as many unstable directions as those of the mesh: of a higher order, or more of them.
+!> Compares the number of unstable directions of the mesh with that of elements of a higher order, or of shorter elements.
 !>
-!> Where they do not the path has passed a bifurcation that only one of them has. The numbers of the path need not show it: a
-!> straight rod of one element of order 2 is exact in everything but that it cannot buckle. Where both find as many, but differ by
-!> more than all of an eigenvalue, either may have passed one that the rod has not.
+!> If they differ, the path has passed a bifurcation that only one of the discretisations has, without necessarily an effect on its
+!> numbers: a straight rod of one element of order 2 is exact except that it cannot buckle. If the numbers are equal but an
+!> eigenvalue differs by more than its own size, either discretisation may have passed a bifurcation that the structure does not
+!> have.
 module missed_modes
    use kinds, only: wp, pi
    use errors, only: error_t
@@ -21,19 +22,19 @@ module missed_modes
    private
    public :: unstable_difference, sign_in_doubt
 
-   real(wp), parameter :: beyond_rounding = 10.0_wp !! times what rounding does to an eigenvalue: its sign tells
+   real(wp), parameter :: beyond_rounding = 10.0_wp !! factor on the rounding error of an eigenvalue above which its sign is certain
 
 contains
 
-   !> Unstable directions of the finer problem less those of the problem's own, or those that elements hide; 0 where an eigenvalue
-   !> next to zero leaves it open.
+   !> Unstable directions of the enriched problem minus those of the problem, or else the number that elements hide between their
+   !> nodes; 0 if an eigenvalue close to zero makes the difference uncertain.
    integer function unstable_difference(problem, state, system, path, point, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! factored there
+      type(system_t), intent(in) :: system       !! factored at `state`
       type(enriched_path_t), intent(in) :: path
-      type(enriched_point_t), intent(in) :: point   !! the same point of it
-      integer, intent(in) :: allowed             !! differences that an event at the point explains
+      type(enriched_point_t), intent(in) :: point   !! the same point of the enriched problem's path
+      integer, intent(in) :: allowed             !! difference explained by an event at the point
       difference = 0
       if (size(problem%hinge) > 0) return
       difference = certain_difference(problem, state, system, path%problem, point%state, point%system, allowed)
@@ -41,13 +42,13 @@ contains
       if (difference == 0 .and. any(problem%touch%line)) difference = released_difference(problem, state, system, allowed)
    end function unstable_difference
 
-   !> True where the mesh errs by as much as the eigenvalue nearest to zero, or more: its sign may not be that of the rod.
+   !> True if the discretisation error of the eigenvalue nearest to zero is as large as the eigenvalue: its sign is uncertain.
    logical function sign_in_doubt(problem, state, system, path, point) result(doubt)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! factored there
+      type(system_t), intent(in) :: system       !! factored at `state`
       type(enriched_path_t), intent(in) :: path
-      type(enriched_point_t), intent(in) :: point   !! the same point of it
+      type(enriched_point_t), intent(in) :: point   !! the same point of the enriched problem's path
       type(modes_t) :: modes
       type(error_t), allocatable :: error
       type(zero_t) :: zero
@@ -64,32 +65,33 @@ contains
       if (doubt) doubt = abs(modes%mu(1)) > beyond_rounding * mode_rounding(problem, state, system, zero)
    end function sign_in_doubt
 
-   !> Unstable directions that no pivot counts, at least: those of elements between nodes that stand still (Wittrick and
-   !> Williams 1971). One held at both ends buckles where N h^2/EI is 4 pi^2 n^2; of a higher order it does, too, and hides as much.
+   !> Lower bound of the unstable directions that no pivot counts: buckling modes of elements between fixed nodes (Wittrick and
+   !> Williams 1971). An element clamped at both ends buckles at N h^2/EI = 4 pi^2 n^2; elements of a higher order hide these modes,
+   !> too.
    integer function hidden_directions(problem, state, system) result(hidden)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! assembled there
+      type(system_t), intent(in) :: system       !! assembled at `state`
       real(wp) :: force
       integer :: e
       hidden = 0
       do e = 1, problem%model%mesh%n_elements
-         ! What an obstacle or the ground holds between its nodes, too, does not buckle so soon.
+         ! Elements supported by an obstacle or the ground between their nodes buckle at higher loads.
          if (problem%conforms(e) > 0 .or. problem%ground%founded(e)) cycle
-         ! Its thrust is at most the larger of the forces at its ends.
+         ! The thrust is at most the larger of the end forces.
          force = max(norm2(system%eraw(1:2, e)), norm2(system%eraw(4:5, e)))
          if (force * state%geometry%element(e)%length**2 * problem%compliance(e)%bending < (2.0_wp * pi)**2) cycle
          hidden = hidden + int(sqrt(compression(problem, state, e)) / (2.0_wp * pi))
       end do
    end function hidden_directions
 
-   !> The same of a problem and a finer one; 0 where the signs do not tell.
+   !> Difference of the numbers of negative pivots of a problem and a finer one; 0 if the signs are uncertain.
    integer function certain_difference(problem, state, system, finer, better, linear, allowed) result(difference)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, better
-      type(system_t), intent(in) :: system, linear  !! factored there
+      type(system_t), intent(in) :: system, linear  !! factored at these states
       integer, intent(in) :: allowed
-      integer :: zeros(2)                        ! of the event's eigenvalues, that rounding makes negative
+      integer :: zeros(2)                        ! negative ones among the event's eigenvalues, whose signs are rounding
       difference = linear%negative_pivots - system%negative_pivots
       if (abs(difference) <= allowed) difference = 0
       if (difference == 0) return
@@ -101,11 +103,12 @@ contains
       if (difference /= 0) difference = difference - (zeros(2) - zeros(1))
    end function certain_difference
 
-   !> The same without lines that carry no force: a straight rod that lies on a straight wall is exact on any mesh, and held.
+   !> The same difference for the reduced problem without force-free line contacts, which hide it: a straight rod on a straight wall
+   !> is exact on any mesh, and supported.
    integer function released_difference(problem, state, system, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! factored there
+      type(system_t), intent(in) :: system       !! factored at `state`
       integer, intent(in) :: allowed
       type(problem_t) :: free, finer
       type(state_t) :: released, better
@@ -125,8 +128,8 @@ contains
       if (difference == 0) difference = hidden_directions(free, released, loose)
    end function released_difference
 
-   !> True where both agree how much more than its obstacle the rod is curved at every contact point: its stiffness against turning
-   !> goes with the inverse, and as it becomes a line, or two points, the sign of that is the sign of the error.
+   !> True if both discretisations agree in the sign of the relative curvature at every point contact. The contact's rotational
+   !> stiffness is proportional to the inverse; where the point becomes a line or two points, the sign is uncertain.
    logical function points_tell(problem, state, finer, better) result(tell)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, better
@@ -141,13 +144,13 @@ contains
       end do
    end function points_tell
 
-   !> True where no eigenvalue is zero as far as rounding tells, but those of an event.
+   !> True if no eigenvalue is zero within rounding, except those of an event.
    logical function signs_tell(problem, state, system, zeros, negative)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      integer, intent(in) :: zeros               !! eigenvalues of the event
-      integer, intent(out) :: negative           !! of these
+      integer, intent(in) :: zeros               !! number of eigenvalues of the event
+      integer, intent(out) :: negative           !! number of negative ones among these
       type(modes_t) :: modes
       type(error_t), allocatable :: error
       type(zero_t) :: zero

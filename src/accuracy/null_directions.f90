@@ -1,9 +1,9 @@
-!> Takes out of a solution what goes along null vectors of a tangent at a bifurcation: over a vanishing eigenvalue rounding makes
-!> any share of it.
+!> Removes from a solution at a bifurcation its components along the null vectors: divided by a vanishing eigenvalue, rounding makes
+!> them arbitrary.
 !>
-!> What a factored tangent K adds to a solution there is along its own direction of least resistance, K^-1 M v for a null vector v
-!> and the metric M, not along v: of the finer problem, or as rounding has it. Of slender rods the difference would be stretched
-!> with a stiffness that makes forces of it.
+!> The arbitrary component is along K^-1 M v, for the null vector v, the factored tangent K and the metric M, not exactly along v: K
+!> may be that of the enriched problem, or affected by rounding. In slender rods the difference would cause large axial strains and
+!> forces.
 module null_directions
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -16,12 +16,12 @@ module null_directions
 
 contains
 
-   !> K^-1 M v of every null vector, with length 1 along it.
+   !> K^-1 M v of every null vector v, normalised to length 1.
    function new_null_directions(problem, system, modes) result(direction)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric, node axes
-      real(wp), allocatable :: direction(:, :)   !! (unknowns, as many)
+      real(wp), allocatable :: direction(:, :)   !! (unknowns, same number)
       integer :: k
       allocate (direction, mold=modes)
       do k = 1, size(modes, 2)
@@ -30,10 +30,10 @@ contains
       end do
    end function new_null_directions
 
-   !> x without null vectors: what is left has no part along them.
+   !> Subtracts from x multiples of the directions so that no component along the null vectors remains.
    pure subroutine leave_out(problem, modes, direction, x)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: modes(:, :), direction(:, :) !! (unknowns, any number) of the null vectors, see above
+      real(wp), intent(in) :: modes(:, :), direction(:, :) !! (unknowns, any number): null vectors, and their new_null_directions
       real(wp), intent(inout) :: x(:)            !! (unknowns) node axes
       real(wp) :: a(size(modes, 2), size(modes, 2)), b(1, size(modes, 2))
       logical :: singular
@@ -50,8 +50,8 @@ contains
       x = x - matmul(direction, b(1, :))
    end subroutine leave_out
 
-   !> Forces less M v times their work on every null vector v: a solution has the same part across these directions, and no other
-   !> that would leave its rounding there.
+   !> Forces minus M v times their work on every null vector v. The solution orthogonal to the null vectors is the same, without
+   !> rounding errors along them.
    pure function free_of(problem, modes, force) result(free)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric
@@ -64,7 +64,7 @@ contains
       end do
    end function free_of
 
-   !> M x.
+   !> Product M x with the metric.
    pure function times_metric(problem, x) result(weighted)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: x(:)               !! (unknowns) node axes
@@ -77,7 +77,7 @@ contains
       end do
    end function times_metric
 
-   !> The part of a vector that is a mode.
+   !> Component of a vector along a mode: the metric's inner product.
    pure real(wp) function likeness(problem, mode, x)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: mode(:), x(:)      !! (unknowns) node axes; the mode has length 1 in the metric

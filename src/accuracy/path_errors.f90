@@ -1,5 +1,5 @@
-!> Discretisation errors at points of the path: of the load factor, the monitors and the places of touchdown points, what the
-!> control prescribes held; and at located events, where the finer problem has the event elsewhere.
+!> Discretisation errors at points of the path, of load factor, monitors and places of touchdown points while the constraint is
+!> satisfied; and at located events, which the enriched problem has elsewhere on its path.
 module path_errors
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
@@ -29,24 +29,24 @@ module path_errors
    private
    public :: point_errors, event_errors
 
-   !> An event on the finer path.
+   !> A located event on the enriched problem's path.
    type :: crossing_t
-      real(wp) :: f = 0.0_wp                     !! its function next to where it was located
-      real(wp) :: slope = 0.0_wp                 !! of that along the path, in the control's measure
-      real(wp) :: way = 0.0_wp                   !! to its zero by these two, in the control's measure
-      real(wp), allocatable :: near(:)           !! values at the end of the way
-      real(wp) :: more = 0.0_wp                  !! what is left of it
-      real(wp), allocatable :: rate(:)           !! of the values along what is left of the path
-      real(wp), allocatable :: doubt(:)          !! what elements of two orders more make of the values there beside those of one
-      real(wp) :: rounding = 0.0_wp              !! what is left of its function where the way is too short to leave any
-      character(:), allocatable :: why           !! it is not to be had: the reason
+      real(wp) :: f = 0.0_wp                     !! event function at the point where the problem located the event
+      real(wp) :: slope = 0.0_wp                 !! derivative along the path, by the controlled quantity
+      real(wp) :: way = 0.0_wp                   !! distance -f/slope to the zero, in the controlled quantity
+      real(wp), allocatable :: near(:)           !! values at the end of that distance
+      real(wp) :: more = 0.0_wp                  !! remaining distance from there
+      real(wp), allocatable :: rate(:)           !! derivative of the values over the remaining distance
+      real(wp), allocatable :: doubt(:)          !! change of the values due to elements of two orders more instead of one
+      real(wp) :: rounding = 0.0_wp              !! remaining function if the distance is so short that this is rounding
+      character(:), allocatable :: why           !! reason why the event could not be found; not allocated: found
    end type crossing_t
 
-   real(wp), parameter :: small_part = 1.0e-3_wp !! of an increment, over which slopes along the path are taken
-   real(wp), parameter :: longest_part = 0.1_wp  !! that the path is straight over to as much
-   real(wp), parameter :: plain = 1.0_wp / longest_part !! roundings: a slope as good as that
-   real(wp), parameter :: next_order = 0.5_wp     !! what the next order's polynomial errs by between nodes; 0.25 to 0.45 measured
-   real(wp), parameter :: least_bend = 0.1_wp     !! of a slope's change: what is left there is more than the way, and no bar holds
+   real(wp), parameter :: small_part = 1.0e-3_wp !! part of an increment over which derivatives along the path are taken
+   real(wp), parameter :: longest_part = 0.1_wp  !! largest part, over which the path is straight to the same accuracy
+   real(wp), parameter :: plain = 1.0_wp / longest_part !! rounding errors by which the function must change for a slope
+   real(wp), parameter :: next_order = 0.5_wp !! error of the next order's polynomial per change between nodes; 0.25-0.45 measured
+   real(wp), parameter :: least_bend = 0.1_wp     !! lower bound of the ratio of the slopes; below that ratio no bar holds
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
       & no_function = 'what is zero at this point is not to be had from elements of a higher order', &
@@ -54,16 +54,16 @@ module path_errors
 
 contains
 
-   !> Errors at a point of the path, held by its control: at the given load, at the given monitor, or normal to the path.
+   !> Errors at a point of the path under the constraint of its control: given load, given monitor, or plane normal to the path.
    subroutine point_errors(problem, finer, state, system, control, heading, bars, places, as_it_is)
       type(problem_t), intent(in) :: problem
-      type(enriched_problem_t), intent(inout), target :: finer !! of the problem; made here where it is not known
+      type(enriched_problem_t), intent(inout), target :: finer !! enriched problem, made here if necessary
       type(state_t), intent(in) :: state         !! converged
-      type(system_t), intent(in) :: system       !! factored there
+      type(system_t), intent(in) :: system       !! factored at `state`
       type(control_t), intent(in) :: control
-      type(path_tangent_t), intent(in) :: heading     !! tangent there
+      type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
       type(error_bars_t), intent(out) :: bars
-      logical, intent(in), optional :: places    !! those of touchdown points, too
+      logical, intent(in), optional :: places    !! true: errors of touchdown points, too
       logical, intent(in), optional :: as_it_is  !! see why_not_told
       type(enriched_path_t) :: path
       type(enriched_point_t) :: point
@@ -94,23 +94,23 @@ contains
       end if
       unseen = point%value - value - shares%sum
       call set_bars(problem, state, system, ends, shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
-      ! What is held is what it is held at.
+      ! The prescribed quantity has no error.
       given = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
       if (path%control%method == method_load) bars%load = given
       if (path%control%method == method_displacement) bars%monitor(path%control%monitor) = given
       call move_alloc(point%system, finer%system)
    end subroutine point_errors
 
-   !> Errors of a located event. The finer problem has it further along its path by what its function is at this point, over the
-   !> function's slope.
+   !> Errors of a located event. The enriched problem has the event farther along its path by the value of the event function at
+   !> this point divided by its slope.
    subroutine event_errors(problem, finer, state, system, zero, heading, length, rise, bars, as_it_is)
       type(problem_t), intent(in) :: problem
-      type(enriched_problem_t), intent(inout), target :: finer !! of the problem; made here where it is not known
-      type(state_t), intent(in) :: state         !! where it was located
+      type(enriched_problem_t), intent(inout), target :: finer !! enriched problem, made here if necessary
+      type(state_t), intent(in) :: state         !! located state of the event
       type(system_t), intent(in) :: system       !! factored there
-      type(zero_t), intent(in) :: zero           !! what vanishes there
-      type(path_tangent_t), intent(in) :: heading     !! tangent there
-      real(wp), intent(in) :: length, rise       !! arc length and change of the load factor of the increment around it
+      type(zero_t), intent(in) :: zero           !! test function of the event
+      type(path_tangent_t), intent(in) :: heading     !! path tangent there
+      real(wp), intent(in) :: length, rise       !! arc length and load factor change of the increment that contains the event
       type(error_bars_t), intent(out) :: bars
       logical, intent(in), optional :: as_it_is  !! see why_not_told
       type(control_t) :: control
@@ -118,7 +118,7 @@ contains
       type(enriched_point_t) :: first
       type(crossing_t) :: crossing
       type(contributions_t) :: shares
-      real(wp), allocatable :: by_eigenvalue(:)  ! (elements) what each errs by in that of a bifurcation
+      real(wp), allocatable :: by_eigenvalue(:)  ! (elements) error contributions to the eigenvalue of a bifurcation
       real(wp), allocatable :: modes(:, :), value(:), final(:), unseen(:), sizes(:), rounding(:), watched(:, :)
       real(wp) :: reach, local, most, doubt, noise
       integer, allocatable :: ends(:)
@@ -128,7 +128,7 @@ contains
       if (bars%why /= '') return
       allocate (modes(size(system%residual), 0))
       if (allocated(zero%modes)) modes = zero%modes
-      ! A rod that only gets stressed, as one heated between clamps, may buckle all the same.
+      ! A structure that is only stressed, such as a rod heated between clamps, may buckle nevertheless.
       if (.not. (metric(problem, heading%u, heading%u) > 0.0_wp .or. size(modes, 2) > 0) .or. &
          & .not. (length > 0.0_wp .or. abs(rise) > 0.0_wp)) then
          bars%why = 'nothing moves there'
@@ -136,10 +136,10 @@ contains
       end if
       control%method = method_linearised
       control = holding(problem, state, control, heading)
-      ! A bifurcation is looked for by its load, which does not turn there: what a stiff structure's small displacements err by
-      ! is not to come into it.
+      ! A bifurcation is compared by load, whose rate does not vanish there; errors of a stiff structure's small displacements have
+      ! no influence then.
       if (size(modes, 2) > 0) control = normal_plane(problem, state, heading, 1.0_wp)
-      ! The increment along this control: at a limit point the load does not count, and where nothing moves only the load does.
+      ! Increment in the controlled quantity: at a limit point without the load, and by the load alone if nothing moves.
       reach = length
       if (control%method == method_linearised) reach = sqrt(metric(problem, control%tangent, control%tangent)) * length + &
          & control%load_scale**2 * abs(control%tangent_load * rise)
@@ -179,9 +179,9 @@ contains
 
    contains
 
-      !> What the event's place errs by is the elements', too: of a bifurcation by what they err in its eigenvalue and in where the
-      !> spans end that buckle, where contact with a foundation begins or ends by what they err in the gap, of others as they do in
-      !> the load; and what the nodes do not tell of it is its element's own.
+      !> Distributes the error of the event's position over the elements: for a bifurcation like their contributions to the
+      !> eigenvalue and to the touchdown points of the buckling spans, for ends of foundation contact like their contributions to
+      !> the gap, otherwise like those to the load. The part not due to nodal values belongs to the element with the event.
       subroutine share_way()
          real(wp) :: part(size(shares%element, 2)), moved, own
          integer :: m
@@ -204,8 +204,8 @@ contains
          end do
       end subroutine share_way
 
-      !> Of a bifurcation: what the elements make of the modes where the spans end as they do here, and the rest of the eigenvalue
-      !> as they make the places of those ends.
+      !> Contributions to the eigenvalue of a bifurcation: to the modes with touchdown points fixed, and the rest of the
+      !> eigenvalue's error in proportion to the contributions to the touchdown points.
       function bifurcation_shares() result(part)
          real(wp) :: part(size(shares%element, 2)), of_ends(size(shares%element, 2)), rest
          part = by_eigenvalue
@@ -214,7 +214,7 @@ contains
          if (rest > 0.0_wp .and. sum(of_ends) > 0.0_wp) part = part + rest * of_ends / sum(of_ends)
       end function bifurcation_shares
 
-      !> What rounding of the tangent does to the load's slope along the path, where that is the function.
+      !> Rounding error of the load rate, if that is the event function.
       real(wp) function load_rounding() result(error)
          real(wp) :: stiffness, rounding, work
          error = 0.0_wp
@@ -224,7 +224,7 @@ contains
          if (work > 0.0_wp) error = rounding / work
       end function load_rounding
 
-      !> What rounding of the tangent does to the function: the load's slope along the path, or an eigenvalue.
+      !> Rounding error of the event function: load rate, rate of a monitor, or eigenvalue.
       real(wp) function location_rounding() result(error)
          real(wp) :: stiffness, rounding
          error = 0.0_wp
@@ -232,7 +232,8 @@ contains
             error = load_rounding()
             if (error > 0.0_wp) error = max(error, crossing%rounding)
          else if (zero_is(zero, event_turning)) then
-            ! The direction of the path is as good as the stiffness along it, beside what it turns by over the increment.
+            ! The direction of the path is as accurate as the stiffness along it; its turn over the increment gives the error of the
+            ! rate.
             call path_stiffness(problem, state, system, stiffness, rounding)
             stiffness = max(stiffness, bending_stiffness(problem))
             error = rounding / stiffness * abs(crossing%slope) * reach
@@ -242,7 +243,7 @@ contains
       end function location_rounding
    end subroutine event_errors
 
-   !> True for an event of a kind.
+   !> True for an event of the given kind.
    pure logical function zero_is(zero, kind)
       type(zero_t), intent(in) :: zero
       integer, intent(in) :: kind                !! event_...
@@ -250,13 +251,13 @@ contains
       if (allocated(zero%event)) zero_is = zero%event%kind == kind
    end function zero_is
 
-   !> The event on the finer path: along it from a point by what its function is there, over the function's slope.
+   !> Finds the event on the enriched problem's path: from a point by the value of the event function divided by its slope.
    subroutine find_crossing(path, zero, reach, rounding, first, crossing)
       type(enriched_path_t), intent(in) :: path
-      type(zero_t), intent(in) :: zero           !! what vanishes
-      real(wp), intent(in) :: reach              !! of the increment around it, in the control's measure
-      real(wp), intent(in) :: rounding           !! of its function, as far as that is known
-      type(enriched_point_t), intent(in) :: first   !! next to where it was located
+      type(zero_t), intent(in) :: zero           !! test function of the event
+      real(wp), intent(in) :: reach              !! increment that contains the event, in the controlled quantity
+      real(wp), intent(in) :: rounding           !! rounding error of the event function, if known; else 0
+      type(enriched_point_t), intent(in) :: first   !! point of the enriched path where the problem located the event
       type(crossing_t), intent(out) :: crossing
       type(enriched_point_t) :: ahead, near
       real(wp) :: part, f_ahead, bend
@@ -276,7 +277,7 @@ contains
                crossing%why = no_function
                return
             end if
-            ! Far enough for a slope that is more than rounding.
+            ! Far enough for a slope that exceeds rounding.
             if (abs(f_ahead - f) > plain * rounding .or. part >= longest_part) exit
             part = 10.0_wp * part
          end do
@@ -290,7 +291,7 @@ contains
          end if
          way = -f / slope
          if (abs(way) <= part * reach .and. .not. zero_is(zero, event_limit)) then
-            ! Between two points that are known.
+            ! The zero lies between two points already computed.
             crossing%near = first%value + way * crossing%rate
             crossing%rate(1) = load_rate(first%heading)
             return
@@ -301,14 +302,14 @@ contains
             crossing%why = no_convergence
             return
          end if
-         ! The rest of the way by its tangent.
+         ! The remaining distance by the tangent at the end.
          more = value_at(near)
          if (.not. ieee_is_finite(more)) then
             crossing%why = no_function
             return
          end if
-         ! Over a way that counts the function's slope changes, and tells where it has no zero after all, or another one nearby.
-         ! The way was that of the first slope, so that the slope at its end is 1 - 2 more / f of it.
+         ! Over a longer distance the slope of the function changes and shows whether the zero does not exist, or is another one.
+         ! The distance was computed with the first slope, so that the slope at its end is that slope times 1 - 2 more / f.
          bend = 1.0_wp
          if (abs(way) > part * reach) then
             bend = 1.0_wp - 2.0_wp * more / f
@@ -318,34 +319,34 @@ contains
          more = -more / (slope * max(bend, least_bend))
          crossing%near = near%value
          crossing%rate(1) = load_rate(near%heading)
-         ! At a limit point that is the function itself, which falls to zero.
+         ! At a limit point the load rate is the function itself and falls linearly to zero: its mean is a half.
          if (zero_is(zero, event_limit)) crossing%rate(1) = 0.5_wp * crossing%rate(1)
       end associate
 
    contains
 
-      !> The event's function on the finer path.
+      !> Event function on the enriched path.
       real(wp) function value_at(point)
          type(enriched_point_t), intent(in) :: point
          value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load)
       end function value_at
 
-      !> Of the load factor along the path.
+      !> Derivative of the load factor by the controlled quantity.
       real(wp) function load_rate(heading) result(rate)
-         type(path_tangent_t), intent(in) :: heading   !! tangent there
+         type(path_tangent_t), intent(in) :: heading   !! path tangent at the point
          rate = 1.0_wp
          if (path%control%method /= method_load) rate = heading%load / (metric(path%problem, path%control%tangent, heading%u) + &
             & path%control%load_scale**2 * path%control%tangent_load * heading%load)
       end function load_rate
    end subroutine find_crossing
 
-   !> How far the finer path can be trusted: what elements of one order more still make of it, at a point and of the event's
-   !> function there. On meshes that hardly resolve the solution the two differ by as much as the first one tells, and of a few
-   !> elements' shares that cancel more is left.
+   !> Uncertainty of the enriched path: change of the values and the event function at a point due to elements of one order more. On
+   !> meshes that hardly resolve the solution this change is as large as the first one; if error contributions of few elements
+   !> cancel, more of it remains.
    subroutine doubt_crossing(path, zero, first, crossing)
       type(enriched_path_t), intent(in) :: path
-      type(zero_t), intent(in) :: zero           !! what vanishes
-      type(enriched_point_t), intent(in) :: first   !! next to where it was located
+      type(zero_t), intent(in) :: zero           !! test function of the event
+      type(enriched_point_t), intent(in) :: first   !! point of the enriched path where the problem located the event
       type(crossing_t), intent(inout) :: crossing
       type(enriched_problem_t), target :: finest
       type(enriched_path_t) :: next
@@ -362,7 +363,8 @@ contains
          & point%system, point%heading%load) - crossing%f)
    end subroutine doubt_crossing
 
-   !> What holds a point of a path: the load or the monitor that the strategy prescribes, else the plane normal to it.
+   !> Constraint that defines a point for comparison: the load or monitor prescribed by the strategy, else the plane normal to the
+   !> path.
    function holding(problem, state, control, heading) result(held)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -374,7 +376,7 @@ contains
       if (is_arc_length(control%method)) held = normal_plane(problem, state, heading)
    end function holding
 
-   !> The finer problem linearised at the point, and the elements' shares of the errors there.
+   !> Linearises the enriched problem at the point, and computes the error contributions of the elements.
    subroutine begin(problem, finer, state, system, control, heading, ends, modes, path, point, shares, value, &
       & watched)
       type(problem_t), intent(in) :: problem
@@ -383,13 +385,13 @@ contains
       type(system_t), intent(in) :: system
       type(control_t), intent(in) :: control
       type(path_tangent_t), intent(in) :: heading
-      integer, intent(in) :: ends(:)             !! touchdown points whose places count
+      integer, intent(in) :: ends(:)             !! touchdown points whose places are values
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, multiplicity) bifurcation: null vectors
       type(enriched_path_t), intent(out) :: path
       type(enriched_point_t), intent(out) :: point
       type(contributions_t), intent(out) :: shares
       real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, places
-      real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) a displacement that the event hangs on
+      real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) gradient of the event function of a gap
       call new_finer_path(problem, finer, state, control, heading, ends, path)
       path%modes = modes
       call start_point(path, finer, point)
@@ -403,12 +405,12 @@ contains
       end if
    end subroutine begin
 
-   !> Bars from estimates. What is taken from the polynomial inside an element errs by one order more in the finer one only, not
-   !> by two, so that as much again may be missing.
+   !> Error bars from the estimates. A number from the polynomial inside an element gains one order only in the enriched problem,
+   !> not two, so that its estimate may lack as much again.
    subroutine set_bars(problem, state, system, ends, shares, value, correction, unseen, sizes, rounding, bars)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! factored there
+      type(system_t), intent(in) :: system       !! factored at `state`
       integer, intent(in) :: ends(:)             !! touchdown points
       type(contributions_t), intent(in) :: shares
       real(wp), intent(in) :: value(:), correction(:), unseen(:), sizes(:), rounding(:)

@@ -1,14 +1,14 @@
-!> Does a corrected point lie on the path that the increment began on?
+!> Tests whether a corrected point lies on the path on which the increment began.
 !>
-!> Along one smooth path the chord between two points is the mean of the tangents at both (trapezoidal rule) up to the third
-!> order of its length, the load changes at a rate between those at both, and over an increment worth its name the tangent
-!> turns little. A corrector that has landed on another path, or behind a loop of its own, meets all of this by accident
-!> only. Tested so for every strategy, after the fact (distance and angle: Allgower & Georg 1990, 6.1; Rheinboldt & Burkardt
-!> 1983).
+!> Along a smooth path the chord between two points equals the mean of the tangents at both (trapezoidal rule) up to the third order
+!> of its length, the mean load rate lies between the rates at both ends, and the tangent turns little over an increment of
+!> reasonable length. A corrector that has converged to another path, or behind a loop of this one, satisfies all three conditions
+!> only by accident. They are checked after the correction, for every strategy (distance and angle: Allgower & Georg 1990, 6.1;
+!> Rheinboldt & Burkardt 1983).
 !>
-!> Displacements are measured in the metric of path_control, the change of the load against the faster of its rates at both
-!> ends: nothing depends on units, on the mesh or on the strategy. Nodes that go with touchdown points count, for they go
-!> smoothly, and so does the tangent (path_control).
+!> Displacements are measured in the metric of path_control, load changes relative to the faster of the load rates at both ends: the
+!> test depends neither on units, mesh nor strategy. Nodes that move with touchdown points are included, because they and the
+!> tangent (path_control) move smoothly.
 module path_continuity
    use kinds, only: wp
    use model, only: method_cylindrical, method_load, method_linearised
@@ -27,46 +27,46 @@ module path_continuity
    !> Unit tangent of a path at a point.
    type :: path_tangent_t
       real(wp), allocatable :: u(:, :)          !! (3, nodes) d(displacements)/d(arc length)
-      real(wp) :: load = 0.0_wp                 !! d(load factor)/d(arc length); 1 where nothing moves
+      real(wp) :: load = 0.0_wp                 !! d(load factor)/d(arc length); 1 if no displacement changes
    end type path_tangent_t
 
-   !> How two points and their tangents fit together.
+   !> Comparison of two points and their tangents.
    type :: relation_t
-      logical :: told = .false.                 !! false: nothing moves, there is nothing to compare
-      real(wp) :: length = 0.0_wp               !! of the chord
+      logical :: told = .false.                 !! false: no displacement changes, no comparison is possible
+      real(wp) :: length = 0.0_wp               !! length of the chord
       real(wp) :: turn = 0.0_wp                 !! angle between the tangents
-      real(wp) :: distance = 0.0_wp             !! |chord - mean of the tangents|, of the chord; 1/8 turn^2 on a circle
-      real(wp) :: load = 0.0_wp                 !! how far the load's mean rate is from between its rates, of the faster one
-      real(wp) :: bending = 0.0_wp              !! the same of the rotations' rates, as vectors
-      real(wp) :: rotation = 0.0_wp             !! [rad] largest, where the first tangent is not known
+      real(wp) :: distance = 0.0_wp             !! norm of chord/length - mean of the tangents; 1/8 turn^2 on a circle
+      real(wp) :: load = 0.0_wp !! excess of the mean load rate over the interval of both rates, relative to the faster one
+      real(wp) :: bending = 0.0_wp              !! the same for the rates of the rotations, as vectors
+      real(wp) :: rotation = 0.0_wp             !! [rad] largest rotation, if the first tangent is unknown
    end type relation_t
 
    interface stands_still
       module procedure heading_stands, rate_stands
    end interface stands_still
 
-   real(wp), parameter :: largest_turn = 0.5_wp !! of the tangent in one increment
-   real(wp), parameter :: largest_distance = 0.5_wp * largest_turn**2 !! four times what a circle's arc of that turn gives
-   real(wp), parameter :: largest_load = largest_distance !! of a rate that is not monotone over the increment
+   real(wp), parameter :: largest_turn = 0.5_wp !! [rad] largest turn of the tangent in one increment
+   real(wp), parameter :: largest_distance = 0.5_wp * largest_turn**2 !! four times the value of a circular arc of that turn
+   real(wp), parameter :: largest_load = largest_distance !! for a load rate that is not monotone over the increment
    real(wp), parameter :: right_angle = acos(0.0_wp)
-   real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length of rounding, where loads only stress what cannot move
+   real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length due to rounding, if loads only stress an immovable structure
 
 contains
 
-   !> The plane normal to the path at a point, as a control. A change by all of the load counts as much as one by all of the
-   !> displacement, so that at limit points the displacements are held, however little a slender structure has moved until then,
-   !> and the load where hardly anything moves.
+   !> Control that prescribes the plane normal to the path at a point. The load factor is scaled so that the whole load weighs as
+   !> much as the whole displacement: at limit points displacements are prescribed, however little a slender structure has moved
+   !> until then, and the load where hardly anything moves.
    function normal_plane(problem, state, heading, least) result(plane)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(path_tangent_t), intent(in) :: heading     !! tangent there
-      real(wp), intent(in), optional :: least    !! displacement over the size that counts as all at least
+      type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
+      real(wp), intent(in), optional :: least    !! lower bound of the whole displacement, over the structure's size
       type(control_t) :: plane
       real(wp) :: norm, all_of_it
       plane%method = method_load
       if (.not. metric(problem, heading%u, heading%u) > 0.0_wp) return
       plane%method = method_linearised
-      ! Displacements that have lost half of their digits to rounding are not what holds a point.
+      ! Displacements that have lost half of their digits to rounding cannot prescribe a point.
       all_of_it = max(sqrt(metric(problem, state%u, state%u)), sqrt(epsilon(norm)))
       if (present(least)) all_of_it = max(all_of_it, least)
       if (abs(state%load_factor) > 0.0_wp) plane%load_scale = all_of_it / abs(state%load_factor)
@@ -75,11 +75,11 @@ contains
       plane%tangent_load = heading%load / norm
    end function normal_plane
 
-   !> Tangent at a state, in the sense of a direction.
+   !> Path tangent at a state, oriented along a given direction.
    function path_tangent_at(problem, system, direction, direction_load) result(heading)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system      !! factored at the state
-      real(wp), intent(in) :: direction(:, :)   !! (3, nodes) displacements; where they are zero the load factor decides
+      real(wp), intent(in) :: direction(:, :)   !! (3, nodes) displacements; if zero the sign of the load factor decides
       real(wp), intent(in) :: direction_load
       type(path_tangent_t) :: heading
       type(control_t) :: control
@@ -89,13 +89,13 @@ contains
       heading%load = control%tangent_load
    end function path_tangent_at
 
-   !> Compares two points of a path.
+   !> Compares two points of a path and their tangents.
    pure function relate(problem, from, to, before, after, fresh) result(relation)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
-      type(path_tangent_t), intent(in) :: before, after !! at `from` and `to`
-      logical, intent(in) :: fresh              !! `from` is a start whose contacts carry nothing: its tangent takes them for
-      !! held. The answer to a small load is proportional to it, so the chord itself stands for that tangent.
+      type(path_tangent_t), intent(in) :: before, after !! tangents at `from` and `to`
+      logical, intent(in) :: fresh              !! `from` is an unloaded start: its tangent assumes its contacts closed. The
+      !! response to a small load is proportional to the load, and the chord replaces that tangent
       type(relation_t) :: relation
       real(wp), dimension(3, size(from%u, 2)) :: chord, first, last
       real(wp) :: length, rise, rates(2), faster, unknown
@@ -113,7 +113,7 @@ contains
          call seen(before, first, rates(1), from)
       end if
       if (.not. (metric(problem, first, first) > 0.0_wp .and. metric(problem, last, last) > 0.0_wp)) return
-      ! Where nothing moves tangents are rounding, and the chord is what was left of a located point.
+      ! If no displacement changes, tangents are rounding, and the chord is the location error of an event.
       if (length <= problem%model%step(problem%step)%locate_tolerance .and. stands_still(rates(1), length * rise) .and. &
          & stands_still(rates(2), length * rise)) return
       relation%told = .true.
@@ -124,11 +124,11 @@ contains
       relation%load = max(rise - maxval(rates), minval(rates) - rise) - &
          & problem%model%step(problem%step)%tolerance * max(abs(from%load_factor), abs(to%load_factor)) / length
       relation%load = max(relation%load, 0.0_wp) / max(maxval(abs(rates)), tiny(1.0_wp))
-      ! The chord has become its distance from the tangents' mean.
+      ! chord is now its difference from the mean of the tangents.
       last = 0.5_wp * (last - first)
       faster = sqrt(max(turning(problem, first, first), turning(problem, first + 2.0_wp * last, first + 2.0_wp * last)))
-      ! Forces do not tell how far a rod has rolled that may: that is known to what the iteration leaves of it. Of all others
-      ! meshes leave what was asked for.
+      ! The position of a rod that rolls freely is accurate to the iteration tolerance only; other rotations have the error allowed
+      ! to the mesh.
       unknown = no_motion / length
       associate (step => problem%model%step(problem%step))
          if (problem%rolling > 0) unknown = max(unknown, step%tolerance * problem%size / length)
@@ -139,11 +139,11 @@ contains
 
    contains
 
-      !> A tangent as the nodes of `from` see it, its length 1 again.
+      !> Transfers a tangent to the nodes of `from` and normalises it.
       pure subroutine seen(heading, u, rate, there)
          type(path_tangent_t), intent(in) :: heading
          real(wp), intent(out) :: u(:, :), rate
-         type(state_t), intent(in) :: there     !! whose tangent it is
+         type(state_t), intent(in) :: there     !! the state of that tangent
          real(wp) :: norm
          u = seen_from(problem, from, there, heading%u)
          norm = sqrt(metric(problem, u, u))
@@ -154,7 +154,7 @@ contains
       end subroutine seen
    end function relate
 
-   !> True for two points that fit together as neighbours on one path do, or of which nothing can be told.
+   !> True for two points that can be neighbours on one path, or cannot be compared.
    pure logical function same_path(relation)
       type(relation_t), intent(in) :: relation
       same_path = .not. relation%told .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
@@ -162,34 +162,34 @@ contains
          & relation%bending <= largest_load .and. .not. turned_over(relation))
    end function same_path
 
-   !> True for a rod that Newton's method may have turned over, from a start that tells no tangent: what turns by more than a right
-   !> angle at once is not believed.
+   !> True for a rod that the corrector may have turned over from a start without a tangent: a rotation by more than a right angle
+   !> in one increment is rejected.
    pure logical function turned_over(relation)
       type(relation_t), intent(in) :: relation
       turned_over = relation%told .and. relation%rotation > right_angle
    end function turned_over
 
-   !> True for a point much further away than its increment was to go. Strategies whose corrections are only normal to
-   !> something can get there; on one path they are off by the square of what it turns.
+   !> True for a point much farther away than the increment prescribed. Strategies without a constraint equation can arrive there;
+   !> on the same path their deviation is of the order of the squared turn.
    pure logical function too_far(problem, control, relation)
       type(problem_t), intent(in) :: problem
-      type(control_t), intent(in) :: control    !! its tangent set where it prescribes an arc length
+      type(control_t), intent(in) :: control    !! its tangent is set if it prescribes an arc length
       type(relation_t), intent(in) :: relation
       too_far = .false.
       if (is_arc_length(control%method)) too_far = relation%length > (1.0_wp + largest_turn) * abs(control%increment) * &
          & sqrt(metric(problem, control%tangent, control%tangent))
    end function too_far
 
-   !> True for a path that turns at a corner, not on a curve: shorter increments from the same point turn as much. Laws of
-   !> foundations have corners, and so have contacts.
+   !> True for a path with a corner instead of a curve: a shorter increment from the same point turns by about the same angle.
+   !> Piecewise linear foundation laws and contact changes cause corners.
    pure logical function at_corner(longer, shorter)
       type(relation_t), intent(in) :: longer, shorter !! of two increments from one point
-      real(wp), parameter :: as_much = 0.75_wp  ! half of it would be a curve's
+      real(wp), parameter :: as_much = 0.75_wp  ! on a curve the turn falls in proportion to the length
       at_corner = longer%told .and. shorter%told .and. shorter%length < as_much * longer%length .and. &
          & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle
    end function at_corner
 
-   !> Angle between two fields; 0 where one of them is zero.
+   !> Angle between two fields; 0 if one of them is zero.
    pure real(wp) function angle_between(problem, a, b) result(angle)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes)
@@ -199,12 +199,12 @@ contains
       if (norms > 0.0_wp) angle = acos(min(max(metric(problem, a, b) / norms, -1.0_wp), 1.0_wp))
    end function angle_between
 
-   !> Arc length from a point to where its tangent meets that of another one, the corner between them; negative where the two do not
-   !> meet, as on different paths.
+   !> Arc length from a point to the intersection of its tangent with that of another point, which is the corner between them;
+   !> negative if the tangents do not intersect, as on different paths.
    pure real(wp) function length_to_corner(problem, from, to, before, after) result(first)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
-      type(path_tangent_t), intent(in) :: before, after !! at `from` and `to`
+      type(path_tangent_t), intent(in) :: before, after !! tangents at `from` and `to`
       real(wp), dimension(3, size(from%u, 2)) :: chord, ahead
       real(wp) :: length, cosine, second, along(2), rate, left
       first = -1.0_wp
@@ -217,7 +217,7 @@ contains
       rate = after%load / rate
       cosine = metric(problem, before%u, ahead)
       if (.not. abs(cosine) < 1.0_wp) return
-      ! The chord is as much of one and as much of the other, by least squares.
+      ! Components of the chord along both tangents, by least squares.
       along = [metric(problem, chord, before%u), metric(problem, chord, ahead)]
       second = (along(2) - cosine * along(1)) / (1.0_wp - cosine**2)
       left = to%load_factor - from%load_factor
@@ -228,21 +228,21 @@ contains
       first = along(1) - cosine * second
    end function length_to_corner
 
-   !> True where a change of the load factor moves nothing but by rounding: such a tangent has no direction.
+   !> True if a load change moves the structure by rounding only: such a tangent has no direction.
    pure logical function heading_stands(heading, rise) result(stands)
       type(path_tangent_t), intent(in) :: heading
-      real(wp), intent(in) :: rise              !! of the load factor
+      real(wp), intent(in) :: rise              !! change of the load factor
       stands = .not. any(abs(heading%u) > 0.0_wp) .or. rate_stands(heading%load, rise)
    end function heading_stands
 
-   !> The same of a tangent that moves something.
+   !> The same for a tangent with displacements.
    pure logical function rate_stands(rate, rise) result(stands)
-      real(wp), intent(in) :: rate              !! of the load factor by the arc length
+      real(wp), intent(in) :: rate              !! d(load factor)/d(arc length)
       real(wp), intent(in) :: rise
       stands = abs(rise) <= no_motion * abs(rate)
    end function rate_stands
 
-   !> Difference of the displacements of the material points at the nodes of `from`.
+   !> Displacement from one state to another, of the material points at the nodes of `from`.
    pure function chord_between(problem, from, to) result(chord)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -254,7 +254,7 @@ contains
       chord = to%u - from%u
    end function chord_between
 
-   !> A tangent at one state as the nodes of another one see it.
+   !> Transfers a tangent at one state to the nodes of another one.
    pure function seen_from(problem, from, there, u) result(seen)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, there
@@ -264,7 +264,8 @@ contains
       if (problem%moves_nodes()) seen = field_at(problem, there, u, from%geometry)
    end function seen_from
 
-   !> True for states that differ in nothing that jumps: contact set, places of the nodes along the rod.
+   !> True if two states have the same contact set and, on a mesh with fixed nodes, the same node positions, so that interpolation
+   !> between them is smooth.
    pure logical function alike(problem, a, b)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: a, b
@@ -273,7 +274,7 @@ contains
       do c = 1, size(a%segment)
          if (.not. alike) return
          if (a%segment(c) == b%segment(c)) cycle
-         ! What is settled at one of them only must at least touch at both, or at none.
+         ! A segment of the law determined in one state only requires contact in both states or in neither.
          alike = any([a%segment(c), b%segment(c)] == segment_unknown)
          if (.not. alike) return
          e = problem%ground%chain%element(2, c)
@@ -286,11 +287,11 @@ contains
       end do
    end function alike
 
-   !> A guess between two points of one path: cubic in displacements and load, linear in the rest.
+   !> Interpolates between two points of one path: cubic in displacements and load factor, linear in the other variables.
    function between(problem, from, to, before, after, part) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to     !! alike
-      type(path_tangent_t), intent(in) :: before, after !! at these; without displacements: linear there, too
+      type(path_tangent_t), intent(in) :: before, after !! tangents at both; if zero: linear in displacements, too
       real(wp), intent(in) :: part              !! 0 to 1, of the arc length
       type(state_t) :: state
       real(wp) :: length, weight(3)
@@ -302,7 +303,7 @@ contains
       weight([1, 3]) = weight([1, 3]) * length
       state%load_factor = from%load_factor + weight(1) * before%load + weight(2) * (to%load_factor - from%load_factor) + &
          & weight(3) * after%load
-      ! Where nodes go along the rod their own displacements change at other rates.
+      ! Displacements at moving nodes do not change at the tangents' rates: linear.
       if (problem%moves_nodes()) weight = [0.0_wp, part, 0.0_wp]
       state%u = from%u + weight(1) * before%u + weight(2) * (to%u - from%u) + weight(3) * after%u
       state%z = from%z + part * (to%z - from%z)
@@ -311,12 +312,12 @@ contains
       if (problem%moves_nodes()) call blend_geometry(problem, [from, to], [1.0_wp - part, part], state)
    end function between
 
-   !> Nodes of a state where those of others are, by their weights, which sum up to one.
+   !> Moves the nodes of a state to the weighted mean of their positions in other states; the weights sum to one.
    subroutine blend_geometry(problem, states, weight, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: states(:)
       real(wp), intent(in) :: weight(:)
-      type(state_t), intent(inout) :: state     !! its displacements go with the nodes
+      type(state_t), intent(inout) :: state     !! its displacements change with the nodes
       real(wp) :: shift(problem%model%mesh%n_nodes)
       integer :: e, i
       shift = 0.0_wp
@@ -329,20 +330,20 @@ contains
          end do
       end do
       do i = 1, problem%model%mesh%n_nodes
-         ! Breakpoints stay, and so does what only rounding moves.
+         ! Segment boundaries keep their positions, and shifts by rounding are ignored.
          if (abs(shift(i)) <= 8.0_wp * epsilon(shift) * problem%size) shift(i) = 0.0_wp
       end do
       call move_nodes(problem, shift, state%geometry)
    end subroutine blend_geometry
 
-   !> Weights of the first slope, the change and the last slope in the cubic that has them at both ends of (0, 1).
+   !> Weights of the first slope, the change and the last slope in Hermite's cubic on (0, 1).
    pure function hermite(part) result(weight)
       real(wp), intent(in) :: part
       real(wp) :: weight(3)
       weight = [part * (1.0_wp - part)**2, part**2 * (3.0_wp - 2.0_wp * part), -part**2 * (1.0_wp - part)]
    end function hermite
 
-   !> Part of the arc length at which a quantity that grows by a unit between two points, with given slopes there, has a value.
+   !> Fraction of the arc length at which a quantity that rises from 0 to 1, with given slopes at both ends, reaches a value.
    pure real(wp) function part_at(value, slope_before, slope_after) result(part)
       real(wp), intent(in) :: value             !! 0 to 1
       real(wp), intent(in) :: slope_before, slope_after
@@ -360,14 +361,14 @@ contains
       end do
    end function part_at
 
-   !> True for a point that lies on a stretch of the path between two others and goes the other way: a path that has turned
-   !> round without an event runs back over its own points. The two arms of a hairpin are told apart by shorter increments.
+   !> True for a point that lies on the path between two others and is followed in the opposite direction: a path that has turned
+   !> round without an event retraces its points. Shorter increments separate the two arms of a hairpin.
    pure logical function goes_back(problem, from, to, chord, before, after, place, heading)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to, place
-      real(wp), intent(in) :: chord(:, :)       !! (3, nodes) of the stretch, see chord_between
-      type(path_tangent_t), intent(in) :: before, after, heading !! at these
-      real(wp), parameter :: same = 0.04_wp * largest_turn**2 !! of the stretch; a cubic is good to a fourth of its square
+      real(wp), intent(in) :: chord(:, :)       !! (3, nodes) displacement between `from` and `to`, see chord_between
+      type(path_tangent_t), intent(in) :: before, after, heading !! tangents at these states
+      real(wp), parameter :: same = 0.04_wp * largest_turn**2 !! of that length; on a circular arc the cubic's error is turn^3/384
       real(wp), dimension(3, size(from%u, 2)) :: way, last
       real(wp) :: length, along, weight(3), load
       goes_back = .false.
@@ -386,7 +387,7 @@ contains
          & abs(load) <= same * length * max(abs(before%load), abs(after%load))
    end function goes_back
 
-   !> True for a state that lies where the path between two others of its points must pass; no tangent is needed there.
+   !> True for a state that lies on the path between two of its points. The state's own tangent is not needed.
    logical function lies_between(problem, from, to, before, after, place) result(lies)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to, place !! all alike
@@ -402,7 +403,7 @@ contains
       along = metric(problem, way, chord) / length**2
       part = min(max(along, 0.0_wp), 1.0_wp)
       if (problem%moves_nodes()) then
-         ! The nodes go along the rod: the cubic of the material points where those of the start are.
+         ! On moving nodes: cubic of the material points at the nodes of `from`.
          weight = hermite(part)
          way = way - weight(1) * length * before%u - weight(2) * chord - weight(3) * length * &
             & seen_from(problem, from, to, after%u)

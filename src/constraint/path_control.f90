@@ -1,21 +1,21 @@
-!> Increment strategies: what fixes the position of the next point on the path. Each is one linear row a Newton step.
+!> Increment strategies: the constraint that fixes the next point of the path, one linear equation in each Newton step.
 !>
-!> Displacements enter through the metric <a, b> = sum w_i (a_x b_x + a_y b_y)_i, w_i the node's share of the rod's length
-!> over the structure's size squared: dimensionless, and independent of units and mesh. Of nodes that go with
-!> touchdown points the displacements of one and the same material points are compared. The load factor enters multiplied
-!> by `load_scale`, set from the first increment, so that it does not depend on how the user scaled the loads either.
+!> Displacements enter through the metric <a, b> = sum w_i (a_x b_x + a_y b_y)_i, w_i the node's share of the rod length over the
+!> structure's size squared: dimensionless, independent of units and mesh. At nodes that move with touchdown points the
+!> displacements of the same material points are compared. The load factor is multiplied by `load_scale`, set from the first
+!> increment, so that the scaling of the loads has no influence either.
 !>
 !> load:         load factor = start + increment
 !> displacement: monitor = start + increment                                   (Batoz & Dhatt 1979)
 !> cylindrical:  |du| = increment                                              (Crisfield 1981)
 !> spherical:    |du|^2 + (load_scale dl)^2 = increment^2                      (Crisfield 1981)
 !> linearised:   the plane normal to the tangent at distance `increment`       (Riks 1979)
-!> largest displacement: that of the tangent's step of length `increment` which moves most (Rheinboldt 1981)
-!> flat:         excess of curvature at a point contact = increment (relative_curvature)
-!> The others take the tangent's step as predictor, and then corrections normal to
-!> minimum residual:        the load's own displacements: as short as possible (Chan 1988)
+!> largest displacement: the component with the largest change in a tangent step of length `increment` (Rheinboldt 1981)
+!> flat:         relative curvature at a point contact = increment (relative_curvature)
+!> The following take a tangent step as predictor, and corrections normal to
+!> minimum residual:        the displacements due to the load: shortest correction (Chan 1988)
 !> variable load:           the displacements of the increment so far          (Gierlinski & Graves Smith 1985)
-!> generalised displacement: the tangent of the increment before               (Yang & Shieh 1990)
+!> generalised displacement: the tangent of the previous increment             (Yang & Shieh 1990)
 module path_control
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
@@ -34,30 +34,31 @@ module path_control
    public :: control_t, control_row, held_by, control_error, held_within, is_arc_length, set_tangent, path_length, metric, &
       & turning, displacement_between, follow_nodes, can_be_held, holding_value
 
+   !> Constraint of an increment.
    type :: control_t
-      integer :: method = method_load
-      integer :: monitor = 0
-      real(wp) :: increment = 0.0_wp           !! load factor, monitor's unit or arc length
-      real(wp) :: whole = 0.0_wp               !! the increment that this one is a part of, where one is divided
+      integer :: method = method_load            !! strategy, method_...
+      integer :: monitor = 0                     !! index of the controlled monitor; 0: none
+      real(wp) :: increment = 0.0_wp           !! change of the controlled quantity: load factor, monitor (its unit) or arc length
+      real(wp) :: whole = 0.0_wp               !! length of the increment of which this one is a part; 0: not divided
       real(wp) :: load_scale = 0.0_wp          !! arc length per unit load factor
-      real(wp), allocatable :: tangent(:, :)   !! (3, nodes) unit tangent at the start, only displacements count
-      real(wp) :: tangent_load = 0.0_wp        !! its load factor component
-      real(wp), allocatable :: previous(:, :)  !! the tangent of the increment before, when there was one
-      integer :: flat = 0                      !! candidate of a point contact that is to be more curved than its obstacle by
-      !! the increment, whatever the method; 0: none
-      real(wp), allocatable :: watched         !! the controlled monitor's displacement at the start, where that has moved nodes
+      real(wp), allocatable :: tangent(:, :)   !! (3, nodes) displacements of the unit path tangent at the start
+      real(wp) :: tangent_load = 0.0_wp        !! load factor component of the tangent
+      real(wp), allocatable :: previous(:, :)  !! (3, nodes) tangent of the previous increment; not allocated: none
+      integer :: flat = 0                      !! candidate of a point contact whose relative curvature is to equal the increment,
+      !! whatever the method; 0: none
+      real(wp), allocatable :: watched !! displacement of the controlled monitor at the start; allocated if nodes have moved since
    end type control_t
 
 contains
 
-   !> True for the strategies whose increment is an arc length.
+   !> True for strategies whose increment is an arc length.
    pure logical function is_arc_length(method)
       integer, intent(in) :: method
       is_arc_length = any(method == [method_cylindrical, method_spherical, method_linearised, &
          & method_minimum_residual, method_variable_load, method_generalised, method_largest])
    end function is_arc_length
 
-   !> True for the load factor, and for monitors that an increment can prescribe.
+   !> True for numbers that an increment can prescribe: the load factor and monitors of displacements.
    pure logical function can_be_held(problem, monitor)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: monitor             !! 0: the load factor
@@ -65,29 +66,29 @@ contains
       if (monitor > 0) can_be_held = problem%deck%monitor(monitor)%quantity == quantity_displacement
    end function can_be_held
 
-   !> The control that goes on until a number that can be held has changed by so much.
+   !> Constraint: load factor or monitor changes by the given amount.
    pure type(control_t) function holding_value(monitor, change) result(control)
       integer, intent(in) :: monitor             !! 0: the load factor
-      real(wp), intent(in) :: change             !! in its unit
+      real(wp), intent(in) :: change             !! in the unit of the number
       control%method = merge(method_displacement, method_load, monitor > 0)
       control%monitor = monitor
       control%increment = change
    end function holding_value
 
-   !> True for the strategies whose corrections are normal to something: they have no constraint that a point must meet.
+   !> True for strategies whose corrections are normal to a given direction: they have no constraint that a point must satisfy.
    pure logical function is_free(method)
       integer, intent(in) :: method
       is_free = any(method == [method_minimum_residual, method_variable_load, method_generalised])
    end function is_free
 
-   !> Weight of the load factor in the arc length.
+   !> Weight of the squared load factor in the arc length.
    pure real(wp) function load_weight(control)
       type(control_t), intent(in) :: control
       load_weight = 0.0_wp
       if (any(control%method == [method_spherical, method_linearised])) load_weight = control%load_scale**2
    end function load_weight
 
-   !> <a, b> of the displacement parts.
+   !> Inner product <a, b> of the displacements.
    pure real(wp) function metric(problem, a, b)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes)
@@ -98,19 +99,20 @@ contains
       end do
    end function metric
 
-   !> The same of the rotation parts: bending, which displacements hardly tell where a rod is shortened by much more than it bends.
+   !> Inner product of the rotations. It measures bending, which displacements hardly show if a rod shortens much more than it
+   !> bends.
    pure real(wp) function turning(problem, a, b)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes)
       turning = problem%size**2 * dot_product(problem%weight, a(3, :) * b(3, :))
    end function turning
 
-   !> Unit tangent at the start from the solved system, pointing along `direction`.
+   !> Sets the unit tangent at the start from the solved system, oriented along `direction`.
    subroutine set_tangent(problem, system, direction, direction_load, control)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: direction(:, :), direction_load !! last increment: displacements and load factor;
-      !! the load factor alone decides where the displacements are zero
+      real(wp), intent(in) :: direction(:, :), direction_load !! last increment: displacements and load factor; if the displacements
+      !! are zero, the load factor decides the orientation
       type(control_t), intent(inout) :: control
       real(wp) :: norm, along
       control%tangent = all_to_global(problem, system, system%tangent)
@@ -128,7 +130,7 @@ contains
       end if
    end subroutine set_tangent
 
-   !> Sets the path row of the system at an iterate and returns its right-hand side.
+   !> Sets the constraint row of the system at an iterate and returns its right-hand side.
    subroutine control_row(problem, control, start, state, system, rhs)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
@@ -201,7 +203,7 @@ contains
       end select
    end function held_by
 
-   !> What the controlled monitor has changed by since the start.
+   !> Change of the controlled monitor since the start.
    pure real(wp) function change_so_far(problem, control, start, state) result(change)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
@@ -214,9 +216,9 @@ contains
       end if
    end function change_so_far
 
-   !> The displacement that the tangent moves most.
+   !> Displacement component with the largest value in the tangent.
    pure subroutine largest_component(control, node, component)
-      type(control_t), intent(in) :: control    !! its tangent set
+      type(control_t), intent(in) :: control    !! its tangent is set
       integer, intent(out) :: node, component
       integer :: place(2)
       place = maxloc(abs(control%tangent(1:2, :)))
@@ -224,20 +226,20 @@ contains
       node = place(2)
    end subroutine largest_component
 
-   !> The row of the cylindrical and spherical strategies: tangent plane of the circle at the root that Crisfield's quadratic
-   !> has nearer to the increment so far. Without a real root: the point of the line that is nearest to the circle.
+   !> Constraint row of the cylindrical and spherical strategies: tangent plane of the circle at the root of Crisfield's quadratic
+   !> that is closer to the increment so far. Without a real root: at the point of the line nearest to the circle.
    subroutine circle_row(problem, control, so_far, dl, system, rhs)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
       real(wp), intent(in) :: so_far(:, :), dl    !! displacements and load factor of the increment so far
       type(system_t), intent(inout) :: system
       real(wp), intent(out) :: rhs
-      real(wp), parameter :: grazing = 0.1_wp     !! sine of the angle between line and circle
+      real(wp), parameter :: grazing = 0.1_wp !! smallest sine of the angle between line and circle that counts as an intersection
       real(wp) :: x(system%n), y
       real(wp) :: a, b, c, root, discriminant, weight
       real(wp), dimension(3, size(so_far, 2)) :: line, fixed, at
       logical :: ok
-      ! What the residuals alone would do, the load factor held.
+      ! Correction due to the residuals at constant load factor.
       at = 0.0_wp
       call set_path_row(system, linear_functional(problem, system, at, 1.0_wp))
       call solve_bordered(system, -system%residual, system%value, 0.0_wp, x, y, ok)
@@ -262,7 +264,7 @@ contains
       end if
    end subroutine circle_row
 
-   !> Row of <direction, .>.
+   !> Row of the inner product <direction, .>.
    pure function metric_row(problem, direction) result(row)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: direction(:, :)
@@ -273,7 +275,7 @@ contains
       end do
    end function metric_row
 
-   !> How far an iterate is from meeting the constraint, relative to the increment.
+   !> Violation of the constraint at an iterate, relative to the increment.
    pure real(wp) function control_error(problem, control, start, state)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
@@ -310,13 +312,13 @@ contains
       end select
    end function control_error
 
-   !> How far that may be at a point of the path.
+   !> Largest violation of the constraint at a point of the path.
    pure real(wp) function held_within(step)
       type(step_t), intent(in) :: step
       held_within = max(step%tolerance, 1.0e-9_wp)
    end function held_within
 
-   !> Dimensionless length between two states, displacements only: the arc length that the results report.
+   !> Dimensionless distance between two states, displacements only: the arc length of the results.
    pure real(wp) function path_length(problem, from, to)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -325,7 +327,7 @@ contains
       path_length = sqrt(metric(problem, u, u))
    end function path_length
 
-   !> Displacements from one state to another, of the material points where the nodes of the second one stand.
+   !> Displacement between two states, of the material points at the nodes of the second one.
    pure function displacement_between(problem, from, to) result(u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -337,14 +339,14 @@ contains
       end if
    end function displacement_between
 
-   !> Start and control of an increment as seen from the nodes of an iterate.
+   !> Transfers start and control of an increment to the nodes of an iterate.
    subroutine follow_nodes(problem, start, control, state, origin, seen)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: state
       type(state_t), intent(inout) :: origin      !! the start: its displacements become those at the iterate's nodes
-      type(control_t), intent(inout) :: seen      !! the control: its tangents, too
+      type(control_t), intent(inout) :: seen      !! the control: its tangents are transferred, too
       if (allocated(control%tangent)) then
          call see_from(problem, start, state%geometry, u=origin%u, field=control%tangent, moved=seen%tangent)
       else

@@ -1,5 +1,5 @@
-!> A state of the path between others around it, and its tangent, by a cubic: where Newton's method has no use for its last
-!> correction, as at a bifurcation, or no solution to find, as where a point contact is as curved as its obstacle.
+!> States interpolated by a cubic between points of the path, with their tangents: where Newton's method has no useful last
+!> correction (bifurcation), or no solution (point contact at zero relative curvature).
 module path_samples
    use kinds, only: wp
    use problem, only: problem_t
@@ -11,16 +11,16 @@ module path_samples
    private
    public :: state_between, lagrange, zero_of_cubic, n_samples
 
-   integer, parameter :: n_samples = 4           !! of a cubic
+   integer, parameter :: n_samples = 4           !! samples of a cubic
 
 contains
 
-   !> State and tangent of length 1 by the cubic through the samples.
+   !> State and unit tangent of the cubic through the samples.
    subroutine state_between(problem, sample, at, x, place, heading)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: sample(n_samples)
-      real(wp), intent(in) :: at(n_samples)      !! where they are along the path
-      real(wp), intent(in) :: x                  !! where the place is
+      real(wp), intent(in) :: at(n_samples)      !! positions of the samples along the path
+      real(wp), intent(in) :: x                  !! position of the interpolated state
       type(state_t), intent(out) :: place
       type(path_tangent_t), intent(out) :: heading
       real(wp) :: w(n_samples), d(n_samples), norm
@@ -53,7 +53,7 @@ contains
       heading%load = heading%load / norm
    end subroutine state_between
 
-   !> Weights of the polynomial through samples, for its value and its derivative.
+   !> Weights of the polynomial through samples, for its value and its derivative at x.
    pure subroutine lagrange(at, x, value, derivative)
       real(wp), intent(in) :: at(:), x
       real(wp), intent(out) :: value(:), derivative(:)
@@ -74,7 +74,7 @@ contains
       end do
    end subroutine lagrange
 
-   !> Zero of the cubic through four samples that is next to their middle, by Newton's method.
+   !> Zero of the cubic through four samples nearest to their middle, by Newton's method.
    pure real(wp) function zero_of_cubic(at, mu) result(x)
       real(wp), intent(in) :: at(n_samples), mu(n_samples)
       real(wp) :: value(n_samples), derivative(n_samples), slope, shift, reach
@@ -86,7 +86,7 @@ contains
          slope = dot_product(derivative, mu)
          if (.not. abs(slope) > 0.0_wp) return
          shift = -dot_product(value, mu) / slope
-         ! No extrapolation worth the name.
+         ! A step is limited to the span of the samples, beyond which the cubic is meaningless.
          shift = min(max(shift, -reach), reach)
          x = x + shift
          if (abs(shift) <= epsilon(x) * max(abs(x), reach)) return

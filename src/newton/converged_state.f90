@@ -1,4 +1,4 @@
-!> What has to hold at a converged state beside the balance of forces, and what is kept of one.
+!> Conditions at a converged state besides the balance of forces, and the resultants stored with a state.
 module converged_state
    use kinds, only: wp
    use rod_element, only: rod_element_t
@@ -15,11 +15,12 @@ module converged_state
    private
    public :: constraint_residual, contact_holds, keep_resultants
 
-   real(wp), parameter :: coarsest = 0.01_wp !! of the rod's rotation: a hinge that turns by more is not where its clamp has it
+   real(wp), parameter :: coarsest = 0.01_wp !! part of the rod's largest rotation by which the hinge at a clamp may turn
 
 contains
 
-   !> Largest error of supports and rigid contacts, over the structure's size, and of the moments at touchdown points.
+   !> Largest violation of supports and rigid contacts, over the structure's size, and of moments at touchdown points and forces at
+   !> interface points.
    real(wp) function constraint_residual(problem, state, system) result(worst)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -28,11 +29,11 @@ contains
       integer :: m
       worst = 0.0_wp
       if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
-      ! No force tells how far it has yet to roll.
+      ! The distance that a rolling rod has yet to roll changes no force.
       if (system%roll_at > 0) worst = max(worst, abs(system%roll_by) / problem%size)
       if (any(state%active .and. .not. system%soft .and. system%unknown == 0 .and. problem%candidates%touch == 0)) &
          & worst = huge(1.0_wp)
-      ! What is not yet where it belongs would take part in the forces by the square of its way.
+      ! The distance of an interface point from its position enters the forces by its square.
       if (size(problem%mark) > 0) then
          do m = 1, size(problem%mark)
             call mark_spring(problem, state, m, spring, force, rate, normal)
@@ -43,12 +44,12 @@ contains
       if (.not. problem%has_spans()) return
       call misfit(problem, state, distance, moment)
       worst = max(worst, moment / (problem%size * max(system%force_scale, tiny(worst))))
-      ! Where a touchdown point is held the hinge of a neutral span turns. By what the mesh errs it does so anyway.
+      ! If touchdown points are prescribed, the hinge of a neutral span may turn; else it turns by the mesh error only.
       if (size(problem%hinge) > 0 .and. .not. any(problem%candidates%held)) worst = max(worst, problem%model%step(problem%step)% &
          & tolerance * maxval(abs(state%u(3, problem%hinge))) / max(coarsest * maxval(abs(state%u(3, :))), tiny(worst)))
    end function constraint_residual
 
-   !> Signs of all gaps and reactions at a converged state.
+   !> True if gaps and reactions of all unilateral candidates have the right sign at a converged state.
    logical function contact_holds(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -71,7 +72,7 @@ contains
       end do
    end function contact_holds
 
-   !> Reactions from equilibrium, and the natural forces of UL2 elements, at a converged state.
+   !> Stores reactions and couples from equilibrium, element forces, and which elements a foundation pushes, at a converged state.
    subroutine keep_resultants(problem, system, state)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

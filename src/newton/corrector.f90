@@ -1,4 +1,4 @@
-!> One increment: predictor and Newton iterations from a converged point to the next one, contact included.
+!> One increment: predictor and Newton iterations from a converged point to the next, contact included.
 module corrector
    use kinds, only: wp
    use problem, only: problem_t
@@ -14,12 +14,12 @@ module corrector
    private
    public :: increment_t, take_increment, correct
 
-   integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
+   integer, parameter :: max_contact_loops = 12 !! outer loops of the scheme of Silveira & Goncalves (2001)
 
 contains
 
-   !> Goes from `start` by the control's increment. On success `state` is the new point, `system` is assembled and
-   !> factored there; on failure `state` is undefined and `system` belongs to no point.
+   !> Makes the control's increment from `start`. On success `state` is the new point, and `system` is assembled and factored there;
+   !> on failure `state` is undefined and `system` factored at no point of the path.
    subroutine take_increment(problem, start, control, state, system, report, keep_contact)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
@@ -27,7 +27,7 @@ contains
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system    !! assembled and factored at `start` on entry
       type(increment_t), intent(out) :: report
-      logical, intent(in), optional :: keep_contact !! true: the contact set of `start`, whatever the signs say
+      logical, intent(in), optional :: keep_contact !! true: contact set of `start`, whatever the signs of gaps and reactions
       type(contact_step_t) :: step
       integer :: loop
       real(wp) :: rhs
@@ -42,7 +42,7 @@ contains
             & problem%model%step(problem%step)%tangent_updates, report)
          return
       end if
-      ! The paper's Fig. 2: LCP at the predictor, equilibrium with the set frozen, compare, repeat.
+      ! Fig. 2 of Silveira & Goncalves (2001): LCP at the predictor, equilibrium with the set frozen, comparison, repetition.
       do loop = 1, max_contact_loops
          call solve_step(problem, state, system, rhs, .false., step, report)
          if (allocated(report%message)) return
@@ -62,16 +62,17 @@ contains
       report%message = 'the contact set did not settle in the outer loop'
    end subroutine take_increment
 
-   !> Brings a guess to equilibrium at the control's increment from `base`, by full Newton.
+   !> Corrects a predictor to equilibrium at the control's increment from `base`, by Newton's method with a new tangent in each
+   !> iteration.
    subroutine correct(problem, base, control, keep_contact, state, system, report, far_off)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: base          !! converged, or the guess itself
-      type(control_t), intent(in) :: control     !! its tangent must be set where its method needs one
-      logical, intent(in) :: keep_contact        !! whatever the signs say
+      type(state_t), intent(in) :: base          !! converged state, or the predictor itself
+      type(control_t), intent(in) :: control     !! its tangent is set if its method needs one
+      logical, intent(in) :: keep_contact        !! contact set of `state`, whatever the signs
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
-      logical, intent(in), optional :: far_off   !! touchdown points may be far from where they belong
+      logical, intent(in), optional :: far_off   !! true: touchdown points may be far from their positions
       real(wp) :: rhs
       type(state_t) :: origin
       type(control_t) :: seen

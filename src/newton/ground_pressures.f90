@@ -1,8 +1,8 @@
-!> Pressures of foundations so stiff that displacements do not tell them.
+!> Pressures of foundations too stiff to be computed from displacements.
 !>
-!> A gap is known to the rounding of displacements, and a stiff foundation multiplies that. But Newton's equations, which are solved
-!> for increments, tell how much every pressure changes to the rounding of the increment. So the pressure is carried along with the
-!> state, as in mixed formulations, wherever it is what the gap says but for rounding.
+!> A gap has the rounding error of the displacements, multiplied by the stiffness. Newton's equations for increments give the change
+!> of each pressure with the rounding error of the increment only. The pressure is therefore stored and updated with the state, as
+!> in mixed formulations, as long as it agrees with the gap up to rounding.
 module ground_pressures
    use kinds, only: wp
    use problem, only: problem_t
@@ -20,11 +20,11 @@ module ground_pressures
 
 contains
 
-   !> The pressures after a step of Newton's method.
+   !> Updates the pressures after a Newton step.
    subroutine advance_pressures(problem, system, x, y, before, after)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system          !! assembled at `before`
-      real(wp), intent(in) :: x(:), y               !! the step, as solve_bordered gives it
+      real(wp), intent(in) :: x(:), y               !! the step, as solve_bordered returns it
       type(state_t), intent(in) :: before
       type(state_t), intent(inout) :: after
       type(inner_forces_t) :: list

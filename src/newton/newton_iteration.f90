@@ -1,7 +1,7 @@
 !> Newton's method from a linearised state to a point of the path:
 !>
-!>   solve (solve_step) -> go there (follow_step) -> residual (measure) -> small? (is_small) -> does all hold? (finish)
-!>   -> no: the same tangent or another one (renew_tangent), and once more
+!>   solve (solve_step) -> add (follow_step) -> residual (measure) -> small? (is_small) -> contact conditions (finish)
+!>   -> not yet: the same or a new tangent (renew_tangent), and again
 module newton_iteration
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -25,66 +25,66 @@ module newton_iteration
 
    real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
 
-   !> What one iteration leaves for the next.
+   !> Data passed from one iteration to the next.
    type :: newton_t
-      ! What is asked for.
-      logical :: frozen = .false.              !! the contact set stays
-      integer :: tangent_updates = huge(1)     !! iterations after which the tangent is factored anew
-      integer :: most = 0                      !! iterations, while foundations change nothing
+      ! Requirements.
+      logical :: frozen = .false.              !! the contact set is constant
+      integer :: tangent_updates = huge(1)     !! number of first iterations that are followed by a new tangent
+      integer :: most = 0                      !! iterations allowed while foundations do not change their contact
       real(wp) :: tolerance = 0.0_wp           !! of the residual
-      real(wp) :: sharper = 1.0_wp             !! part of that which it is to fall to, where it does
-      real(wp) :: large = large_correction     !! of the increment: a correction after which another one must follow
-      real(wp) :: at_length = 0.0_wp           !! how far the control's increment may be missed
-      ! From where, as seen from the iterate's nodes.
+      real(wp) :: sharper = 1.0_wp             !! part of the tolerance that the residual is to reach, if it still falls
+      real(wp) :: large = large_correction     !! part of the increment: a correction above requires another one
+      real(wp) :: at_length = 0.0_wp           !! largest relative violation of the constraint
+      ! Start and control, transferred to the iterate's nodes.
       type(state_t) :: origin
       type(control_t) :: control
       ! The last step.
-      integer :: number = 0                    !! of the iteration
+      integer :: number = 0                    !! number of the iteration
       type(contact_step_t) :: step
-      real(wp) :: gone = 0.0_wp                !! part of a span beside it that a touchdown point went
-      real(wp) :: correction = 0.0_wp          !! of the displacements, squared, on the nodes of that step
-      real(wp) :: largest = 0.0_wp             !! of a node, huge where only contact changed
-      real(wp) :: forces_left = 0.0_wp         !! out of balance, and defects, that the next step starts from
-      real(wp) :: last_residual = 0.0_wp       !! before it
+      real(wp) :: gone = 0.0_wp                !! largest movement of a touchdown point over the length of a span beside it
+      real(wp) :: correction = 0.0_wp          !! squared metric of the correction, on that step's nodes
+      real(wp) :: largest = 0.0_wp             !! largest translation of a node; huge if only the contact set changed
+      real(wp) :: forces_left = 0.0_wp         !! residual of forces and elements from which the next step starts
+      real(wp) :: last_residual = 0.0_wp       !! residual before the step
       logical :: refactor = .false.            !! the tangent is to be factored anew
-      ! All that there were.
-      real(wp), allocatable :: corrections(:)  !! the largest of all nodes
-      real(wp) :: best = huge(1.0_wp)          !! residual
-      integer :: last_change = 0, last_progress = 0 !! iterations
-      integer :: same_tangent = 0              !! how many there have been with the present one
-      real(wp) :: second_order = huge(1.0_wp)  !! strains rotation^2/2 of the first, as forces
-      ! Of contact that moves.
-      logical :: searching = .false.           !! foundations find out where they touch
-      logical :: told_again = .false.          !! what has been given up on the way has been told where it ended
-      logical :: seeking = .false.             !! touchdown points may be far from where they belong
-      logical :: blamed = .false.              !! foundations cannot be followed
+      ! History.
+      real(wp), allocatable :: corrections(:)  !! largest translation of a node in each iteration
+      real(wp) :: best = huge(1.0_wp)          !! smallest residual
+      integer :: last_change = 0, last_progress = 0 !! iteration of the last contact change, and of the last smaller residual
+      integer :: same_tangent = 0              !! iterations with the present tangent
+      real(wp) :: second_order = huge(1.0_wp)  !! forces due to the strains rotation^2/2 of the first step, over the force scale
+      ! Contact that moves.
+      logical :: searching = .false.           !! foundation elements determine their contact themselves
+      logical :: told_again = .false.          !! segments of such elements were determined again at convergence
+      logical :: seeking = .false.             !! touchdown points may be far from their positions
+      logical :: blamed = .false.              !! too stiff foundations are the reason of the failure
    end type newton_t
 
-   integer, parameter :: settling_grip = 20     !! times the most iterations while foundations still change where they touch
-   real(wp), parameter :: far = 0.01_wp         !! part of a span that a touchdown point goes and is still on its way
-   integer, parameter :: stalled = 4            !! times the most iterations without a smaller residual: it goes round in circles
+   integer, parameter :: settling_grip = 20     !! factor on the allowed iterations while foundations change their contact
+   real(wp), parameter :: far = 0.01_wp         !! part of a span: a touchdown point that moves by more has not arrived
+   integer, parameter :: stalled = 4            !! factor on the allowed iterations without a smaller residual: the iteration cycles
    real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long
-   real(wp), parameter :: far_from_balance = 0.1_wp !! and above this residual
-   integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
-   real(wp), parameter :: of_root = 0.3_wp      !! times the root of the error asked for: what is left is a tenth of that
-   real(wp), parameter :: noticed = 0.1_wp      !! of the tolerance: what rounding may leave of forces
-   ! What leaves a stress-free start on a foundation has no scale of its own, as long as the strains rotation^2/2 make no forces.
+   real(wp), parameter :: far_from_balance = 0.1_wp !! lower bound of the residual before the step in this comparison
+   integer, parameter :: settling_iterations = 5 !! up to this iteration the last correction must be small, too
+   real(wp), parameter :: of_root = 0.3_wp !! times the root of the tolerated error, so that the remainder is a tenth of that error
+   real(wp), parameter :: noticed = 0.1_wp      !! part of the tolerance: rounding errors of forces above require stored pressures
+   ! A step from a stress-free start on a foundation has no scale as long as the second-order strains rotation^2/2 cause no forces.
    real(wp), parameter :: negligible = 0.01_wp
 
 contains
 
-   !> Newton from a linearised state: solve, add, linearise, until everything holds.
+   !> Newton's method from a linearised state until residual, constraint and contact conditions are satisfied.
    subroutine iterate(problem, start, given, state, system, first_rhs, frozen, tangent_updates, report, far_off)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
-      type(control_t), intent(in) :: given     !! control of the increment, as seen from the nodes of the start
+      type(control_t), intent(in) :: given     !! control of the increment, at the nodes of the start
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
       real(wp), intent(in) :: first_rhs
-      logical, intent(in) :: frozen            !! the contact set stays
-      integer, intent(in) :: tangent_updates   !! iterations after which the tangent is factored anew
+      logical, intent(in) :: frozen            !! the contact set is constant
+      integer, intent(in) :: tangent_updates   !! number of first iterations that are followed by a new tangent
       type(increment_t), intent(inout) :: report
-      logical, intent(in), optional :: far_off !! touchdown points may be far from where they belong
+      logical, intent(in), optional :: far_off !! touchdown points may be far from their positions
       type(newton_t) :: newton
       real(wp) :: rhs
       integer :: iteration
@@ -93,7 +93,7 @@ contains
       newton%tangent_updates = tangent_updates
       if (present(far_off)) newton%seeking = far_off
       rhs = first_rhs
-      ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
+      ! Foundations change their contact during the iteration; the iteration limit counts from the last change.
       do iteration = 1, settling_grip * newton%most
          newton%number = iteration
          if (iteration > min(newton%last_change, newton%last_progress + (stalled - 1) * newton%most) + newton%most) exit
@@ -118,13 +118,13 @@ contains
          & newton%second_order <= negligible
    end subroutine iterate
 
-   !> What is asked for at the end of the increment, before the first step.
+   !> Sets the requirements at the end of the increment, before the first step.
    subroutine begin(problem, start, given, state, newton)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: given
       type(state_t), intent(in) :: state
-      type(newton_t), intent(inout) :: newton  !! as it begins
+      type(newton_t), intent(inout) :: newton  !! initial values
       associate (step => problem%model%step(problem%step))
          newton%tolerance = step%tolerance
          newton%sharper = step%sharper
@@ -132,8 +132,7 @@ contains
          newton%most = step%max_iterations
          newton%at_length = held_within(step)
       end associate
-      ! How long an arc is matters to nothing on the path, and nodes that go along it make it uncertain until they rest. Nor does by
-      ! how much exactly a point is more curved than its obstacle.
+      ! The exact arc length is irrelevant, and uncertain while nodes move along the rod; so is the exact relative curvature.
       if ((problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) .or. given%flat > 0) &
          & newton%at_length = large_correction
       newton%origin = start
@@ -143,7 +142,7 @@ contains
       allocate (newton%corrections(0))
    end subroutine begin
 
-   !> Takes the solved step, or the contact set that came out without one, and assembles there.
+   !> Adds the solved step, or takes over the contact set of a step without displacements, and assembles there.
    subroutine follow_step(problem, start, given, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
@@ -175,13 +174,13 @@ contains
       if (.not. system%ok) report%message = 'an element has become singular'
    end subroutine follow_step
 
-   !> Goes along the solved step, not as far where foundations make it far too long, then lets the touchdown points follow.
+   !> Adds the solved step, shortened if foundations make it far too long, then moves the touchdown points.
    subroutine take_step(problem, start, given, state, system, newton)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: given
       type(state_t), intent(inout) :: state
-      type(system_t), intent(inout) :: system    !! not ok: no element is to be had there
+      type(system_t), intent(inout) :: system    !! not ok: an element cannot be computed there
       type(newton_t), intent(inout) :: newton
       type(state_t) :: from
       real(wp) :: work
@@ -194,7 +193,7 @@ contains
          if (system%gap_noise > noticed * newton%tolerance) call advance_pressures(problem, system, step%x, step%y, from, state)
          assembled = newton%searching
          if (newton%searching) then
-            ! The work along a step is that of the equations it solves: with the touchdown points where they were.
+            ! The work along a step refers to the equations solved, with the touchdown points before they move.
             call assemble(problem, state, newton%origin, system)
             if (.not. system%ok) return
             if (max(system%force_residual, system%defect_residual) > far_worse * max(newton%forces_left, far_from_balance)) &
@@ -205,8 +204,8 @@ contains
       newton%largest = largest_move(from, state)
       if (problem%moves_nodes()) then
          call move_touchdown_points(problem, from, state, newton%gone)
-         ! Touchdown points that are far off get a tenth of the span nearer each time as long as it is much too long: its moment
-         ! falls with the square of its length. The limit counts from then on.
+         ! Touchdown points that are far off move by about a tenth of a span in each iteration as long as the span is much too long,
+         ! because its moment falls with the square of its length. The iteration limit counts from the last such movement.
          if (newton%seeking .and. newton%gone > far) newton%last_change = newton%number
          call follow_nodes(problem, start, given, state, newton%origin, newton%control)
          assembled = .false.
@@ -215,11 +214,11 @@ contains
       newton%forces_left = max(system%force_residual, system%defect_residual)
    end subroutine take_step
 
-   !> The residual behind a step; none that is so large comes back.
+   !> Residual after the step; the iteration is abandoned above 1e8.
    subroutine measure(problem, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system     !! assembled there
+      type(system_t), intent(in) :: system     !! assembled at `state`
       type(newton_t), intent(inout) :: newton
       type(increment_t), intent(inout) :: report
       newton%last_residual = report%residual
@@ -232,7 +231,8 @@ contains
       end if
    end subroutine measure
 
-   !> True where the residual is as small as it has to be. Where less is asked for than rounding allows it falls no more.
+   !> True if residual, last correction and constraint are small enough. A residual below the tolerance that no longer falls is
+   !> small enough, even if a smaller one was requested.
    logical function is_small(problem, state, system, newton, report) result(small)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -240,18 +240,18 @@ contains
       type(newton_t), intent(in) :: newton
       type(increment_t), intent(in) :: report
       real(wp) :: travelled
-      ! A small residual after a large correction is luck, or softness: the next one still moves the point.
+      ! A small residual after a large correction is accidental, or due to softness: the next correction still moves the point.
       travelled = metric(problem, state%u - newton%origin%u, state%u - newton%origin%u)
       small = newton%correction <= (newton%large**2) * travelled .or. report%residual <= 1.0e-3_wp * newton%tolerance
-      ! A span that is nearly gone has no forces to speak of, wherever it ends.
+      ! In a span of almost zero length all forces are small, wherever the touchdown point is.
       small = .not. newton%step%flipped .and. (small .or. newton%number > settling_iterations) .and. newton%gone <= far .and. &
          & (report%residual <= max(newton%sharper * newton%tolerance, system%round_off) .or. (newton%number > 1 .and. &
          & report%residual <= newton%tolerance .and. report%residual > 0.1_wp * newton%last_residual))
       if (small) small = control_error(problem, newton%control, newton%origin, state) <= newton%at_length
    end function is_small
 
-   !> The increment has converged, if contact agrees with its signs and segments where the residual is small. Else other equations
-   !> hold from here on.
+   !> Completes the increment if contact agrees with its signs and foundation segments; otherwise the iteration continues with other
+   !> equations.
    subroutine finish(problem, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
@@ -262,7 +262,7 @@ contains
       logical :: settled
       call segments_hold(problem, state, settled, carried=.false.)
       if (settled .and. .not. newton%told_again .and. any(searches(problem, state))) then
-         ! What has been given up on the way may be settled where it ended.
+         ! Elements that determined their contact themselves may have a definite segment at the converged state.
          given_up = searches(problem, state)
          call settle_found(problem, state)
          settled = all(searches(problem, state) .eqv. given_up)
@@ -270,7 +270,7 @@ contains
       end if
       newton%refactor = .true.
       if (.not. settled) then
-         ! What has been reached with the last equations is nothing to compare with.
+         ! Residuals of the previous equations are not comparable.
          newton%searching = .true.
          newton%last_change = newton%number
          call assemble(problem, state, newton%origin, system)
@@ -289,22 +289,22 @@ contains
          & max(sqrt(newton%tolerance) * largest_move(newton%origin, state), rounding_gap(problem)))
    end subroutine finish
 
-   !> Whether it goes on, and with which tangent.
+   !> Stops a diverging iteration, and factors a new tangent if necessary.
    subroutine renew_tangent(problem, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
       type(newton_t), intent(inout) :: newton
       type(increment_t), intent(inout) :: report
-      ! Below what rounding makes a small residual was luck.
+      ! A residual below the rounding error was accidental.
       if (newton%number > 4 .and. report%residual * 1.0e-3_wp > max(newton%best, system%round_off)) then
          call give_up(problem, state, system, 'Newton diverged', newton, report)
          return
       end if
       if (report%residual < newton%best) newton%last_progress = newton%number
       newton%best = min(newton%best, report%residual)
-      ! Foundations change the tangent where a contact's end moves: it stays frozen as long as it gets there in time. The first
-      ! step with it tells nothing yet.
+      ! A moving end of foundation contact changes the tangent; the old tangent is kept as long as its rate of convergence reaches
+      ! the tolerance within the allowed iterations. The first step with a tangent gives no rate yet.
       if (newton%searching .and. newton%same_tangent > 0) newton%refactor = newton%refactor .or. report%residual * &
          & (report%residual / newton%last_residual)**(newton%last_change + newton%most - newton%number) > newton%tolerance
       newton%same_tangent = merge(0, newton%same_tangent + 1, newton%refactor)
@@ -313,7 +313,7 @@ contains
       if (.not. system%ok) report%message = 'the tangent is singular'
    end subroutine renew_tangent
 
-   !> Says when foundations too stiff are the reason.
+   !> Ends the iteration with a message, which names too stiff foundations if they are the reason.
    subroutine give_up(problem, state, system, message, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -329,7 +329,7 @@ contains
       if (newton%blamed) report%message = message//'; '//why
    end subroutine give_up
 
-   !> Of forces, elements and constraints, the worst.
+   !> Largest of the residuals of forces, elements and constraints.
    real(wp) function residual_of(problem, state, system) result(residual)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -337,19 +337,19 @@ contains
       residual = max(system%force_residual, system%defect_residual, constraint_residual(problem, state, system))
    end function residual_of
 
-   !> How far the node that moves the most is from where it was.
+   !> Largest translation of a node between two states.
    pure real(wp) function largest_move(from, to)
       type(state_t), intent(in) :: from, to
       largest_move = sqrt(maxval((to%u(1, :) - from%u(1, :))**2 + (to%u(2, :) - from%u(2, :))**2))
    end function largest_move
 
-   !> Solves one step and counts what its LCP took.
+   !> Solves one step and adds the size and pivots of its LCP to the report.
    subroutine solve_step(problem, state, system, rhs, frozen, step, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs
-      logical, intent(in) :: frozen            !! the contact set stays
+      logical, intent(in) :: frozen            !! the contact set is constant
       type(contact_step_t), intent(inout) :: step
       type(increment_t), intent(inout) :: report
       call solve_contact_step(problem, state, system, rhs, frozen, step)
@@ -369,7 +369,7 @@ contains
       state%reaction = step%reaction
    end subroutine move
 
-   !> True for elements on foundations that find out for themselves where they touch.
+   !> (chain candidates) true for elements on foundations that determine their contact themselves.
    pure function searches(problem, state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,8 +1,8 @@
 !> Shortens a Newton step that foundations make far too long.
 !>
-!> A structure that loses its last contact in an iteration has next to nothing that holds it, and the next step takes it
-!> anywhere. Along that step the work of the forces out of balance changes its sign where the foundations catch it again:
-!> there Newton's method can go on. Only where a step makes things much worse is that looked for.
+!> A structure that loses its last contact in an iteration has almost no stiffness, and the next step is arbitrarily long. Along
+!> that step the work of the unbalanced forces changes its sign where the foundations support the structure again; from there
+!> Newton's method converges. The search is made only if a step raises the residual strongly.
 module step_search
    use kinds, only: wp
    use problem, only: problem_t
@@ -14,18 +14,18 @@ module step_search
 
 contains
 
-   !> Moves the state back along its last step, if the work along the step changes its sign on the way.
+   !> Moves the state back along its last step, to where the work along the step changes its sign.
    subroutine shorten_step(problem, origin, from, x, work_at_start, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: origin        !! last converged point
-      type(state_t), intent(in) :: from          !! before the step, on the same nodes as the state after it
-      real(wp), intent(in) :: x(:)               !! the step's increment, node axes
-      real(wp), intent(in) :: work_at_start      !! step_work before it
-      type(state_t), intent(inout) :: state      !! after the step; after a part of it on return
+      type(state_t), intent(in) :: from          !! state before the step, on the same nodes as the state after it
+      real(wp), intent(in) :: x(:)               !! increment of the step, node axes
+      real(wp), intent(in) :: work_at_start      !! step_work before the step
+      type(state_t), intent(inout) :: state      !! after the step on entry, after a part of it on return
       type(system_t), intent(inout) :: system    !! assembled at `state` on entry and on return
       integer, parameter :: max_tries = 40
-      real(wp), parameter :: enough = 0.1_wp     !! of the work at the start may be left
-      real(wp), parameter :: torn = 0.1_wp       !! defect of an element whose forces mean nothing
+      real(wp), parameter :: enough = 0.1_wp     !! part of the initial work that may remain
+      real(wp), parameter :: torn = 0.1_wp       !! defect of an element above which its forces are meaningless
       type(state_t) :: whole
       real(wp) :: low, high, work_low, work_high, part, work
       integer :: try
@@ -40,7 +40,7 @@ contains
          work = step_work(system, x)
          if (system%ok .and. system%defect_residual < torn) then
             if (abs(work) <= enough * abs(work_at_start)) return
-            ! Still downhill, and no element torn apart: as far as it goes.
+            ! The work is still negative and all elements are valid: the whole step is kept.
             if (work < 0.0_wp .and. high >= 1.0_wp) return
          else
             work = huge(1.0_wp)
@@ -52,7 +52,7 @@ contains
             low = part
             work_low = work
          end if
-         ! Foundations push from nothing at a place unknown by orders of magnitude: first tenths, then secants and halves.
+         ! The place where foundations begin to push is unknown by orders of magnitude: tenths first, then secants and bisection.
          if (low <= 0.0_wp .or. work_high > 1.0e10_wp * abs(work_low)) then
             part = max(0.1_wp * high, 0.5_wp * (low + high))
             if (low <= 0.0_wp) part = 0.1_wp * high
@@ -66,6 +66,7 @@ contains
 
    contains
 
+      !> State at a part of the step, on the same nodes.
       type(state_t) function between(share)
          real(wp), intent(in) :: share
          between = whole
@@ -75,7 +76,7 @@ contains
       end function between
    end subroutine shorten_step
 
-   !> Work of the forces out of balance (internal minus external) on an increment: negative while it goes downhill.
+   !> Work of the unbalanced forces (internal minus external) on an increment: negative while the increment reduces the energy.
    pure real(wp) function step_work(system, x) result(work)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:)

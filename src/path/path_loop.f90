@@ -1,4 +1,4 @@
-!> The run: step by step; within a step its own path, then the branches that leave it.
+!> The run of a deck, step by step: the path of each step, then its branches and limit curves.
 module path_loop
    use mesh_request, only: most_meshes
    use kinds, only: wp
@@ -40,7 +40,7 @@ module path_loop
 
 contains
 
-   !> Follows all steps of the deck. Returns when the last step is complete or nothing helps any more.
+   !> Follows all steps of the deck, until the last step is complete or the run cannot continue.
    subroutine follow_path(problem, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       class(recorder_t), intent(inout) :: recorder
@@ -72,7 +72,7 @@ contains
             if (allocated(outcome%why)) exit steps
             cycle steps
          end if
-         ! The problem gets other meshes on the way.
+         ! The problem, and the step in its model, are replaced when the mesh changes.
          step = problem%model%step(k)
          call start_control(problem, step, run)
          if (allocated(found%list)) deallocate (found%list)
@@ -99,7 +99,7 @@ contains
       call timing_stop(phase_path)
    end subroutine follow_path
 
-   !> Linearises at the start of a step and checks that something holds the structure.
+   !> Linearises at the start of a step and checks that supports and contact make the structure stable.
    subroutine begin_step(problem, run, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -108,7 +108,7 @@ contains
       character(:), allocatable :: part
       real(wp) :: stiffness, rounding
       run%step_points = 0
-      ! Other loads may well take the structure back.
+      ! Other loads may well retrace the path of the previous step.
       if (allocated(run%trail)) deallocate (run%trail)
       if (starts_fresh(problem)) then
          part = unheld_part(problem, run%state)
@@ -128,7 +128,7 @@ contains
          return
       end if
       if (starts_fresh(problem)) then
-         ! Such a tangent tells nothing of stability, and Newton's method does not converge with it.
+         ! A tangent dominated by rounding gives no inertia, and Newton's method does not converge.
          call check_start(problem, run%system, stiffness, rounding)
          if (rounding > 0.5_wp * max(stiffness, bending_stiffness(problem))) then
             outcome%why = 'the tangent at the start is nothing but rounding: '//rounding_cure(problem, run%state)
@@ -146,20 +146,20 @@ contains
             & call presume_contact(problem, step%monitor, step%increment, run%state, run%system)
       end associate
       run%probe = new_test_values(problem, run%state, run%system, 0.0_wp)
-      ! What touches between nodes is as unknown to its tangent.
+      ! Contact between nodes is not in the tangent at the start, either.
       run%fresh = starts_fresh(problem) .and. (any(run%state%active) .or. any(run%state%grounded) .or. problem%is_sampled())
    end subroutine begin_step
 
-   !> True when the current step begins at the stress-free structure.
+   !> True if the current step begins at the stress-free structure.
    pure logical function starts_fresh(problem)
       type(problem_t), intent(in) :: problem
       starts_fresh = problem%step == 1 .or. size(problem%model%step(problem%step)%mode_offset) > 0
    end function starts_fresh
 
-   !> The stress-free structure with buckling modes as imperfections; nothing stays of the steps before. The deck may turn out
-   !> to be wrong: outcome%deck_line.
+   !> Restarts from the stress-free structure with buckling modes as imperfections; nothing of the previous steps remains. If an
+   !> imperfection is impossible, outcome%deck_line names its card.
    subroutine start_anew(perfect, buckled, problem, run, outcome)
-      type(model_t), intent(in) :: perfect           !! the deck's
+      type(model_t), intent(in) :: perfect           !! model of the deck
       type(buckling_t), intent(in) :: buckled(:)     !! (steps) modes found so far
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -184,10 +184,10 @@ contains
                mode(:, :, i) = buckled(offset%step)%mode(:, :, offset%mode)
             end associate
          end do
-         ! The deck's geometry, not that of an earlier step of this kind.
+         ! The deck's geometry, without imperfections of an earlier step of this kind.
          bent = perfect
          call add_mode_offsets(bent, step%mode_offset, mode, error)
-         ! Only now is it known whether the deck asks for something impossible.
+         ! Imperfections by modes can be checked only now that the modes are known.
          if (allocated(error)) then
             outcome%deck_line = step%mode_offset(1)%line
             outcome%why = 'step '//trim(step%name)//': '//error%message
@@ -215,7 +215,7 @@ contains
 
    contains
 
-      !> True for the modes of a chain that the node is on.
+      !> True if the modes are those of a chain with the node.
       pure logical function moves(mesh, offset)
          type(mesh_t), intent(in) :: mesh
          type(mode_offset_t), intent(in) :: offset
@@ -223,9 +223,9 @@ contains
       end function moves
    end subroutine start_anew
 
-   !> A buckling step.
+   !> Computes the modes of a buckling step, on a mesh refined until their load factors satisfy the tolerance.
    subroutine find_modes(problem, run, buckling, recorder, outcome)
-      type(problem_t), intent(inout) :: problem      !! its mesh is refined as the modes want it
+      type(problem_t), intent(inout) :: problem      !! its mesh is refined for the modes
       type(path_state_t), intent(inout) :: run
       type(buckling_t), intent(out) :: buckling
       class(recorder_t), intent(inout) :: recorder
@@ -243,12 +243,13 @@ contains
             if (.not. step%error_bars) exit
             call add_buckling_bars(problem, run%state, buckling)
             if (.not. allocated(buckling%bar) .or. .not. step%asked > 0.0_wp) exit
-            ! Between nodes a mode is that of rods without the stresses, good to the fourth order only: what becomes an imperfection
-            ! is found at the deck's nodes.
+            ! Between nodes a mode has the shape of rods without stresses, accurate to the fourth order only: modes for
+            ! imperfections need a node at every node of the deck.
             if (all(buckling%bar%bounded .and. buckling%bar%bar <= step%asked * abs(buckling%load_factor)) .and. &
                & (problem%model%mesh%n_elements >= problem%deck%mesh%n_elements .or. .not. bends_later())) exit
          end if
-         ! The indicators of a path say nothing of modes, and the mesh of what came before may be too coarse for any.
+         ! Error contributions of a path do not apply to modes, and the mesh of the previous steps may be too coarse for any mode:
+         ! the density is doubled.
          call ask_for_twice(problem, run, asked)
          if (.not. asked) exit
          nowhere = run%state
@@ -267,14 +268,14 @@ contains
 
    contains
 
-      !> True where a later step takes modes of this one as imperfections.
+      !> True if a later step uses modes of this step as imperfections.
       pure logical function bends_later()
          integer :: k
          bends_later = any([(any(problem%model%step(k)%mode_offset%step == problem%step), k=1, size(problem%model%step))])
       end function bends_later
    end subroutine find_modes
 
-   !> The step's loads become constant; the load factor starts again from zero.
+   !> Makes the loads of the step constant; the load factor restarts from zero.
    subroutine freeze_loads(problem, state)
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state

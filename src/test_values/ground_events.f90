@@ -1,8 +1,8 @@
-!> Regions of contact with distributed foundations that appear, vanish, split or merge between two points of the path.
+!> Contact regions on distributed foundations that appear, vanish, split or merge between two points of the path.
 !>
-!> The event's function is the smallest gap on the stretch where the region is, or the largest local maximum of the gap
-!> where it opens: it changes smoothly, wherever inside an element that happens, and follows what moves. Roots that the gap has at
-!> held ends of the chain are divided out of it (ground_ends).
+!> The event function is the smallest gap on the part of the chain around the region, or the largest local maximum of the gap where
+!> the region opens: both change smoothly, also inside elements, and follow a moving region. Roots of the gap at supported ends of
+!> the chain are divided out (ground_ends).
 module ground_events
    use kinds, only: wp
    use problem, only: problem_t
@@ -14,18 +14,18 @@ module ground_events
    private
    public :: ground_event_t, find_ground_events, find_roots, ground_event_value, ground_event_place, ground_event_gap
 
-   !> What happens on a stretch of a contact's chain.
+   !> A change of the contact regions on a part of a contact's chain.
    type :: ground_event_t
-      character(2) :: label = ''
+      character(2) :: label = ''                 !! C+ or C-
       integer :: contact = 0                   !! index into model%contact
-      real(wp) :: from = 0.0_wp, to = 0.0_wp   !! arc lengths
-      logical :: divided = .false.             !! a region splits there, or two merge
-      integer :: root(2) = 0                   !! orders of the gap's roots at ends of the chain, see ground_ends; 0: none
+      real(wp) :: from = 0.0_wp, to = 0.0_wp   !! arc lengths of that part
+      logical :: divided = .false.             !! a region splits, or two merge
+      integer :: root(2) = 0                   !! orders of the gap's roots at the ends of the chain, see ground_ends; 0: none
    end type ground_event_t
 
 contains
 
-   !> Compares the regions of two points, contact by contact.
+   !> Finds the events between two points by comparing their regions, contact by contact.
    subroutine find_ground_events(problem, earlier, later, events)
       type(problem_t), intent(in) :: problem
       type(region_t), intent(in) :: earlier(:), later(:)
@@ -53,8 +53,8 @@ contains
       end do
    end subroutine find_ground_events
 
-   !> Cuts a closed chain where as few regions as possible lie, and shifts those of both lists to the round that begins
-   !> there, in rising order.
+   !> Cuts a closed chain where the fewest regions lie, and shifts the regions of both lists to the round that begins at the cut, in
+   !> ascending order.
    pure subroutine unroll(a, b, closed)
       type(region_t), intent(inout) :: a(:), b(:)
       real(wp), intent(in) :: closed
@@ -79,11 +79,13 @@ contains
 
    contains
 
+      !> True if a region covers the place.
       pure elemental logical function covered(region)
          type(region_t), intent(in) :: region
          covered = modulo(place - region%start, closed) < region%end - region%start
       end function covered
 
+      !> Moves the regions of a list to the round that begins at the cut, and sorts them.
       pure subroutine shift(list)
          type(region_t), intent(inout) :: list(:)
          type(region_t) :: moved
@@ -108,19 +110,19 @@ contains
       end subroutine shift
    end subroutine unroll
 
-   !> True for a region that is as long as its closed chain.
+   !> True for a region as long as its closed chain.
    pure elemental logical function all_round(region, closed)
       type(region_t), intent(in) :: region
       real(wp), intent(in) :: closed
       all_round = closed > 0.0_wp .and. region%end - region%start >= (1.0_wp - 1.0e-9_wp) * closed
    end function all_round
 
-   !> Pairs the regions of two lists in their order, as many as can be: those that overlap or nearly do, for a short region
-   !> may move by more than its length. Longest common subsequence.
+   !> Pairs the regions of two lists in their order, as many as possible (longest common subsequence). Regions can be paired if they
+   !> overlap or are closer than `reach`, because a short region may move by more than its length.
    subroutine match(a, b, reach, partner_a, partner_b)
       type(region_t), intent(in) :: a(:), b(:)
       real(wp), intent(in) :: reach
-      integer, allocatable, intent(out) :: partner_a(:), partner_b(:) !! index into the other list, 0: none
+      integer, allocatable, intent(out) :: partner_a(:), partner_b(:) !! index into the other list; 0: none
       real(wp) :: best(0:size(a), 0:size(b)), pair
       integer :: i, j
       best = 0.0_wp
@@ -148,7 +150,7 @@ contains
 
    contains
 
-      !> Of a pair: pairs count more than how much they overlap.
+      !> Value of a pair: 1, plus a little for the overlap.
       real(wp) function worth(k, l)
          integer, intent(in) :: k, l
          real(wp) :: overlap
@@ -160,15 +162,15 @@ contains
       end function worth
    end subroutine match
 
-   !> Regions of `there` without a partner in `other`: they are new, or parts of a region that is whole in `other`. One that
-   !> goes all round a closed chain opens without becoming two.
+   !> Appends the events of regions of `there` without a partner in `other`: new regions, or parts of a region that is whole in
+   !> `other`. A region around a whole closed chain can open without becoming two.
    subroutine tell(contact, other, there, partner, reach, closed, ends, new, divided, events)
       integer, intent(in) :: contact
       type(region_t), intent(in) :: other(:), there(:)
-      integer, intent(in) :: partner(:)        !! of the regions of `there`
-      real(wp), intent(in) :: reach            !! two elements
-      real(wp), intent(in) :: closed           !! length of a closed chain, 0: open
-      real(wp), intent(in) :: ends(2)          !! of the chain
+      integer, intent(in) :: partner(:)        !! partner of each region of `there`; 0: none
+      real(wp), intent(in) :: reach            !! twice the length of an element
+      real(wp), intent(in) :: closed           !! length of a closed chain; 0: open
+      real(wp), intent(in) :: ends(2)          !! arc lengths of the chain's ends
       character(2), intent(in) :: new, divided !! labels
       type(ground_event_t), allocatable, intent(inout) :: events(:)
       integer :: k, beside, last
@@ -187,7 +189,7 @@ contains
 
    contains
 
-      !> The region next to number k that was, with it, part of one in `other`: on the side of the region that is its partner.
+      !> Neighbour of a region, in the direction of the partner of the region in `other` of which both are parts; 0: none.
       integer function other_part(number) result(beside)
          integer, intent(in) :: number
          integer :: side, whole, kept
@@ -202,18 +204,18 @@ contains
          beside = 0
       end function other_part
 
-      !> What lies between two regions that are one in `other`. The opening may move while it grows.
+      !> Appends the event of the opening between two regions that are one in `other`. The opening may move while it grows.
       subroutine open_between(before, after, round)
          type(region_t), intent(in) :: before, after
-         real(wp), intent(in) :: round         !! added to the places of `after`
+         real(wp), intent(in) :: round         !! added to the positions of `after`
          real(wp) :: width
          width = max(10.0_wp * (after%start + round - before%end), 10.0_wp * reach)
          events = [events, ground_event_t(divided, contact, max(before%end - width, before%start), &
             & min(after%start + round + width, after%end + round), .true.)]
       end subroutine open_between
 
-      !> Half way to the region before, of either list: a small region may move while it grows. A long one may by its length, but
-      !> not into another one, whose gap is not its own.
+      !> Start of the part of the chain around a region: half way to the region before, in either list, because a small region may
+      !> move while it grows; for a long region one length away, but never inside another region.
       real(wp) function free_from(region)
          type(region_t), intent(in) :: region
          real(wp) :: before
@@ -223,6 +225,7 @@ contains
          if (closed > 0.0_wp) free_from = max(free_from, 0.5_wp * (region%start + region%end - closed))
       end function free_from
 
+      !> End of the part of the chain around a region, as free_from.
       real(wp) function free_to(region)
          type(region_t), intent(in) :: region
          real(wp) :: after
@@ -233,13 +236,13 @@ contains
       end function free_to
    end subroutine tell
 
-   !> Length that two regions have in common; negative when they are apart.
+   !> Length common to two regions; negative if they do not overlap.
    pure real(wp) function overlap_length(a, b)
       type(region_t), intent(in) :: a, b
       overlap_length = min(a%end, b%end) - max(a%start, b%start)
    end function overlap_length
 
-   !> The roots that the gap has at ends of the stretch in both states.
+   !> Orders of the gap's roots at ends of the event's part of the chain, as far as both states have them.
    subroutine find_roots(problem, from, to, event)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -249,7 +252,7 @@ contains
          & root_orders(problem, to, event%contact, event%from, event%to))
    end subroutine find_roots
 
-   !> Positive on the side where the region is (whole).
+   !> Event function: positive while the region exists, or is whole.
    real(wp) function ground_event_value(problem, state, event) result(value)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -259,7 +262,7 @@ contains
       call look_at_place(problem, state, event, value, candidate, tau, factor)
    end function ground_event_value
 
-   !> The gap at that place: what is left of contact where the event is.
+   !> Magnitude of the gap at the event's place: the error of the location.
    real(wp) function ground_event_gap(problem, state, event) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -270,19 +273,20 @@ contains
       gap = abs(ground_event_value(problem, state, with_roots))
    end function ground_event_gap
 
-   !> Where that value is.
+   !> Place of the event function's extremum.
    subroutine ground_event_place(problem, state, event, candidate, tau, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(ground_event_t), intent(in) :: event
-      integer, intent(out) :: candidate        !! of the foundations' chain: on the element after it, 0: nowhere, or at a root
-      real(wp), intent(out) :: tau             !! 0 to 1
-      real(wp), intent(out) :: factor          !! of the gap there: what the roots make of it
+      integer, intent(out) :: candidate        !! candidate of the foundations' chain before the element; 0: none, or at a root
+      real(wp), intent(out) :: tau             !! position in the element, 0 to 1
+      real(wp), intent(out) :: factor          !! factor of the roots on the gap there
       real(wp) :: value
       call look_at_place(problem, state, event, value, candidate, tau, factor)
       if (.not. factor > 0.0_wp) candidate = 0
    end subroutine ground_event_place
 
+   !> Value and place of the event function, and the factor of the roots.
    subroutine look_at_place(problem, state, event, value, candidate, tau, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,5 +1,6 @@
-!> What may happen between two points of the path: limit points, bifurcations, contact regions that appear or vanish,
-!> values the user asked for. An event is a function of the state that changes sign; the path loop brackets its zero.
+!> Test values of a path point, and the events detected from them: limit points, bifurcations, contact regions that appear or
+!> vanish, prescribed values. An event is the zero of a function of the state; it is detected by a change of sign between two
+!> points.
 module path_events
    use kinds, only: wp
    use model, only: step_t
@@ -20,44 +21,45 @@ module path_events
    integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5, &
       & event_turning = 6, event_release = 7
 
-   real(wp), parameter :: at_rest = 1.0e-6_wp !! of a contact event's function after the increment
+   real(wp), parameter :: at_rest = 1.0e-6_wp !! part of a contact event's function after the increment
 
-   !> What is compared from point to point.
+   !> Numbers compared from point to point.
    type :: test_values_t
       real(wp) :: load_factor = 0.0_wp
       real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length) along the path
       integer :: negative_pivots = 0
-      integer :: free_pivots = 0              !! without the contacts that carry no force; the path loop counts them
-      logical :: weak = .false.               !! there are such contacts
+      integer :: free_pivots = 0              !! negative pivots without force-free contact; set by the path loop
+      logical :: weak = .false.               !! force-free contact exists
       real(wp), allocatable :: monitor(:)
-      real(wp), allocatable :: monitor_rate(:) !! d(monitor)/d(arc length) of those whose turning points are asked for
-      logical, allocatable :: active(:)       !! contact as far as the mesh resolves it
+      real(wp), allocatable :: monitor_rate(:) !! d(monitor)/d(arc length) of monitors with turning points
+      logical, allocatable :: active(:)       !! contact at nodes, as far as the mesh resolves it
       type(region_t), allocatable :: grounded(:) !! contact with distributed foundations
    end type test_values_t
 
+   !> An event between two points of the path.
    type :: event_t
-      integer :: kind = 0
+      integer :: kind = 0                        !! event_...
       character(2) :: label = ''
-      integer :: monitor = 0                  !! value events: 0 is the load factor; turning points: index into step%turning
-      real(wp) :: value = 0.0_wp
-      integer :: number = 0                   !! bifurcation, release: which eigenvalue of the tangent changes its sign
-      integer :: least = 0, most = 0          !! and the smaller and the larger pivot count at both ends
-      integer :: pivots = 0                   !! count where it was located
+      integer :: monitor = 0                  !! value events: monitor, 0: load factor; turning points: index into step%turning
+      real(wp) :: value = 0.0_wp                 !! value events: the prescribed value
+      integer :: number = 0                   !! bifurcation, detachment: index of the eigenvalue that changes its sign
+      integer :: least = 0, most = 0          !! smaller and larger number of negative pivots at the two ends
+      integer :: pivots = 0                   !! number of negative pivots at the located point
       logical, allocatable :: marked(:)       !! contact: the candidates concerned
-      logical :: divided = .false.            !! contact: a region splits there, or two merge
-      type(ground_event_t) :: ground          !! contact with a distributed foundation: what happens where
-      real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
-      logical :: jumps = .false.              !! bifurcation: its eigenvalue does so as a line has become a point, and has no zero
-      logical :: held = .false.               !! value events: it has been met by prescribing it, to rounding
-      logical :: load_tells = .false.         !! the load grows so steadily over the increment that it tells parts of it
-      real(wp) :: scale = 1.0_wp              !! what the zero of its function was measured against
-      real(wp) :: before = 0.0_wp, after = 0.0_wp !! its function at both ends of the increment
-      character(:), allocatable :: note
+      logical :: divided = .false.            !! contact: a region splits, or two merge
+      type(ground_event_t) :: ground          !! contact change with a distributed foundation
+      real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: scale both branches of the function
+      logical :: jumps = .false. !! bifurcation: the eigenvalue jumps without a zero, where a line contact has become a point
+      logical :: held = .false.               !! value events: the value was prescribed, and is met up to rounding
+      logical :: load_tells = .false.         !! the load rises or falls steadily over the increment and can divide it
+      real(wp) :: scale = 1.0_wp              !! reference magnitude of the event function
+      real(wp) :: before = 0.0_wp, after = 0.0_wp !! event function at both ends of the increment
+      character(:), allocatable :: note          !! words for the results
    end type event_t
 
 contains
 
-   !> The quantities at a converged point; load_rate comes from the path loop, which knows the direction.
+   !> Test values at a converged point. The load rate comes from the path loop, which determines the direction of travel.
    function new_test_values(problem, state, system, load_rate) result(probe)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -75,12 +77,12 @@ contains
          end do
       end associate
       probe%monitor = monitor_values(problem, state, system)
-      ! Changes of contact spans are events of their own (span_changes).
+      ! Changes of contact spans are separate events (span_changes).
       probe%active = resolved_contact(problem, state) .and. problem%candidates%touch == 0
       probe%grounded = find_ground_regions(problem, state)
    end function new_test_values
 
-   !> All events between two neighbouring points.
+   !> Detects all events between two neighbouring points.
    subroutine detect_events(problem, step, before, after, from, to, events)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -98,7 +100,7 @@ contains
          event = event_t(kind=event_limit, label='LP')
          event%note = 'limit point of the load'
          call append(event)
-         ! It takes one change of sign of its own; with more of them it turns out later which.
+         ! The limit point accounts for one change of an eigenvalue's sign. If there are several, the location decides which.
          if (most == least + 1) most = least
       end if
       do i = least + 1, most
@@ -120,7 +122,7 @@ contains
          event%note = 'turning point of '//trim(problem%model%monitor(step%turning(i))%name)
          call append(event)
       end do
-      ! Where sampled contact has become spans the candidates are others, and the change is told.
+      ! If contact at nodes has become contact spans, the candidates differ, and span_changes reports the change.
       if (size(before%active) == size(after%active)) then
          if (any(before%active .neqv. after%active)) &
             & call detect_contact_events(problem, from, to, before%active, after%active, events)
@@ -137,7 +139,7 @@ contains
          events(i)%before = event_value(problem, events(i), from, before)
          events(i)%after = event_value(problem, events(i), to, after)
       end do
-      ! What touches without force lets go or pushes at once, however small the load: the start itself is no event.
+      ! Contact without force opens or carries force at once under any load: the start itself is not an event.
       if (any(abs(from%z) > 0.0_wp)) return
       allocate (kept(0))
       do i = 1, size(events)
@@ -149,6 +151,7 @@ contains
 
    contains
 
+      !> Appends the changes of contact with distributed foundations.
       subroutine add_ground_events()
          type(ground_event_t), allocatable :: found(:)
          integer :: k
@@ -174,7 +177,7 @@ contains
       end subroutine append
    end subroutine detect_events
 
-   !> Values asked for, and those that end the step, between two neighbouring points.
+   !> Detects prescribed values, and those that end the step, between two neighbouring points.
    subroutine value_events(problem, step, before, after, from, to, events)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -204,17 +207,18 @@ contains
 
    contains
 
+      !> True if the value is passed or reached in the increment.
       pure logical function crosses(candidate)
          type(event_t), intent(in) :: candidate
          real(wp) :: from_value, to_value
          from_value = probe_value(before, candidate) - candidate%value
          to_value = probe_value(after, candidate) - candidate%value
-         ! A point may lie on the value itself; the next increment then starts there and does not cross it.
+         ! A point may lie on the value itself; the next increment starts there and does not pass the value.
          crosses = from_value * to_value < 0.0_wp .or. (abs(from_value) > 0.0_wp .and. abs(to_value) <= 0.0_wp)
       end function crosses
    end subroutine value_events
 
-   !> Regions that appear, vanish, split or merge between two states.
+   !> Detects contact regions at nodes that appear, vanish, split or merge between two states.
    subroutine detect_contact_events(problem, from, to, earlier, later, events)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -225,7 +229,7 @@ contains
 
    contains
 
-      !> Regions of `there` that have no counterpart in `other`, or several.
+      !> Appends the regions of `there` that have no counterpart in `other`, or several.
       subroutine compare(there, other, label, gone, divided)
          logical, intent(in) :: there(:), other(:)
          character(2), intent(in) :: label
@@ -254,7 +258,7 @@ contains
                event%note = divided
                event%marked = region .and. .not. other
                event%divided = .true.
-               ! Two regions next to one another that touch only by their ends.
+               ! Two neighbouring regions with only their ends in common.
                if (.not. any(event%marked)) cycle
             end if
             event%reaction_scale = max(sum(from%reaction, mask=event%marked), sum(to%reaction, mask=event%marked), &
@@ -265,7 +269,7 @@ contains
          end do
       end subroutine compare
 
-      !> A set of candidates and their neighbours.
+      !> A set of candidates with their neighbours.
       function widened(set) result(wide)
          logical, intent(in) :: set(:)
          logical :: wide(size(set))
@@ -281,7 +285,7 @@ contains
       end function widened
    end subroutine detect_contact_events
 
-   !> The event's function at a state: its zero is the event.
+   !> Event function at a state; the event is its zero.
    real(wp) function event_value(problem, event, state, probe) result(value)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -291,7 +295,7 @@ contains
       case (event_limit)
          value = probe%load_rate
       case (event_bifurcation)
-         ! Only its sign; event_location looks at the eigenvalue itself.
+         ! Only the sign is available; event_location computes the eigenvalue.
          value = merge(-1.0_wp, 1.0_wp, event%number <= probe%negative_pivots)
       case (event_release)
          value = merge(-1.0_wp, 1.0_wp, event%number <= probe%free_pivots)
@@ -301,7 +305,7 @@ contains
          if (event%ground%contact > 0) then
             value = ground_event_value(problem, state, event%ground) / event%gap_scale
          else if (event%divided) then
-            ! Whole as long as all of it touches.
+            ! A region is whole as long as all its candidates are in contact.
             value = minval(state%reaction, mask=event%marked) / event%reaction_scale
             if (any(event%marked .and. .not. state%active)) value = -largest_gap(problem, state, event%marked) / event%gap_scale
          else if (any(state%active .and. event%marked)) then
@@ -314,7 +318,7 @@ contains
       end select
    end function event_value
 
-   !> Of the open ones among some candidates.
+   !> Largest gap among the marked candidates that are open.
    real(wp) function largest_gap(problem, state, marked) result(largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -327,7 +331,7 @@ contains
       end do
    end function largest_gap
 
-   !> Load factor or monitor that a value event watches.
+   !> Load factor or monitor of a value event.
    pure real(wp) function probe_value(probe, event)
       type(test_values_t), intent(in) :: probe
       type(event_t), intent(in) :: event

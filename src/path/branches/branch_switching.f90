@@ -1,8 +1,8 @@
-!> From a bifurcation point to a first point on another path through it.
+!> First point on another path through a bifurcation.
 !>
-!> The state is moved along the null vector and brought back to equilibrium in the plane normal to it, the part of the
-!> null vector along the known path taken out; so the correction cannot fall back on that path. The first distance is
-!> halved until the other path is as good as straight over it.
+!> The state is moved along the null vector and corrected in the plane normal to the null vector minus its component along the known
+!> path, so that the correction cannot return to that path. The first distance is halved until the other path is almost straight
+!> over it.
 module branch_switching
    use kinds, only: wp
    use errors, only: error_t
@@ -26,20 +26,20 @@ module branch_switching
    public :: switch_branch
 
    integer, parameter :: max_tries = 12
-   real(wp), parameter :: straight = 0.3_wp !! a correction of this part of the distance is no small one
+   real(wp), parameter :: straight = 0.3_wp !! largest correction over the distance
 
 contains
 
-   !> Puts the run on the other path: state, system, control and direction are those of its first point.
+   !> Moves the path state to the other path: state, system, control and tangent become those of its first point.
    subroutine switch_branch(problem, step, landmark, mode, side, distance, run, report)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(critical_point_t), intent(in) :: landmark  !! the bifurcation
-      integer, intent(in) :: mode               !! which null vector, at most the landmark's multiplicity
-      integer, intent(in) :: side               !! 1 along it, -1 against it (sign convention of tangent_modes)
-      real(wp), intent(in) :: distance          !! arc length to try first
+      integer, intent(in) :: mode               !! index of the null vector, at most the multiplicity
+      integer, intent(in) :: side               !! 1 along the null vector, -1 against it (sign convention of tangent_modes)
+      real(wp), intent(in) :: distance          !! arc length tried first
       type(path_state_t), intent(inout) :: run
-      type(increment_t), intent(out) :: report  !! converged tells whether it worked
+      type(increment_t), intent(out) :: report  !! converged is true on success
       type(modes_t) :: modes
       type(error_t), allocatable :: error
       type(state_t) :: trial, predicted
@@ -69,7 +69,7 @@ contains
       sense = side * sense
       hold%method = method_linearised
       hold%tangent = sense * shape
-      ! Of the path without rounding, which has a share of the null vector itself.
+      ! The direction of the known path, without its rounding error, which contains a component of the null vector.
       chord = landmark%direction - landmark%drift
       along = metric(problem, chord, chord)
       if (along > 0.0_wp) hold%tangent = hold%tangent - chord * (metric(problem, hold%tangent, chord) / along)
@@ -82,7 +82,7 @@ contains
          call apply_increment(problem, run%system, sense * length * modes%x(:, mode), 0.0_wp, trial)
          predicted = trial
          hold%increment = sense * length * metric(problem, hold%tangent, shape)
-         ! Counted from where the path is without its rounding, so that points do not depend on that.
+         ! The distance is measured from the known path without its rounding error, so that the points do not depend on it.
          drift = metric(problem, hold%tangent, landmark%drift)
          if (abs(drift) >= 0.1_wp * abs(hold%increment)) drift = 0.0_wp
          hold%increment = hold%increment - drift
@@ -109,7 +109,7 @@ contains
 
    contains
 
-      !> No free span reaches into an obstacle, as it may where the other path has gone further than to contact.
+      !> Rejects a first point with a free span inside an obstacle, as happens if the other path goes beyond its first contact.
       subroutine look_outside(state)
          type(state_t), intent(in) :: state
          type(span_test_t), allocatable :: tests(:)
@@ -119,7 +119,7 @@ contains
          if (.not. report%converged) report%message = 'the other path begins inside an obstacle'
       end subroutine look_outside
 
-      !> The strategy of the step, from here on and in this direction; not further at first than the switch went.
+      !> Sets the strategy of the step in the direction of the branch. Its first increment is not longer than the switch.
       subroutine set_increment()
          real(wp) :: change(size(problem%model%monitor))
          run%control = landmark%control

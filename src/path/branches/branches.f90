@@ -1,4 +1,4 @@
-!> The branches of a step: each from the bifurcation where it leaves its path to its own end.
+!> Branches of a step, each followed from the bifurcation where it leaves its parent path to its own end.
 module branches
    use kinds, only: wp
    use text, only: to_text
@@ -20,17 +20,17 @@ module branches
    private
    public :: follow_branches
 
-   real(wp), parameter :: first_distance = 0.02_wp !! arc length tried first where neither deck nor strategy sets one
+   real(wp), parameter :: first_distance = 0.02_wp !! arc length tried first if neither deck nor strategy sets one
 
 contains
 
-   !> Follows all branches of a step. What cannot be found is noted in outcome%trouble; the others are followed still.
+   !> Follows all branches of a step. Failures are noted in outcome%trouble, and the other branches are followed.
    subroutine follow_branches(step, own, numbered, recorder, outcome)
       type(step_t), intent(in) :: step
-      type(critical_points_t), intent(in), target :: own   !! of the step's own path
-      integer, intent(inout) :: numbered             !! branches in the results so far
+      type(critical_points_t), intent(in), target :: own   !! critical points of the step's own path
+      integer, intent(inout) :: numbered             !! number of branches in the results so far
       class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome      !! why: only when the results cannot be written
+      type(outcome_t), intent(inout) :: outcome      !! why: allocated only if the results cannot be written
       type(critical_points_t), target :: found(size(step%branch))
       type(critical_points_t), pointer :: left
       type(branch_start_t) :: start
@@ -57,14 +57,14 @@ contains
       if (allocated(error)) outcome%why = error%message
    end subroutine follow_branches
 
-   !> One branch.
+   !> Follows one branch.
    subroutine follow_branch(step, branch, home, start, number, found, recorder, outcome)
       type(step_t), intent(in) :: step
       type(branch_t), intent(in) :: branch
-      type(critical_points_t), intent(in), target :: home  !! of the path that it leaves
+      type(critical_points_t), intent(in), target :: home  !! critical points of the parent path
       type(branch_start_t), intent(inout) :: start
-      integer, intent(in) :: number                  !! in the results
-      type(critical_points_t), intent(inout), target :: found !! of the branch
+      integer, intent(in) :: number                  !! number of the branch in the results
+      type(critical_points_t), intent(inout), target :: found !! critical points of the branch
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(problem_t) :: problem

@@ -1,9 +1,9 @@
 !> Corners of the path where the contact set changes.
 !>
-!> Past a limit point the LCP of an increment may have no solution: along the tangent a contact has to open, but the path
-!> without it leaves in a direction with a negative component on that tangent, so no increment of given length exists.
-!> So the corner itself is found, the contact set held, the first offending reaction or gap brought to zero; the set is
-!> changed there, and the new tangent is pointed where the reaction grows, or the gap opens, instead of along the old one.
+!> Behind a limit point the LCP of an increment may have no solution: along the tangent a contact has to open, but the path without
+!> that contact leaves in a direction with a negative component along the tangent, so that no increment of the given length exists.
+!> The corner is therefore located with the contact set kept, by bringing the first reaction or gap that violates its sign to zero.
+!> The set is changed there, and the new tangent is oriented along growing reaction or opening gap instead of along the old tangent.
 module contact_corner
    use kinds, only: wp
    use problem, only: problem_t
@@ -21,15 +21,15 @@ module contact_corner
 
 contains
 
-   !> Looks for a corner within one increment of `start`; several candidates may be due at once, as where a structure is
-   !> symmetric. The system is assembled and factored at `start` on entry.
+   !> Searches for a corner within one increment of `start`. Several candidates may change at once, for example by symmetry. The
+   !> system is assembled and factored at `start` on entry.
    subroutine find_corner(problem, start, control, place, corner, system, report, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
-      type(state_t), intent(out) :: place      !! converged, contact set of `start`, signs about to change
-      integer, allocatable, intent(out) :: corner(:) !! which candidates
-      type(system_t), intent(inout) :: system  !! assembled and factored at the corner when found
+      type(state_t), intent(out) :: place      !! converged, with the contact set of `start`, whose signs are about to change
+      integer, allocatable, intent(out) :: corner(:) !! candidates that change
+      type(system_t), intent(inout) :: system  !! assembled and factored at the corner if found
       type(increment_t), intent(out) :: report
       logical, intent(out) :: found
       real(wp), parameter :: at_once = 1.0e-8_wp !! of an increment
@@ -70,25 +70,25 @@ contains
          call take_value(bracket, fraction, after(first))
          call linearise(problem, start, start, system)
       end do
-      ! The corner counts only if nothing else has changed its sign on the way.
+      ! The corner is valid only if no other sign has changed before.
       if (found) found = all(after >= -1.0e-6_wp .or. before < 0.0_wp)
       if (.not. found) return
       do k = 1, size(after)
-         ! As near to its change of sign as the one that was looked for.
+         ! Other candidates whose sign changes at the same place.
          if (after(k) >= huge(1.0_wp) .or. before(k) < 0.0_wp .or. ends(k) >= 0.0_wp) cycle
          if (k /= first .and. after(k) > at_once * (before(k) - ends(k))) cycle
          corner = [corner, k]
       end do
    end subroutine find_corner
 
-   !> Changes the set at a corner and returns the direction in which the path goes on: where the new reactions grow, or the
-   !> new gaps open.
+   !> Changes the contact set at a corner and returns the tangent of the continuation, along which the new reactions grow or the new
+   !> gaps open.
    subroutine leave_corner(problem, corner, place, system, heading, ok)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: corner(:)         !! candidates
       type(state_t), intent(inout) :: place    !! its contact set is changed
       type(system_t), intent(inout) :: system  !! factored at `place` on entry, there with the new set on return
-      type(path_tangent_t), intent(inout) :: heading !! of the old path on entry, of the new one on return
+      type(path_tangent_t), intent(inout) :: heading !! tangent of the old path on entry, of the new one on return
       logical, intent(out) :: ok
       real(wp) :: rate, none(3, size(place%u, 2))
       integer :: k
@@ -112,12 +112,12 @@ contains
          end associate
       end do
       none = 0.0_wp
-      ! Rates are per unit of load factor.
+      ! The rates are per unit load factor.
       heading = path_tangent_at(problem, system, none, sign(1.0_wp, rate))
    end subroutine leave_corner
 
-   !> Reactions of active candidates, openings of the others: all positive while the set holds; candidates that cannot tell are
-   !> far positive.
+   !> Reactions of active candidates, and gaps of the others, both dimensionless: all positive while the contact set is valid; huge
+   !> for bilateral candidates, which have no condition.
    function signs(problem, active, state, system) result(value)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: active(:)

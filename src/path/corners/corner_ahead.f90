@@ -1,7 +1,7 @@
-!> Corners of the path where contact with foundations begins or ends: a free end that comes down on stiff soil stands still at once.
+!> Corners of the path where contact with foundations begins or ends: for example, a free end that reaches stiff soil stops at once.
 !>
-!> No halved increment comes near enough to such a corner to be a small part of what lies behind it. But the tangents at both ends
-!> of an increment across it meet there, and tell how far it is: the next increment goes up to it, the one behind around it.
+!> A halved increment is never short enough to end close to such a corner. But the tangents at both ends of an increment across the
+!> corner intersect there and give its distance: the next increment ends at the corner, the following one passes around it.
 module corner_ahead
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement
@@ -16,22 +16,22 @@ module corner_ahead
    private
    public :: corner_t, look_for_corner, is_near, part_before, differ
 
-   !> What trials from one point tell.
+   !> Information on a corner from trial increments from one point.
    type :: corner_t
-      real(wp) :: length = -1.0_wp               !! arc length up to it, of the last trial; negative: none
-      real(wp) :: before = -1.0_wp               !! of the one before
-      real(wp) :: chord = 0.0_wp                 !! how far the last trial is
-      logical :: goes_around = .false.           !! the last trial lies behind the point as it would if that were the corner itself
+      real(wp) :: length = -1.0_wp               !! arc length to the corner by the last trial; negative: none
+      real(wp) :: before = -1.0_wp               !! arc length by the trial before
+      real(wp) :: chord = 0.0_wp                 !! chord length of the last trial
+      logical :: goes_around = .false.           !! the last trial would be on the path if the point itself were the corner
    end type corner_t
 
 contains
 
-   !> Whether there is one between the run's point and a trial.
+   !> Searches for a corner between the last accepted point and a trial.
    subroutine look_for_corner(problem, run, trial, ahead, corner)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: trial         !! converged, on the mesh of the run's point
-      type(path_tangent_t), intent(in) :: ahead       !! tangent there
+      type(state_t), intent(in) :: trial         !! converged, on the mesh of the last accepted point
+      type(path_tangent_t), intent(in) :: ahead       !! path tangent at the trial
       type(corner_t), intent(inout) :: corner
       corner%before = corner%length
       corner%length = -1.0_wp
@@ -41,7 +41,7 @@ contains
       corner%goes_around = same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))
    end subroutine look_for_corner
 
-   !> True for a corner that no increment worth trying leads nearer to.
+   !> True for a corner that is closer than the smallest increment.
    pure logical function is_near(problem, step, run, corner)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -51,8 +51,9 @@ contains
       if (is_near) is_near = increment_for(problem, run, corner%length) < smallest(step, run%control)
    end function is_near
 
-   !> Part of a failed increment to try next: half of it, or up to the corner. Once that has been tried, to this side of it by as
-   !> much as is not known of it. As near to the corner as that, half of it again: there increments show that they go around one.
+   !> Part of a failed increment to try next: a half, or up to the corner. If that has been tried, the increment ends before the
+   !> corner by the uncertainty of its position. Closer to the corner than this uncertainty increments are halved: they then show
+   !> that they pass around a corner.
    pure real(wp) function part_before(problem, step, run, corner) result(part)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -69,7 +70,7 @@ contains
          & part = increment / abs(run%control%increment)
    end function part_before
 
-   !> The increment, of what the control prescribes, that goes so far along the tangent at the run's point.
+   !> Increment of the controlled quantity that corresponds to an arc length along the tangent at the last accepted point.
    pure real(wp) function increment_for(problem, run, length) result(increment)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -84,7 +85,7 @@ contains
          & watched_displacement(problem, run%state, run%control%monitor))
    end function increment_for
 
-   !> True for other contacts of the same mesh. The trial's may be gone, as that of the set before.
+   !> True if two contact sets of one size differ. The trial may have another size if it belongs to another mesh.
    pure logical function differ(one, other)
       logical, intent(in) :: one(:), other(:)
       differ = size(one) == size(other)

@@ -1,4 +1,5 @@
-!> Around a corner of the path where contact at nodes changes: there, accepted as a point, and on with the new contact set.
+!> Passes a corner of the path where contact at nodes changes: the corner is accepted as a point, and the path continues with the
+!> new contact set.
 module corner_turning
    use kinds, only: wp
    use model, only: step_t, method_load
@@ -20,24 +21,24 @@ module corner_turning
    private
    public :: turn_corner
 
-   real(wp), parameter :: least_load = 0.01_wp  !! of the load factor, that an increment after a corner may add
+   real(wp), parameter :: least_load = 0.01_wp  !! part of the load factor that an increment after a corner may add
 
 contains
 
-   !> Tries whether the contact set changes at a corner just ahead; if so, goes there and around it.
+   !> Searches for a change of the contact set at a corner just ahead; if there is one, accepts the corner and continues behind it.
    subroutine turn_corner(problem, step, run, meshes, recorder, turned, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the last point, on return too
-      integer, intent(in) :: meshes              !! that the corner has had for its errors' sake, see arrival_t; where it wants
-      !! another one nothing has changed
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the last point on entry and on return
+      integer, intent(in) :: meshes              !! meshes made for the corner's errors, see arrival_t; if another mesh is
+      !! requested, nothing has changed
       class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: turned             !! the path stands at the corner, with its new contact set
+      logical, intent(out) :: turned             !! the path is at the corner, with its new contact set
       logical, intent(out) :: finished           !! the step ended before
       type(outcome_t), intent(inout) :: outcome
       type(state_t) :: place
-      integer, allocatable :: corner(:)          ! candidates that change there
-      logical, allocatable :: active(:)          ! contact set behind it
+      integer, allocatable :: corner(:)          ! candidates that change at the corner
+      logical, allocatable :: active(:)          ! contact set behind the corner
       type(increment_t) :: report
       type(arrival_t) :: arrival
       real(wp) :: load
@@ -68,18 +69,19 @@ contains
       if (.not. turned) then
          outcome%why = 'no way on from where the contact set changes'
       else if (is_arc_length(run%control%method)) then
-         ! A structure that has become stiff there is not to be loaded faster than before.
+         ! A structure that has become stiff at the corner must not be loaded faster than before.
          if (load < abs(run%heading%load) * run%control%increment) run%control%increment = load / abs(run%heading%load)
       else
          call look_whether_back(problem, run, outcome)
       end if
    end subroutine turn_corner
 
-   !> C+ or C-. One node more or less at the end of a region is the mesh's affair, not an event.
+   !> C+ or C- if the number of contact regions changes; '' for one node more or less at the end of a region, which depends on the
+   !> mesh.
    character(2) function corner_label(problem, place, active) result(label)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: place         !! with the contact set before
-      logical, intent(in) :: active(:)           !! the one behind
+      type(state_t), intent(in) :: place         !! with the contact set before the corner
+      logical, intent(in) :: active(:)           !! contact set behind the corner
       type(state_t) :: beyond
       integer :: regions
       beyond = place
@@ -90,10 +92,10 @@ contains
       if (regions < 0) label = 'C-'
    end function corner_label
 
-   !> Whether the path goes on against what the control prescribes.
+   !> Ends the run if the path continues against the direction that the control prescribes.
    subroutine look_whether_back(problem, run, outcome)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! at the corner, with its heading behind it
+      type(path_state_t), intent(in) :: run             !! at the corner, with the tangent behind the corner
       type(outcome_t), intent(inout) :: outcome
       type(path_tangent_t) :: prescribed
       prescribed = path_tangent_of(problem, run, run%state)

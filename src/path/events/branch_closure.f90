@@ -1,6 +1,7 @@
-!> A branch that comes back to a bifurcation of the path that it left, or a path to one of its own. Two paths cross there: the load
-!> of one may turn, an eigenvalue come to zero and go back, no increment gets near. But the place is known: it was found before.
-!> So are those of other events: a path that comes to one of them once more goes round, or back the way that it came.
+!> Closure of a path: a branch returns to a bifurcation of its parent path, or a path to a critical point of its own. Two paths
+!> cross at such a bifurcation: the load of one may turn, an eigenvalue may touch zero without changing its sign, and no increment
+!> converges close to it; the position, however, is known from the parent. A path that returns to a limit point or contact change of
+!> its own runs in a loop or back on itself.
 module branch_closure
    use kinds, only: wp
    use text, only: to_text
@@ -18,12 +19,12 @@ module branch_closure
    private
    public :: on_parent_path, check_parent_path, check_closure
 
-   real(wp), parameter :: near = 1.0e-4_wp       !! of a path's length: as well as places are located
+   real(wp), parameter :: near = 1.0e-4_wp       !! part of the path length: the accuracy to which events are located
 
 contains
 
-   !> True for a branch at a bifurcation of the path that it left, or a path at one of its own: beyond, it is that path, or itself
-   !> again.
+   !> True if `place` is a bifurcation of the parent path, or an earlier bifurcation of the path itself, beyond which the path is
+   !> already known.
    logical function on_parent_path(problem, run, place)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -40,13 +41,13 @@ contains
       end do
    end function on_parent_path
 
-   !> Stops a path at a limit point, or change of contact, where it has had one before: as near to that as places are located on the
-   !> way that it has gone since.
+   !> Stops a path that returns to a limit point or contact change of its own. The distance must be below the location accuracy
+   !> relative to the arc length travelled since.
    subroutine check_closure(problem, run, place, label, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: place
-      character(*), intent(in) :: label          !! LP, C+ or C-; contact that was gained is lost on the way back
+      character(*), intent(in) :: label          !! LP, C+ or C-, which count as the same: contact gained is lost on the way back
       type(outcome_t), intent(inout) :: outcome
       real(wp) :: here
       integer :: j
@@ -63,15 +64,15 @@ contains
       end do
    end subroutine check_closure
 
-   !> Where an increment passes a bifurcation of the path that its branch left. Of the events that its ends tell those that are
-   !> this one are taken away: a pivot count that changes, a load that is largest or least there.
+   !> Detects an increment that passes a bifurcation of the parent path. Events of this increment that are the same bifurcation are
+   !> removed: a changed pivot count, an extremum of the load.
    subroutine check_parent_path(problem, run, trial, ahead, events, home)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead       !! tangent there
+      type(path_tangent_t), intent(in) :: ahead       !! path tangent at `trial`
       type(event_t), allocatable, intent(inout) :: events(:)
-      type(located_event_t), allocatable, intent(out) :: home !! not allocated: it passes none
+      type(located_event_t), allocatable, intent(out) :: home !! the known bifurcation; not allocated: none is passed
       type(relation_t) :: relation
       real(wp) :: before, after
       integer :: i, j
@@ -84,7 +85,7 @@ contains
             home%place = seen_here(problem, trial, landmark)
             before = path_length(problem, run%state, home%place)
             after = path_length(problem, home%place, trial)
-            ! On a circle the two chords are longer by turn^2/32.
+            ! On a circle the two chords together are longer than the increment's by turn^2/32.
             if (max(before, after) < relation%length .and. comes_back(run, landmark, before) .and. &
                & before + after <= (1.0_wp + 0.125_wp * relation%turn**2 + near) * relation%length) then
                home%event = event_t(kind=event_bifurcation, label='BP', scale=landmark%scale)
@@ -102,6 +103,7 @@ contains
 
    contains
 
+      !> True for an event that is the known bifurcation: a change of inertia, or an extremum of the load there.
       pure logical function is_that(event)
          type(event_t), intent(in) :: event
          is_that = event%kind == event_bifurcation
@@ -110,18 +112,18 @@ contains
       end function is_that
    end subroutine check_parent_path
 
-   !> False for a bifurcation that a path has just come through: it has gone straight away from there.
+   !> False for a bifurcation that the path has just passed and leaves on a straight line.
    pure logical function comes_back(run, landmark, distance)
       type(path_state_t), intent(in) :: run
       type(critical_point_t), intent(in) :: landmark
-      real(wp), intent(in) :: distance           !! from there, arc length
+      real(wp), intent(in) :: distance           !! arc length from the bifurcation
       comes_back = run%branch > 0 .or. run%arc_length - landmark%arc_length > 2.0_wp * distance
    end function comes_back
 
-   !> The state of a landmark on the mesh that is worked on.
+   !> State of a critical point, transferred to the present mesh.
    function seen_here(problem, here, landmark) result(state)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: here          !! of that mesh
+      type(state_t), intent(in) :: here          !! any state on the present mesh
       type(critical_point_t), intent(in) :: landmark
       type(state_t) :: state
       state = landmark%state

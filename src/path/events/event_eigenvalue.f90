@@ -1,4 +1,4 @@
-!> The eigenvalue of the tangent that an event is the zero of: where paths cross, or contacts that carry no force let go.
+!> The eigenvalue of the tangent stiffness that vanishes at a bifurcation or detachment.
 module event_eigenvalue
    use kinds, only: wp
    use errors, only: error_t
@@ -19,14 +19,14 @@ module event_eigenvalue
 
 contains
 
-   !> The eigenvalue that changes its sign, where the system is factored now; that of the system without weak contacts where these
-   !> open.
+   !> Eigenvalue that changes its sign at the event, at the state at which the system is factored; for a detachment the eigenvalue
+   !> of the reduced problem without force-free contact.
    real(wp) function zero_eigenvalue(problem, run, event, state, found) result(mu)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(event_t), intent(in) :: event
       type(state_t), intent(in) :: state
-      type(modes_t), intent(out), optional :: found !! all that were looked at
+      type(modes_t), intent(out), optional :: found !! all eigenvalues computed
       real(wp), parameter :: alone = sqrt(epsilon(mu))
       type(modes_t) :: modes
       type(error_t), allocatable :: error
@@ -47,17 +47,17 @@ contains
          call lowest_modes(problem, state, run%system, eigenvalues_looked_at, modes, error)
       end if
       mu = numbered_eigenvalue(modes, event%number, event%least, event%most)
-      ! At the zero its sign is rounding, and tells no number.
+      ! At the zero itself the sign is rounding and gives no number in the order: the smallest eigenvalue is returned.
       if (event%kind == event_release .and. abs(modes%mu(1)) <= alone * abs(modes%mu(2))) mu = modes%mu(1)
       if (present(found)) found = modes
    end function zero_eigenvalue
 
-   !> The event's eigenvalue at samples on both sides of its zero, where others go through theirs, too: of those that change
-   !> their sign there, the k-th by size is one and the same on both sides.
+   !> Values of the event's eigenvalue at samples on both sides of its zero if other eigenvalues vanish there, too. Among the
+   !> eigenvalues that change their sign, the k-th by magnitude is the same one on both sides.
    pure subroutine follow_through_zero(modes, event, mu)
       type(modes_t), intent(in) :: modes(n_samples)
       type(event_t), intent(in) :: event
-      real(wp), intent(inout) :: mu(n_samples)  !! by its number on entry
+      real(wp), intent(inout) :: mu(n_samples)  !! on entry selected by number in the order
       integer :: first, last, k, i, j, left
       logical :: wanted, beyond
       first = negative_count(modes(1))
@@ -69,7 +69,7 @@ contains
          beyond = abs(negative_count(modes(i)) - last) < abs(negative_count(modes(i)) - first)
          wanted = merge(last > first, first > last, beyond)
          left = k
-         ! The nearest to zero come first.
+         ! Eigenvalues are sorted by magnitude.
          do j = 1, modes(i)%n
             if (modes(i)%mu(j) < 0.0_wp .neqv. wanted) cycle
             left = left - 1
@@ -78,7 +78,7 @@ contains
       end do
    end subroutine follow_through_zero
 
-   !> Negative eigenvalues as events count them, by their refined values where these are known.
+   !> Number of negative eigenvalues as events count them, with the signs of refined values where these were computed.
    pure integer function negative_count(modes)
       type(modes_t), intent(in) :: modes
       negative_count = modes%pivots - modes%hinges - count(modes%was_negative) + count(modes%mu < 0.0_wp)

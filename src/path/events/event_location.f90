@@ -1,4 +1,4 @@
-!> Locates an event that was seen to happen within an increment, and checks that what was found is the event.
+!> Locates an event that was detected inside an increment, and verifies that the located state is that event.
 module event_location
    use kinds, only: wp
    use model, only: step_t
@@ -25,14 +25,14 @@ module event_location
 
 contains
 
-   !> Finds the event's zero between the last accepted point and the trial. Located is what meets the tolerance, lies on the
-   !> path between the two, and is what its label says.
+   !> Finds the zero of the event function between the last accepted point and the trial. The event counts as located if the zero is
+   !> within tolerance, lies on the path between the two points, and has the properties of its kind.
    subroutine locate(problem, step, run, trial, ahead, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run            !! its system ends up at some point of the increment
+      type(path_state_t), intent(inout) :: run            !! its system is factored at some point of the increment on return
       type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead         !! tangent at the trial
+      type(path_tangent_t), intent(in) :: ahead         !! path tangent at the trial
       type(located_event_t), intent(inout) :: sighting  !! its event is given
       type(division_t) :: division
       real(wp) :: before
@@ -46,7 +46,7 @@ contains
          call look_behind(problem, step, run, trial, ahead, division, sighting)
          sighting%event%before = before
          if (sighting%located) return
-         ! Not where the last point was brought to this mesh without an equilibrium.
+         ! The last point serves only if it is an equilibrium on the new mesh.
          call linearise(problem, run%state, run%state, run%system)
          call note_balance(step, run%system, sighting%report, sighting%located)
          if (.not. sighting%located) return
@@ -65,21 +65,21 @@ contains
       if (any(sighting%event%kind == [event_value_reached, event_stop])) call meet_value(problem, run, sighting)
       if (division%smooth) then
          sighting%located = is_what_it_says(problem, step, run, trial, ahead, sighting)
-         ! Where a line has become a point the load may stand, and turn by rounding only.
+         ! If a line contact just became a point, the load may be constant and its rate change sign by rounding only.
          if (sighting%event%kind == event_limit .and. run%since_change%shrunk .and. .not. sighting%located) &
             & call take_beginning(problem, step, run, sighting)
       else if (division%length > 0.0_wp .and. is_arc_length(run%control%method)) then
-         ! Where load or displacement tells the way, it does so where nothing moves, too.
+         ! Load and displacement increments keep the fraction of their controlled quantity, which exists even if nothing moves.
          sighting%fraction = chord_fraction(problem, run, division, sighting%place)
       end if
    end subroutine locate
 
-   !> True where contact with a foundation began or ended, or the load turned, as the last point got another mesh: there it is, but
-   !> for what the mesh errs by, which its bar tells.
+   !> True if contact with a foundation began or ended, or the load rate changed its sign, when the last point was transferred to
+   !> another mesh: the event lies at that point within its error bar.
    pure logical function passed_by_mesh(run, event) result(passed)
       type(path_state_t), intent(in) :: run
-      type(event_t), intent(in) :: event           !! of the load: its rate before is that on the mesh before
-      real(wp) :: there                            ! positive: on the side where contact is
+      type(event_t), intent(in) :: event           !! load rate: its value before the event is that on the previous mesh
+      real(wp) :: there                            ! sign of the event function behind the event
       passed = event%kind == event_limit .and. event%before * run%heading%load < 0.0_wp
       if (passed) return
       passed = event%kind == event_contact .and. event%ground%contact > 0
@@ -88,16 +88,16 @@ contains
       passed = min(there * event%before, there * event%after) > 0.0_wp
    end function passed_by_mesh
 
-   !> The event before the last point, on the mesh that this one has got since: where a straight line through the ends of the
-   !> increment has it there, as far back as the step or branch goes.
+   !> Searches for the event before the last point, on the present mesh: where the straight line through the event function at both
+   !> ends of the increment is zero, but not before the start of the step or branch.
    subroutine look_behind(problem, step, run, trial, ahead, division, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run            !! its system ends up at some point
+      type(path_state_t), intent(inout) :: run            !! its system is factored at some point on return
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead
-      type(division_t), intent(in) :: division     !! of the increment
-      type(located_event_t), intent(inout) :: sighting  !! as it was where it is not located
+      type(division_t), intent(in) :: division     !! fractions of the increment
+      type(located_event_t), intent(inout) :: sighting  !! unchanged if the event is not located there
       type(located_event_t) :: found
       type(division_t) :: part
       type(path_state_t) :: behind
@@ -105,7 +105,7 @@ contains
       real(wp) :: fall, fraction
       fall = sighting%event%before - sighting%event%after
       if (.not. sighting%event%before * fall < 0.0_wp) return
-      ! Twice as far, to have it between.
+      ! Twice that distance, so that the zero is bracketed.
       fraction = 2.0_wp * sighting%event%before / fall
       if (-fraction * division%length > run%arc_length - run%left_at) return
       call copy_path_state(run, behind)
@@ -131,10 +131,10 @@ contains
       sighting = found
    end subroutine look_behind
 
-   !> Where contact opened elements are to find out for themselves: beyond the event it is closed.
+   !> Lets elements determine anew where contact with the foundation is open: beyond the event it is closed.
    pure subroutine forget_opening(problem, event, state)
       type(problem_t), intent(in) :: problem
-      type(event_t), intent(in) :: event           !! contact with a foundation
+      type(event_t), intent(in) :: event           !! contact change with a foundation
       type(state_t), intent(inout) :: state
       real(wp) :: at, closed
       integer :: c
@@ -147,7 +147,7 @@ contains
       end do
    end subroutine forget_opening
 
-   !> The zero of the event's function by the Illinois rule.
+   !> Zero of the event function by Chandrupatla's bracketing rule.
    subroutine bracket_zero(problem, step, run, trial, ahead, division, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -179,15 +179,17 @@ contains
          below = run%state
          above = trial
          heading_above = ahead
-         ! A contact that is lost may leave no gap where something else holds the node; with it held its reaction tells.
+         ! A lost contact may leave no gap if something else supports the node; with the contact kept closed its reaction changes
+         ! sign.
          located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. held
          search: do while (.not. located)
             if (.not. next_guess(bracket, step%locate_tolerance, sighting%fraction)) then
                sighting%place = above
                sighting%heading = heading_above
                sighting%fraction = bracket%high
-               ! What is continuous shrinks with its bracket, what jumps does not, and is no event. The force of a contact may
-               ! begin with any slope, and the structure may give way by what a node more or less in contact makes.
+               ! Across the final bracket a continuous function changes little, and a jump, which is no event, does not. For contact
+               ! the two states are compared instead: the contact force may begin with any slope, and one node more or less in
+               ! contact may displace the structure.
                if (event%kind == event_contact) then
                   located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial)
                else
@@ -195,10 +197,10 @@ contains
                end if
                exit search
             end if
-            ! With the contact set of the start the function of a contact event is smooth through its zero.
+            ! With the contact set of the start the event function of a contact change is smooth through its zero.
             call point_within(problem, run, trial, ahead, division, sighting%fraction, held, held, here, sighting%report)
             if (held .and. sighting%report%converged) then
-               ! Other candidates may have changed sides meanwhile; then the LCP has to take part.
+               ! If other candidates violate their conditions with that set, the LCP has to determine it.
                if (.not. holds_elsewhere(problem, run%system, event%marked, here)) then
                   held = .false.
                   cycle search
@@ -214,7 +216,7 @@ contains
             end if
             sighting%place = here
             sighting%heading = heading
-            ! What is left to the zero, as a change of the load factor, by the flatter of the secants to both sides.
+            ! Distance to the zero as a change of the load factor, estimated by the flatter of the secants to both ends.
             left = abs(f) * max(abs(above%load_factor - here%load_factor) / max(abs(f_above - f), tiny(f)), &
                & abs(here%load_factor - below%load_factor) / max(abs(f - f_below), tiny(f)))
             located = abs(f) <= step%locate_tolerance * bracket%scale .and. left <= step%locate_tolerance * &
@@ -230,16 +232,16 @@ contains
                f_above = f
             end if
          end do search
-         ! Where the contact set changes, eigenvalues may jump without a bifurcation.
+         ! Eigenvalues may jump without a bifurcation if the contact set changes.
          if (releases .and. located) located = all(below%active .eqv. above%active)
       end associate
    end subroutine bracket_zero
 
-   !> The point at the value itself, from the place next to it that the bracket has left. Where it cannot be prescribed, or Newton's
-   !> method does not get there, the place stays; its bars have what is left.
+   !> Corrects the located state to the prescribed value itself. If the value cannot be prescribed or the corrector fails, the state
+   !> stays, and its error bar contains the difference.
    subroutine meet_value(problem, run, sighting)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run            !! its system ends up factored at the place
+      type(path_state_t), intent(inout) :: run            !! its system is factored at the place on success
       type(located_event_t), intent(inout) :: sighting  !! located
       type(increment_t) :: report
       type(state_t) :: there
@@ -257,7 +259,8 @@ contains
       sighting%heading = heading
    end subroutine meet_value
 
-   !> Whether the place lies on the path between both ends, a limit point above (or below) both of them.
+   !> Checks that the located state lies on the path between both ends, and that a limit point is not below (maximum) or above
+   !> (minimum) both of them.
    logical function is_what_it_says(problem, step, run, trial, ahead, sighting) result(right)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -270,8 +273,8 @@ contains
       if (.not. right) right = lies_between(problem, run%state, trial, run%heading, ahead, sighting%place)
       if (sighting%event%kind /= event_limit) return
       associate (top => sighting%place%load_factor, first => run%state%load_factor, last => trial%load_factor)
-         ! The load is flat there: it errs by the square of what the place does, those of the points beside it by what the iteration
-         ! leaves.
+         ! The load is stationary at a limit point: its error is the square of the location error; the loads of the two ends have
+         ! the error left by the iteration.
          noise = step%locate_tolerance * max(abs(top - first), abs(top - last)) + 4.0_wp * spacing(top) + &
             & step%tolerance * max(abs(first), abs(last))
          if (sighting%event%before > 0.0_wp) right = right .and. top >= max(first, last) - noise
@@ -279,16 +282,17 @@ contains
       end associate
    end function is_what_it_says
 
-   !> Signs of the gaps and reactions of all but some candidates; of these only that they do not work against each other.
+   !> True if gaps and reactions of all unmarked candidates have the right sign, and the reactions of the marked ones do not have
+   !> opposite signs.
    pure logical function holds_elsewhere(problem, system, marked, state) result(holds)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled at `state`
-      logical, intent(in) :: marked(:)           !! (candidates) whose own signs do not count
+      logical, intent(in) :: marked(:)           !! (candidates) true: sign not checked
       type(state_t), intent(in) :: state
       real(wp), parameter :: tolerance = 1.0e-8_wp
       real(wp) :: least
       least = tolerance * system%force_scale
-      ! Held, a region may pull at one node what it pushes at another: their sum vanishes where no contact is lost.
+      ! A contact region kept closed may pull at one node and push at another: a zero of their sum is then no loss of contact.
       holds = .not. (any(marked .and. state%active .and. state%reaction < -least) .and. &
          & any(marked .and. state%active .and. state%reaction > least))
       if (.not. holds) return

@@ -1,5 +1,4 @@
-!> The events of one increment beside one another: which of them is told by another one, which comes first, and how many negative
-!> pivots the path has before each.
+!> Relations between the events of one increment: duplicates, order, and the number of negative pivots before each.
 module event_order
    use kinds, only: wp
    use rod_state, only: state_t
@@ -10,18 +9,18 @@ module event_order
    private
    public :: duplicates_of, one_sided, count_before, by_fraction, same_place
 
-   real(wp), parameter :: same_place = 1.0e-5_wp !! of an increment: located events nearer than that are one
+   real(wp), parameter :: same_place = 1.0e-5_wp !! of an increment: located events closer than that coincide
 
 contains
 
-   !> Changes of the pivot count that are no bifurcations of their own: a limit point's change of sign, further eigenvalues of
-   !> a multiple bifurcation, jumps where the contact set changes on the way, and rounding at a point that is a bifurcation itself.
-   !> And loads that turn back at once where a contact is gained or lost: that is what is told. Where the set stays up to the trial
-   !> there are no jumps: a count that changes without an event is that of another path.
+   !> Marks events that duplicate another one or are spurious. Bifurcations: the eigenvalue of a limit point, further eigenvalues of
+   !> a multiple bifurcation, jumps due to contact changes inside the increment, rounding at a point that is a bifurcation itself.
+   !> Limit points: those not located if a contact change is, because the load turns there. If the contact set is constant up to the
+   !> trial, an inertia change without an event means another path and is not suppressed.
    function duplicates_of(run, trial, changes, seen) result(told)
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
-      logical, intent(in) :: changes             !! the contact set is about to change at the trial
+      logical, intent(in) :: changes             !! the contact set will change at the trial
       type(located_event_t), intent(in) :: seen(:)
       logical :: told(size(seen))
       logical :: set_changes, jumps, contact_located, limit_told
@@ -39,7 +38,7 @@ contains
          else if (.not. seen(i)%located) then
             told(i) = jumps
          else
-            ! Where a contact begins or ends its reaction is zero, and a count means nothing.
+            ! A contact that begins or ends has zero force, and the inertia there is undefined.
             told(i) = (run%on_bifurcation .or. set_changes) .and. seen(i)%fraction <= same_place
             told(i) = told(i) .or. (set_changes .and. seen(i)%fraction >= 1.0_wp - same_place)
             do k = 1, size(seen)
@@ -56,8 +55,8 @@ contains
       end do
    end function duplicates_of
 
-   !> True for a limit point where the contact set stays and no eigenvalue is seen to change its sign there: another one does, too,
-   !> and goes unseen.
+   !> True if the load turns with a constant contact set but no eigenvalue is seen to change its sign: a second, undetected one
+   !> changes its sign, too.
    pure logical function one_sided(run, trial, probe, seen)
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
@@ -66,20 +65,20 @@ contains
       integer :: i
       one_sided = run%probe%load_rate * probe%load_rate < 0.0_wp .and. all(run%state%active .eqv. trial%active) .and. &
          & modulo(probe%negative_pivots - run%probe%negative_pivots, 2) == 0
-      ! Eigenvalues of their own are listed where there are several.
+      ! If bifurcations were located at the limit point, the several eigenvalues are listed already.
       do i = 1, size(seen)
          if (seen(i)%event%kind == event_limit .and. seen(i)%located) one_sided = one_sided .and. .not. any( &
             & seen%event%kind == event_bifurcation .and. seen%located .and. abs(seen%fraction - seen(i)%fraction) <= same_place)
       end do
    end function one_sided
 
-   !> Negative pivots on the side of a place that the path comes from: where an eigenvalue is zero the factors have the sign of
+   !> Number of negative pivots just before a place. At the place itself an eigenvalue may be zero, and the signs of the factors are
    !> rounding.
    pure integer function count_before(run, seen, told, fraction) result(pivots)
       type(path_state_t), intent(in) :: run
       type(located_event_t), intent(in) :: seen(:)
       logical, intent(in) :: told(:)
-      real(wp), intent(in) :: fraction           !! of the increment: the place, as of those seen
+      real(wp), intent(in) :: fraction           !! position of the place in the increment, as of the events seen
       integer :: i
       pivots = run%probe%negative_pivots
       do i = 1, size(seen)
@@ -89,7 +88,7 @@ contains
       end do
    end function count_before
 
-   !> Places in ascending order.
+   !> Indices that sort positions in ascending order.
    pure function by_fraction(fraction) result(order)
       real(wp), intent(in) :: fraction(:)
       integer :: order(size(fraction))

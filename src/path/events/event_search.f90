@@ -1,4 +1,4 @@
-!> What happened on the way to a converged trial: events between the last point and it, detected and located.
+!> Detects and locates the events between the last accepted point and a converged trial.
 module event_search
    use kinds, only: wp
    use model, only: step_t
@@ -18,29 +18,29 @@ module event_search
    private
    public :: findings_t, find_events
 
-   !> What is known of a trial, and of the way there, before anything is recorded.
+   !> Results of the search for events, before anything is recorded.
    type :: findings_t
       type(test_values_t) :: probe                   !! at the trial
-      type(located_event_t), allocatable :: seen(:)
-      logical :: comes_home = .false.          !! one of them is where its branch comes back to the path that it left
-      logical, allocatable :: told(:)          !! (seen) by another one, or nothing to tell
-      type(system_t), allocatable :: at_trial  !! the run's system there, which looking at events changes; not allocated where there
-      !! are none
-      logical :: stops = .false.               !! the trial meets the stop condition
-      logical :: as_it_is = .false.            !! no other mesh will be made for the sake of errors
-      type(error_bars_t), allocatable :: bars  !! of the trial; not allocated where they are not to be shown
+      type(located_event_t), allocatable :: seen(:) !! events, located or not
+      logical :: comes_home = .false.          !! one of the events is the closure of a branch on its parent path
+      logical, allocatable :: told(:)          !! (seen) duplicates another event, or spurious
+      type(system_t), allocatable :: at_trial  !! system factored at the trial, which the search overwrites; not allocated: no
+      !! events
+      logical :: stops = .false.               !! the trial satisfies the stop condition
+      logical :: as_it_is = .false.            !! true: the mesh will not be refined for error bars
+      type(error_bars_t), allocatable :: bars  !! error bars of the trial; not allocated: none requested
    end type findings_t
 
 contains
 
-   !> All events between the last point and the trial, looked for, and the trial's probe.
+   !> Test values of the trial, and all events between the last point and the trial.
    subroutine find_events(problem, step, run, trial, ahead, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on entry, anywhere on return
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on entry, at any point on return
       type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead       !! tangent there
-      type(findings_t), intent(out) :: findings  !! what of it is not known yet is as it begins
+      type(path_tangent_t), intent(in) :: ahead       !! path tangent at the trial
+      type(findings_t), intent(out) :: findings  !! components not determined here keep their defaults
       type(event_t), allocatable :: events(:)
       type(located_event_t), allocatable :: home
       findings%probe = test_values_at(problem, run, trial, ahead)
@@ -60,8 +60,8 @@ contains
          & call find_hidden_values(problem, step, run, trial, ahead, findings)
    end subroutine find_events
 
-   !> A load that is passed on the way to a limit point, and again on the way back, does not show at the ends: to values such an
-   !> increment is two.
+   !> Finds prescribed values passed twice in one increment, on the way to a limit point and behind it, which its ends do not show:
+   !> the increment is divided at the limit point.
    subroutine find_hidden_values(problem, step, run, trial, ahead, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -101,7 +101,7 @@ contains
       findings%seen(n + 1:)%fraction = part + (1.0_wp - part) * findings%seen(n + 1:)%fraction
    end subroutine find_hidden_values
 
-   !> Which of those seen turns the load, the last one; 0: none. A branch may do so where it comes home, too.
+   !> Index of the last located limit point, or else of a branch closure, where the load may turn, too; 0: none.
    pure integer function limit_among(findings) result(limit)
       type(findings_t), intent(in) :: findings
       integer :: i
@@ -112,7 +112,7 @@ contains
       if (limit == 0 .and. findings%comes_home) limit = size(findings%seen)
    end function limit_among
 
-   !> Locates events between the point of a run and a later one, and adds them to those seen.
+   !> Locates events between the point of a path state and a later point, and appends them to those seen.
    subroutine look(problem, step, from, to, heading, wanted, seen)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -132,7 +132,7 @@ contains
       call move_alloc(found, seen)
    end subroutine look
 
-   !> Leaves those values that lie between both ends of the increment: these tell of them, too.
+   !> Removes the values that lie between both ends of the whole increment, which were detected already.
    subroutine drop_known(first, last, events)
       type(test_values_t), intent(in) :: first, last
       type(event_t), allocatable, intent(inout) :: events(:)
@@ -140,7 +140,7 @@ contains
       events = pack(events, [(.not. is_between(first, last, events(i)), i=1, size(events))])
    end subroutine drop_known
 
-   !> True for a value that the increment starts on one side of and ends on the other.
+   !> True if a value lies between those at both ends of the increment.
    pure logical function is_between(first, last, event)
       type(test_values_t), intent(in) :: first, last
       type(event_t), intent(in) :: event

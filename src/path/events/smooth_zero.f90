@@ -1,11 +1,12 @@
-!> Locates what is the zero of a function that is smooth along the path: a bifurcation (an eigenvalue of the tangent), a
-!> limit point (the rate of the load), a turning point (that of a monitor).
+!> Locates the zero of a function that is smooth along the path: bifurcation (an eigenvalue of the tangent stiffness), limit point
+!> (load rate), turning point (rate of a monitor).
 !>
-!> At a bifurcation Newton's method has no use for its last correction: the residual's rounding over a vanishing eigenvalue
-!> is any share of the null vector, and with it the iteration leaves for the other path, where the eigenvalue has its zero,
-!> too; and a branch may have its limit point there. So the zero is interpolated between points on both sides that are far
-!> enough from it for Newton's method and near enough for a cubic: a distance h is off by epsilon/h there and by h^4 here,
-!> least at h = epsilon^(1/5). Several eigenvalues that go through zero together change their order there; their sizes keep it.
+!> Near a bifurcation the last Newton correction is useless: the rounding of the residual divided by a vanishing eigenvalue is an
+!> arbitrary multiple of the null vector and may lead to the other path, on which the eigenvalue is zero, too, or which has its
+!> limit point there. The zero is therefore interpolated between points on both sides, far enough from it for Newton's method and
+!> near enough for a cubic. At a distance h (fraction of the increment) the errors are epsilon/h and h^4, the best choice h =
+!> epsilon^(1/5). Eigenvalues that vanish together change their order at the zero; their order by magnitude is the same on both
+!> sides.
 module smooth_zero
    use kinds, only: wp
    use model, only: step_t
@@ -29,7 +30,7 @@ module smooth_zero
 
 contains
 
-   !> Finds the zero of the event's function between the last accepted point and the trial.
+   !> Finds the zero of the event function between the last accepted point and the trial.
    subroutine locate_smooth(problem, step, run, trial, ahead, division, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -37,7 +38,7 @@ contains
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
-      type(located_event_t), intent(inout) :: sighting  !! located, place, heading, fraction, and the scale of its event
+      type(located_event_t), intent(inout) :: sighting  !! sets located, place, heading, fraction, and the scale of its event
       type(zero_search_t) :: search
       logical :: told, found
       sighting%located = .false.
@@ -47,15 +48,15 @@ contains
          if (told) return
       end if
       sighting%event%scale = search%bracket%scale
-      ! Where contact at nodes changes the function may jump: no zero can be interpolated there. Foundations that act along the
-      ! elements take hold and let go little by little.
+      ! A contact change at nodes may make the function jump, so that no zero can be interpolated. Foundations that act along
+      ! elements begin and end their contact gradually.
       if (.not. division%smooth .and. any(run%state%active .neqv. trial%active)) return
       call find_zero(problem, step, run, trial, ahead, division, search, sighting, found)
       if (found) call bring_to_balance(problem, step, run, sighting, found)
       if (found) then
          sighting%event%pivots = run%system%negative_pivots
-         ! In balance as any point is, and zero relative to its change over the increment. Other functions than the eigenvalue
-         ! mean nothing there where it is zero, too: of these the samples tell.
+         ! The state is in balance like any other point, and the function zero relative to its change over the increment. At the
+         ! zero of an eigenvalue other test functions are undefined; the samples have decided about them.
          sighting%located = .true.
          if (sighting%event%kind == event_bifurcation) call confirm_bifurcation(problem, step, run, trial, search, sighting)
       else if (run%since_change%shrunk) then
@@ -65,7 +66,7 @@ contains
       end if
    end subroutine locate_smooth
 
-   !> The eigenvalue at both ends of the increment.
+   !> Computes the event's eigenvalue at both ends of the increment.
    subroutine bracket_eigenvalue(problem, step, run, trial, bracket, sighting, told)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -73,7 +74,7 @@ contains
       type(state_t), intent(in) :: trial
       type(bracket_t), intent(out) :: bracket
       type(located_event_t), intent(inout) :: sighting
-      logical, intent(out) :: told               !! nothing is to be looked for within
+      logical, intent(out) :: told               !! the event is decided at the ends: no zero is to be searched inside
       real(wp) :: f
       call linearise(problem, trial, trial, run%system)
       f = zero_eigenvalue(problem, run, sighting%event, trial)
@@ -83,18 +84,18 @@ contains
       sighting%later = bracket%f_low * f > 0.0_wp .and. sighting%event%before * f > 0.0_wp
       told = sighting%later .or. bracket%f_low * sighting%event%before <= 0.0_wp
       if (sighting%later .or. .not. told) return
-      ! It was passed next to the last point, which had the sign of rounding.
+      ! The eigenvalue vanished close to the last point, whose pivots had the sign of rounding.
       call take_beginning(problem, step, run, sighting)
       sighting%located = sighting%located .or. abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
    end subroutine bracket_eigenvalue
 
-   !> Ends of contact that have gone far between the samples make more of the cubic's error than the iteration leaves. But at
-   !> bifurcations, see above.
+   !> Corrects the interpolated state if its residual is above tolerance, as happens if touchdown points moved far between the
+   !> samples. Bifurcations are not corrected, for the reason in the header.
    subroutine bring_to_balance(problem, step, run, sighting, balanced)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! its system is factored at the place on return
-      type(located_event_t), intent(inout) :: sighting !! its place
+      type(located_event_t), intent(inout) :: sighting !! its place is corrected
       logical, intent(out) :: balanced
       type(control_t) :: hold
       type(state_t) :: base
@@ -110,15 +111,16 @@ contains
       if (sighting%report%converged) call note_balance(step, run%system, sighting%report, balanced)
    end subroutine bring_to_balance
 
-   !> Whether the eigenvalue is zero there, and how far two paths would be from it that pass each other. The numbers that tell
-   !> eigenvalues apart are rounding there.
+   !> Checks that an eigenvalue is zero at the interpolated state, and computes the turn of the path tangent per unit force on the
+   !> null vector, by which two close paths would be separated. The order of the eigenvalues is rounding there, and the smallest one
+   !> counts.
    subroutine confirm_bifurcation(problem, step, run, trial, search, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! its system is factored at the place
       type(state_t), intent(in) :: trial
       type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: sighting !! located, swerve
+      type(located_event_t), intent(inout) :: sighting !! sets located, swerve
       real(wp) :: f
       f = zero_eigenvalue(problem, run, sighting%event, sighting%place, search%modes)
       sighting%located = minval(abs(search%modes%mu)) <= sqrt(step%locate_tolerance) * search%bracket%scale

@@ -1,4 +1,4 @@
-!> Whether what was seen on the way to a trial is what it seems: events that are none, and such as a shorter increment tells better.
+!> Spurious events: detected events that are none, and those that a shorter increment resolves.
 module spurious_events
    use kinds, only: wp
    use model, only: step_t
@@ -23,8 +23,9 @@ module spurious_events
 
 contains
 
-   !> True where a shorter increment may tell what this one does not: an event was not located, something went unseen, or an event
-   !> lies where its mesh has no nodes for kinks. Values that are only looked for change nothing.
+   !> True if a shorter increment may resolve the events of this one: one was not located, an eigenvalue went undetected, or a
+   !> located event lies where the mesh has no nodes at interface points. Prescribed values and turning points that were not located
+   !> do not count.
    logical function better_from_nearer(problem, run, trial, findings) result(better)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -41,8 +42,8 @@ contains
       end do
    end function better_from_nearer
 
-   !> True where kinks of foundations lie inside elements at a located event that have appeared on the way to it: a point between
-   !> gives them nodes. Those of the last point have been refused some.
+   !> True if the located event has more interface points of foundations inside elements than the last point: a point in between
+   !> gives them nodes. The interface points of the last point were refused nodes already.
    logical function passes_kinks(problem, last, sighting)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: last
@@ -52,13 +53,13 @@ contains
          & inner_cuts(find_cuts(problem, last)))
    end function passes_kinks
 
-   !> True for an end of the step where lines have let go of what a trial behind it does not tell: elements so long that they buckle
-   !> between their own nodes hide that, and those behind the end may be.
+   !> True if line contacts became force-free before the end of the step in a way that the trial behind the end does not show:
+   !> elements so long that they buckle between their nodes hide the detachment.
    logical function hides_release(problem, run, findings, end) result(hides)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! its system is factored at the end
+      type(path_state_t), intent(in) :: run             !! its system is factored at the end of the step
       type(findings_t), intent(in) :: findings
-      integer, intent(in) :: end                 !! which of those seen
+      integer, intent(in) :: end                 !! index of the end among the events seen
       integer :: pivots, i
       logical :: weak
       associate (seen => findings%seen)
@@ -72,7 +73,7 @@ contains
       hides = hides .and. pivots /= run%probe%free_pivots
    end function hides_release
 
-   !> True for a monitor that turns by no more than what rounding makes of it, as one that symmetry holds: that is nothing to tell.
+   !> True for a turning point of a monitor that changes by rounding only, for example a monitor that is constant by symmetry.
    logical function turns_by_rounding(problem, step, run, probe, sighting) result(no_turn)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -93,13 +94,13 @@ contains
       no_turn = maxval(abs(there%monitor(m) - [run%probe%monitor(m), probe%monitor(m)])) <= least
    end function turns_by_rounding
 
-   !> A limit point that finer elements have before the contact that there is, or as far ahead as the way since that has begun, is
-   !> none that the mesh tells: where the load stands a mesh may have it fall by what it errs by.
+   !> Rejects a limit point that the enriched elements have farther away than the path since the last contact change, or, ahead,
+   !> than that path and the path to the trial together: where the load is nearly constant, the mesh error alone may make it fall.
    subroutine doubt_limit(problem, run, trial, sighting)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
-      type(located_event_t), intent(inout) :: sighting !! its bars
+      type(located_event_t), intent(inout) :: sighting !! its bars become sign-uncertain
       real(wp) :: reach
       if (.not. allocated(sighting%bars) .or. sighting%event%kind /= event_limit) return
       reach = run%arc_length - max(run%left_at, run%since_change%at) + path_length(problem, run%state, sighting%place)
@@ -107,10 +108,10 @@ contains
       if (abs(sighting%bars%way) > reach) sighting%bars%unsure = .true.
    end subroutine doubt_limit
 
-   !> What was located as a bifurcation may be two paths that pass each other: no path goes through where the null vector feels a
-   !> force, and the points that the place was interpolated from lie on both.
+   !> Rejects a bifurcation that may be two paths passing each other closely: the null vector feels a force, which separates the
+   !> paths, and the points of the interpolation lie on both.
    pure subroutine doubt_bifurcation(sighting)
-      type(located_event_t), intent(inout) :: sighting !! not located where it is none
+      type(located_event_t), intent(inout) :: sighting !! located becomes false if rejected
       if (.not. allocated(sighting%bars) .or. sighting%event%kind /= event_bifurcation) return
       sighting%located = sighting%bars%unfolding * sighting%swerve <= largest_turn
       if (.not. sighting%located) sighting%event%note = passing

@@ -1,4 +1,4 @@
-!> Zeros along the path that no points within an increment tell: one of its ends may be as good.
+!> Events placed at an end of the increment because no point inside it can decide.
 module zero_at_end
    use kinds, only: wp
    use model, only: step_t
@@ -16,14 +16,14 @@ module zero_at_end
 
 contains
 
-   !> The last point. There it is where a line of contact has just become a point: what holds the point's rotation is without
-   !> bounds where it is as curved as the obstacle, Newton's method does not get near, and by how much the line was shorter than
-   !> none no eigenvalue tells.
+   !> Places the event at the last accepted point: a line contact just became a point there. The contact's rotational stiffness is
+   !> unbounded at zero relative curvature, so that no interior point can be corrected, and the eigenvalues do not show by how much
+   !> the length of the line had passed zero.
    subroutine take_beginning(problem, step, run, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(located_event_t), intent(inout) :: sighting !! place, heading, fraction; located where it is there
+      type(located_event_t), intent(inout) :: sighting !! sets place, heading, fraction; located if the event is there
       logical :: balanced
       sighting%place = run%state
       sighting%heading = run%heading
@@ -34,15 +34,15 @@ contains
       sighting%event%jumps = sighting%located .and. sighting%event%kind == event_bifurcation
    end subroutine take_beginning
 
-   !> A limit point. Where an increment is so short that rounding lets no point within it be told, the load beyond its higher end,
-   !> or below its lower one, is at most where the tangents at both ends meet.
+   !> Places a limit point at the end with the larger (maximum) or smaller (minimum) load, if the increment is so short that points
+   !> inside differ by rounding. The tangents at both ends meet at a load that bounds the error.
    subroutine take_nearer_end(problem, step, run, trial, ahead, sighting)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead        !! tangent there
-      type(located_event_t), intent(inout) :: sighting !! place, heading, fraction; located where that is near enough
+      type(path_tangent_t), intent(in) :: ahead        !! path tangent at the trial
+      type(located_event_t), intent(inout) :: sighting !! sets place, heading, fraction; located if the bound is within tolerance
       real(wp) :: left, rates(2)
       if (run%state%load_factor * sighting%event%before > trial%load_factor * sighting%event%before) then
          sighting%place = run%state

@@ -1,4 +1,4 @@
-!> The zero of an event's function inside an increment, by points of the path on both sides of it.
+!> Zero of an event function inside an increment, by points of the path on both sides.
 module zero_search
    use kinds, only: wp
    use model, only: step_t
@@ -19,33 +19,35 @@ module zero_search
    public :: zero_search_t, find_zero, swerve_per_force
 
    integer, parameter :: max_centres = 6
-   real(wp), parameter :: apart = 0.75_wp       !! of the way along all samples, half of which is that between the two inner ones
-   real(wp), parameter :: reach = epsilon(1.0_wp)**0.2_wp !! between samples, see smooth_zero; of the increment
+   real(wp), parameter :: apart = 0.75_wp !! largest middle spacing over the length of all samples on a continuous path; smooth: 1/2
+   real(wp), parameter :: reach = epsilon(1.0_wp)**0.2_wp !! spacing of the samples over the increment, see smooth_zero
 
+   !> Data of the search for the zero of an event function.
    type :: zero_search_t
-      type(bracket_t) :: bracket                 !! of the zero, with the function's values at both ends of the increment
-      real(wp) :: centre = 0.0_wp                !! fraction of the increment: the zero, as far as it is known
-      real(wp) :: at(n_samples) = 0.0_wp         !! fractions of the increment where samples are
-      real(wp) :: value(n_samples) = 0.0_wp      !! the function there
-      ! The point that was looked at last.
+      type(bracket_t) :: bracket                 !! bracket of the zero; at first with the values at both ends of the increment
+      real(wp) :: centre = 0.0_wp                !! fraction of the increment: best estimate of the zero
+      real(wp) :: at(n_samples) = 0.0_wp         !! positions of the samples, as fractions of the increment
+      real(wp) :: value(n_samples) = 0.0_wp      !! function at the samples
+      ! The point evaluated last.
       type(state_t) :: here
       real(wp) :: value_here = 0.0_wp
-      type(modes_t) :: modes                     !! lowest ones there, at a bifurcation
-      logical :: known = .false.                 !! there is one, with the trial's contact set
+      type(modes_t) :: modes                     !! lowest eigenvalues there, at a bifurcation
+      logical :: known = .false.                 !! the point converged, with the trial's contact set
    end type zero_search_t
 
 contains
 
-   !> Where the function has its zero, and the state there: between samples around it, or by closing in on it.
+   !> Finds the zero and the state there: by cubic interpolation between samples around it, or else, unless it is a bifurcation, by
+   !> bracketing.
    subroutine find_zero(problem, step, run, trial, ahead, division, search, sighting, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system ends up at some point of the increment
+      type(path_state_t), intent(inout) :: run          !! its system is factored at some point of the increment on return
       type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead       !! tangent there
+      type(path_tangent_t), intent(in) :: ahead       !! path tangent at the trial
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search !! its bracket is given
-      type(located_event_t), intent(inout) :: sighting !! place, heading, fraction, as good as the search has them
+      type(located_event_t), intent(inout) :: sighting !! sets place, heading, fraction, as far as the search succeeded
       logical, intent(out) :: found
       call narrow_bracket(problem, run, trial, ahead, division, search, sighting, found)
       if (found) call interpolate_zero(problem, run, trial, ahead, division, search, sighting, found)
@@ -53,8 +55,8 @@ contains
          & call close_in(problem, step, run, trial, ahead, division, search, sighting, found)
    end subroutine find_zero
 
-   !> To within the reach of the samples. Where Newton's method finds nothing several eigenvalues may be zero: samples around the
-   !> guess tell.
+   !> Narrows the bracket to the spacing of the samples. If the corrector fails near the zero, several eigenvalues may vanish, and
+   !> the samples around the estimate decide.
    subroutine narrow_bracket(problem, run, trial, ahead, division, search, sighting, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -73,7 +75,8 @@ contains
       end do
    end subroutine narrow_bracket
 
-   !> The zero of the cubic through samples around it.
+   !> Zero of the cubic through four samples around the estimate, repeated until the estimate moves by less than two sample
+   !> spacings.
    subroutine interpolate_zero(problem, run, trial, ahead, division, search, sighting, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -92,7 +95,7 @@ contains
          if (.not. found) return
          found = .not. jumps(search%value)
          if (.not. found) then
-            ! From an unstable path to a stable one that cannot be told from it there is no harm in going.
+            ! A jump from an unstable path to a more stable one, too close to be separated, is accepted as the continuation.
             sighting%passes = sighting%event%after > 0.0_wp .and. &
                & path_length(problem, sample(2), sample(3)) <= apart * path_length(problem, sample(1), sample(4))
             return
@@ -100,7 +103,7 @@ contains
          search%centre = zero_of_cubic(search%at, search%value)
          if (abs(search%centre - guess) <= 2.0_wp * reach) exit
       end do
-      ! It lies between the ends, whose signs differ; beyond is rounding. So does its load, where the load grows steadily.
+      ! The zero lies between the ends, whose signs differ, but for rounding; so does its load if the load is monotone.
       found = search%centre >= -reach .and. search%centre <= 1.0_wp + reach
       if (.not. found) return
       search%centre = min(max(search%centre, 0.0_wp), 1.0_wp)
@@ -110,7 +113,7 @@ contains
          & min(run%state%load_factor, trial%load_factor)), max(run%state%load_factor, trial%load_factor))
    end subroutine interpolate_zero
 
-   !> States of the path around the search's centre, and the function there.
+   !> Computes states of the path around the search's centre, and the function there.
    subroutine take_samples(problem, run, trial, ahead, division, search, sighting, sample, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -135,7 +138,8 @@ contains
       if (sighting%event%kind == event_bifurcation) call follow_through_zero(modes, sighting%event, search%value)
    end subroutine take_samples
 
-   !> Two on each side of the centre; where the increment ends all on one side, so that none comes near it.
+   !> Positions of the samples: two on each side of the centre, or, next to an end of the increment, four on one side at a distance
+   !> from the zero.
    pure function sample_places(centre) result(at)
       real(wp), intent(in) :: centre             !! fraction of the increment
       real(wp) :: at(n_samples)
@@ -144,7 +148,8 @@ contains
       if (at(n_samples) > 1.0_wp) at = min(centre, 1.0_wp) - reach * [4.0_wp, 3.0_wp, 2.0_wp, 1.0_wp]
    end function sample_places
 
-   !> Where a foundation takes hold the function may bend so much within the reach of the samples that they take it for a jump.
+   !> Zero by bracketing alone: when a foundation begins to act, the function may bend so much between the samples that they mistake
+   !> it for a jump.
    subroutine close_in(problem, step, run, trial, ahead, division, search, sighting, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -169,16 +174,17 @@ contains
       sighting%heading = path_tangent_of(problem, run, sighting%place)
    end subroutine close_in
 
-   !> A point of the increment and the function there; not known where there is none, or its contact set is another one.
+   !> Computes a point of the increment and the function there; `known` is false if the corrector fails or the contact set differs
+   !> from the trial's.
    subroutine look_at(problem, run, trial, ahead, division, fraction, search, sighting)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! its system is factored there on return
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the point on return
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
-      real(wp), value :: fraction               !! 0 to 1; may be one of the search's
+      real(wp), value :: fraction               !! 0 to 1; may alias a component of the search
       type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: sighting !! its report is that on the point
+      type(located_event_t), intent(inout) :: sighting !! its report is that of the point
       search%value_here = 0.0_wp
       call point_within(problem, run, trial, ahead, division, fraction, .false., .false., search%here, sighting%report)
       search%known = sighting%report%converged
@@ -192,18 +198,18 @@ contains
       end if
    end subroutine look_at
 
-   !> True for samples between which there is no zero, but a jump: Newton's method has gone from one path to another next to it.
+   !> True if the samples show a jump instead of a zero: the corrector jumped from one path to a close one.
    pure logical function jumps(value)
-      real(wp), intent(in) :: value(n_samples)  !! two on each side
-      real(wp), parameter :: times = 4.0_wp     !! what a function changes by on either side of its zero; a smooth one does so once
+      real(wp), intent(in) :: value(n_samples)  !! two values on each side of the zero
+      real(wp), parameter :: times = 4.0_wp     !! change between the inner samples over that on both sides, 1 for a smooth function
       jumps = value(2) * value(3) < 0.0_wp .and. abs(value(3) - value(2)) > times * (abs(value(2) - value(1)) + &
          & abs(value(4) - value(3)))
    end function jumps
 
-   !> A force f on the null vector, of length 1, keeps a path away from the bifurcation: where its eigenvalue is mu it has moved
-   !> by f/mu along that vector, and mu grows by its slope.
+   !> Turn of the path tangent per unit force on the null vector of length 1. A force f displaces the path by f/mu along the null
+   !> vector where its eigenvalue is mu, and mu grows linearly from the zero.
    pure real(wp) function swerve_per_force(search, length) result(turn)
-      type(zero_search_t), intent(in) :: search !! that has found the zero between its samples
+      type(zero_search_t), intent(in) :: search !! has found the zero between its samples
       real(wp), intent(in) :: length            !! of the increment
       real(wp) :: w(n_samples), d(n_samples), slope
       call lagrange(search%at, search%centre, w, d)

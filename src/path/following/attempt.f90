@@ -1,5 +1,4 @@
-!> Attempts to get on from one point of a path: where the last increment that was tried from there has led, and what those before
-!> it have told.
+!> Attempts from one point of the path: the last trial increment and the counters of those before it.
 module attempt
    use kinds, only: wp
    use rod_state, only: state_t
@@ -12,35 +11,36 @@ module attempt
    private
    public :: attempt_t, start_from, leads_on, ended
 
+   !> The attempts to make an increment from one point of the path.
    type :: attempt_t
       ! The point.
-      integer :: point = -1                      !! which of the step: how many come before it
-      real(wp) :: first_increment = 0.0_wp       !! size of the first one that was tried from it
-      logical :: changed = .false.               !! its contact set is a new one: so it was found when it was looked at last
+      integer :: point = -1                      !! number of the step's accepted points before it
+      real(wp) :: first_increment = 0.0_wp       !! size of the first increment tried from it
+      logical :: changed = .false.               !! a contact change was made when the point was last examined
       ! The last increment.
-      type(state_t) :: trial                     !! its end, in equilibrium where the report says so
-      type(increment_t) :: report
-      type(path_tangent_t) :: ahead                   !! tangent at the trial
-      type(relation_t) :: relation               !! of the point and the trial
-      type(corner_t) :: corner                   !! between the two
+      type(state_t) :: trial                     !! its end, in equilibrium if the report says so
+      type(increment_t) :: report                !! report of its correction
+      type(path_tangent_t) :: ahead                   !! path tangent at the trial
+      type(relation_t) :: relation               !! relation of the point and the trial
+      type(corner_t) :: corner                   !! corner between the two
       logical :: astray = .false.                !! the trial is in equilibrium, but not on the path ahead of the point
-      logical :: begins = .false.                !! contact spans begin with it
-      logical :: has_trial = .false.             !! the next trial is in equilibrium already, on another mesh, and the system
+      logical :: begins = .false.                !! contact spans begin with this increment
+      logical :: has_trial = .false.             !! the next trial is in equilibrium already, on another mesh, with the system
       !! factored there
-      logical :: finished = .false.              !! the step has come to its end on the way
+      logical :: finished = .false.              !! the step ended on the way
       ! Counters.
-      integer :: cuts = 0                        !! increments from the point that led nowhere
-      integer :: failures = 0                    !! those that went astray since one has led on at once
-      integer :: searches = 0                    !! halvings to tell events apart
-      integer :: meshes = 0                      !! that the increment has had for its errors' sake, see arrival_t
-      integer :: corner_meshes = 0               !! that a corner of the contact set has had, likewise
-      integer :: doubled_at = -1                 !! point for whose sake the mesh was made twice as fine last
-      real(wp) :: asked_at = -1.0_wp             !! arc length up to which nodes have been asked what touches
+      integer :: cuts = 0                        !! increments from the point that failed
+      integer :: failures = 0                    !! increments that left the path since one succeeded at first try
+      integer :: searches = 0                    !! halvings made to separate events
+      integer :: meshes = 0                      !! meshes made for the increment's errors, see arrival_t
+      integer :: corner_meshes = 0               !! meshes made for a corner of the contact set
+      integer :: doubled_at = -1                 !! point for which the mesh density was doubled last
+      real(wp) :: asked_at = -1.0_wp             !! arc length up to which contact was determined from the nodes
    end type attempt_t
 
 contains
 
-   !> Begins with the point where the run stands, if it is another one.
+   !> Begins with the path's last accepted point and resets the counters if that is a new one.
    subroutine start_from(run, attempt)
       type(path_state_t), intent(in) :: run
       type(attempt_t), intent(inout) :: attempt
@@ -60,7 +60,7 @@ contains
       leads_on = attempt%report%converged .and. .not. attempt%astray
    end function leads_on
 
-   !> True where nothing more is to be tried: the step is at its end, or the run cannot go on.
+   !> True if the step is complete or the run cannot continue.
    pure logical function ended(attempt, outcome)
       type(attempt_t), intent(in) :: attempt
       type(outcome_t), intent(in) :: outcome

@@ -1,5 +1,5 @@
-!> The same increment once more, from the same point: on another mesh, with a smaller residual, with the contact that nodes tell,
-!> or half as long.
+!> Repeats an increment from the same point: on another mesh, with a smaller residual, with the contact set found from the nodes, or
+!> half as long.
 module increment_retries
    use kinds, only: wp
    use model, only: step_t
@@ -16,11 +16,11 @@ module increment_retries
    private
    public :: retry_refined, retry_by_nodes, retry_closer
 
-   real(wp), parameter :: sharper = 0.01_wp     !! of the residual, where an iteration has left too much
+   real(wp), parameter :: sharper = 0.01_wp     !! residual tolerance of the repetition over the one before
 
 contains
 
-   !> With what the trial asked for: another mesh, or a smaller residual.
+   !> Prepares the repetition that the trial requested: a smaller residual or another mesh.
    subroutine retry_refined(problem, run, attempt, settled)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -38,12 +38,12 @@ contains
          return
       end if
       call refine_mesh(problem, run, attempt%trial, settled, attempt%has_trial, done)
-      ! As if it had had all meshes: this one has to do.
+      ! No mesh could be made: the counter is set so that the present mesh is accepted.
       if (.not. done) attempt%meshes = huge(attempt%meshes) - 1
    end subroutine retry_refined
 
-   !> Where there is no way on with a set of contact spans, once at each place: with what nodes say. attempt%changed tells whether
-   !> they say anything else; if not, the set stays.
+   !> Last resort if no increment succeeds with the contact spans, once at each place: determines contact from the nodes.
+   !> attempt%changed is true if this gives another set; else the set stays.
    subroutine retry_by_nodes(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -51,13 +51,13 @@ contains
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      ! Points that changes alone have made, none of them anywhere else, are one place.
+      ! Points separated by contact changes alone are at the same place.
       attempt%changed = problem%has_spans() .and. run%arc_length - run%left_at > attempt%asked_at
       if (.not. attempt%changed) return
       attempt%asked_at = place()
       call linearise(problem, run%state, run%state, run%system)
       call pass_doubt(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome)
-      ! They have been asked at the point where their set has been taken, too.
+      ! The place where the set was taken counts as tried, too.
       attempt%asked_at = place()
       if (.not. attempt%changed) return
       run%control%increment = sign(attempt%first_increment, run%control%increment)
@@ -66,13 +66,13 @@ contains
 
    contains
 
-      !> Arc length up to which points are the same place.
+      !> Arc length up to which points are at the same place.
       real(wp) function place()
          place = (1.0_wp + step%locate_tolerance) * (run%arc_length - run%left_at)
       end function place
    end subroutine retry_by_nodes
 
-   !> Shorter increments tell apart events that the ends of one do not.
+   !> Halves the increment, to separate events that its ends do not separate.
    subroutine retry_closer(problem, run, attempt)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run

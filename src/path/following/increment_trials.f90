@@ -1,4 +1,4 @@
-!> One increment from the point where a run stands: predicted, corrected, and compared with the path behind it.
+!> One increment from the last accepted point: predicted, corrected, and compared with the path behind it.
 module increment_trials
    use kinds, only: wp
    use model, only: step_t
@@ -16,11 +16,12 @@ module increment_trials
 
 contains
 
-   !> Makes the control's increment, unless its trial is there already, and tells whether that has gone astray.
+   !> Makes the increment of the control, unless its trial exists already, and sets attempt%astray if the trial is not on the path
+   !> ahead.
    subroutine try_increment(problem, step, run, attempt)
-      type(problem_t), intent(inout) :: problem  !! on another mesh where contact spans begin, or the start is stiff
+      type(problem_t), intent(inout) :: problem  !! changes its mesh if contact spans begin or the start is stiff
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on return, if that is in equilibrium
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on return if that is in equilibrium
       type(attempt_t), intent(inout) :: attempt
       attempt%begins = .false.
       if (attempt%has_trial) then
@@ -38,8 +39,8 @@ contains
       attempt%has_trial = .false.
    end subroutine try_increment
 
-   !> The increment with which contact at nodes becomes contact spans. Where it goes astray there are none yet: before it other
-   !> points and lines may hold.
+   !> Makes the increment with which contact at nodes becomes contact spans. If it leaves the path, problem and path state are
+   !> restored: another set of spans may be right for a shorter one.
    subroutine begin_with_spans(problem, step, run, attempt)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -57,7 +58,7 @@ contains
       call copy_path_state(unbegun, run)
    end subroutine begin_with_spans
 
-   !> Whether the equilibrium that was found lies on another path, or the path leads back; and the heading there.
+   !> Sets attempt%astray if the equilibrium lies on another path or the path leads back, and the path tangent at the trial.
    subroutine look_astray(problem, step, run, attempt)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -74,14 +75,14 @@ contains
       before = attempt%relation
       attempt%relation = relate(problem, run%state, attempt%trial, run%heading, attempt%ahead, run%fresh)
       attempt%astray = .not. same_path(attempt%relation)
-      ! With contact spans corners are where their changes are located, and the heading is that after them.
+      ! With contact spans corners are located contact changes, and the path tangent is that behind the change.
       if (attempt%astray .and. .not. problem%has_spans()) then
          call look_for_corner(problem, run, attempt%trial, attempt%ahead, attempt%corner)
          attempt%astray = .not. (around_corner(before, attempt) .or. is_near(problem, step, run, attempt%corner))
       else
          attempt%corner = corner_t()
       end if
-      ! The mesh of the increment is gone where contact at nodes has become spans.
+      ! The length is not checked after a contact change at the point.
       if (.not. attempt%changed) attempt%astray = attempt%astray .or. too_far(problem, run%control, attempt%relation)
       if (attempt%astray) then
          attempt%report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
@@ -89,13 +90,13 @@ contains
          attempt%astray = turned_back(problem, run, attempt%trial, attempt%ahead)
          if (attempt%astray) attempt%report%message = 'the path turns round and leads back over the points that it has passed'
       end if
-      ! The same point on another mesh, where the run's point may not be in equilibrium, does not come from elsewhere.
+      ! A trial transferred to another mesh, on which the last point may not be in equilibrium, was on the path before.
       if (attempt%has_trial .and. .not. turned_over(attempt%relation)) attempt%astray = .false.
    end subroutine look_astray
 
-   !> True for a trial behind a corner of the path, which increments cut short before have shown.
+   !> True for a trial behind a corner of the path that shorter increments have revealed.
    pure logical function around_corner(before, attempt) result(around)
-      type(relation_t), intent(in) :: before     !! of the point and the trial before this one
+      type(relation_t), intent(in) :: before     !! relation of the point and the previous trial
       type(attempt_t), intent(in) :: attempt
       around = attempt%cuts > 0 .and. attempt%corner%goes_around
       if (around) around = attempt%corner%length >= 0.0_wp .or. at_corner(before, attempt%relation)

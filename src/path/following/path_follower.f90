@@ -1,8 +1,8 @@
-!> Follows a path point by point: predict, correct, adapt the increment, go around what is in the way.
+!> Follows a path point by point: predict, correct, adapt the increment, recover from failures.
 !>
-!>   increment (increment_trials) -> leads on? -> no: another way (step_recovery)
-!>                                             -> yes: changes of contact (span_changes) -> accepted (path_acceptance)
-!>   -> once more (increment_retries), or the next increment
+!>   increment (increment_trials) -> on the path? -> no: recovery (step_recovery)
+!>                                                -> yes: contact changes (span_changes) -> accepted (path_acceptance)
+!>   -> repeat (increment_retries), or the next increment
 module path_follower
    use kinds, only: wp
    use model, only: step_t
@@ -27,14 +27,14 @@ module path_follower
    private
    public :: follow_points
 
-   integer, parameter :: max_searches = 4       !! halvings to tell events apart
+   integer, parameter :: max_searches = 4       !! halvings of an increment to separate events
 
 contains
 
-   !> Point after point, from where the run stands with its control set, to the stop condition.
+   !> Follows the path from the last accepted point, with the control set, to the stop condition.
    subroutine follow_points(problem, step, run, recorder, outcome)
       type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
-      type(step_t), intent(in) :: step           !! of the deck, or as a branch has it
+      type(step_t), intent(in) :: step           !! step of the deck, or its copy for a branch
       type(path_state_t), intent(inout) :: run
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
@@ -90,7 +90,7 @@ contains
       end do
    end subroutine follow_points
 
-   !> The change of contact that a new mesh has behind the run's point, there.
+   !> Makes a contact change that, on a new mesh, lies before the last accepted point: at that point.
    subroutine catch_up(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -109,14 +109,14 @@ contains
       if (attempt%changed) attempt%has_trial = .false.
    end subroutine catch_up
 
-   !> The trial becomes a point, if nothing on the way asks for another one.
+   !> Accepts the trial as a point of the path, unless its events or errors require another trial.
    subroutine accept_trial(problem, step, run, attempt, recorder, shorter, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: shorter            !! nothing is recorded: the increment is to be cut
+      logical, intent(out) :: shorter            !! nothing was recorded: the increment is to be halved
       type(outcome_t), intent(inout) :: outcome
       type(arrival_t) :: arrival
       arrival%report = attempt%report
@@ -125,7 +125,7 @@ contains
       call accept(problem, step, run, attempt%trial, attempt%ahead, arrival, recorder, shorter, attempt%finished, outcome)
    end subroutine accept_trial
 
-   !> What the increment is measured by, and how far it may go.
+   !> Sets the controlled quantity and limits the increment.
    subroutine set_control(problem, step, run)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -137,7 +137,7 @@ contains
       call note_slopes(problem, run)
    end subroutine set_control
 
-   !> Another mesh for an accepted point: finer for what has grown, coarser where it is better than it has to be.
+   !> Remeshes at an accepted point: finer where the demand has grown, coarser where the mesh is better than necessary.
    subroutine look_at_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -148,12 +148,12 @@ contains
       if (allocated(run%spare)) call coarsen_mesh(problem, run)
    end subroutine look_at_mesh
 
-   !> The increment from an accepted point. Under load control come the first one, which gives the arc length its scale, and others
-   !> where nothing moves.
+   !> Chooses the increment from an accepted point. Under an arc-length strategy load increments are made until the arc length has a
+   !> scale, and while nothing moves.
    subroutine choose_increment(problem, step, attempt, run, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(attempt_t), intent(in) :: attempt     !! that has led to the point
+      type(attempt_t), intent(in) :: attempt     !! the attempt that led to the point
       type(path_state_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
       logical :: scaled
@@ -161,7 +161,7 @@ contains
          call begin_arc_length(problem, step, run, scaled)
          if (scaled) return
          if (.not. run%control%load_scale > 0.0_wp) then
-            ! An obstacle that is apart, or only touches, comes on in increments like the first.
+            ! The structure has not moved: an obstacle at a distance, or in first contact, approaches in increments like the first.
             run%control%increment = step%increment
             if (.not. (run%last_length > 0.0_wp .or. may_rest(step))) &
                & outcome%why = 'the first increment moved nothing: the arc length has no scale'

@@ -1,6 +1,6 @@
-!> Ways on from a point that no increment has led on from, in their order: past a change of contact just ahead, on the finer mesh
-!> that was there before, on a mesh twice as fine, around a corner, by a shorter increment. A way is not tried where its reason is
-!> not there yet; one is `done` where nothing else is to be tried now: it has led on, or the run ends.
+!> Remedies if an increment has failed, in this order: a contact change just ahead, the mesh before the last coarsening, a mesh
+!> twice as fine, a corner of the path, a shorter increment. A remedy is skipped if its condition is not met; it is `done` if no
+!> other is to be tried now, because it succeeded or the run ends.
 module step_recovery
    use kinds, only: wp
    use model, only: step_t
@@ -23,19 +23,19 @@ module step_recovery
    private
    public :: try_recovery
 
-   integer, parameter :: max_cuts = 40          !! of one increment
-   integer, parameter :: cuts_before_corner = 2 !! after which the path may have a corner
-   integer, parameter :: cuts_before_change = 3 !! after which a change of contact spans is looked for ahead
-   integer, parameter :: cuts_before_mesh = 6   !! or failures, after which the mesh may be the reason
+   integer, parameter :: max_cuts = 40          !! failed attempts at one increment
+   integer, parameter :: cuts_before_corner = 2 !! failed attempts after which a corner of the path is searched for
+   integer, parameter :: cuts_before_change = 3 !! failed attempts after which a contact change ahead is searched for
+   integer, parameter :: cuts_before_mesh = 6   !! failed attempts, or increments to other paths, after which the mesh is suspected
 
 contains
 
-   !> The first way that leads on, or none: the run ends.
+   !> Applies the first remedy that succeeds; if none does, the run ends.
    subroutine try_recovery(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored anywhere on entry, at its point on return
-      type(attempt_t), intent(inout) :: attempt  !! whose increment has not led on
+      type(path_state_t), intent(inout) :: run          !! its system is factored at any point on entry, at its own point on return
+      type(attempt_t), intent(inout) :: attempt  !! its increment has failed
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       logical :: done
@@ -50,7 +50,7 @@ contains
       if (.not. done) call cut_increment(problem, step, run, attempt, recorder, outcome)
    end subroutine try_recovery
 
-   !> A change of contact spans just ahead may be the reason.
+   !> Searches for a change of contact spans just ahead and makes it.
    subroutine go_past_change(problem, step, run, attempt, recorder, done, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -78,7 +78,7 @@ contains
       end if
    end subroutine go_past_change
 
-   !> What was spared of the mesh may be the reason.
+   !> Retries on the mesh used before the last coarsening.
    subroutine go_back_to_finer_mesh(problem, run, attempt, done)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -93,7 +93,7 @@ contains
       attempt%cuts = 0
    end subroutine go_back_to_finer_mesh
 
-   !> Perhaps a mesh that the program has made is too coarse for any increment: once at each point.
+   !> Doubles the mesh density, once at each point, if the mesh was made by the program and may be too coarse for any increment.
    subroutine double_mesh(problem, step, run, attempt, done)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -111,11 +111,11 @@ contains
       call retry_refined(problem, run, attempt, .false.)
    end subroutine double_mesh
 
-   !> A path turns at once where the contact set changes.
+   !> Passes a corner of the path at a change of the contact set.
    subroutine go_around_corner(problem, step, run, attempt, recorder, done, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at its point, on return too
+      type(path_state_t), intent(inout) :: run          !! its system is factored at its point on entry and on return
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: done
@@ -137,8 +137,8 @@ contains
       done = turned
    end subroutine go_around_corner
 
-   !> Half of the increment, or what leads up to a corner of foundations; where that is not worth trying, what nodes say. The run
-   !> ends if that is nothing new.
+   !> Halves the increment, or shortens it to end before a corner due to foundations. If it becomes too short, contact is determined
+   !> from the nodes; the run ends if the set stays the same.
    subroutine cut_increment(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -159,12 +159,12 @@ contains
          call why_stuck(problem, step, run, attempt%report, outcome%why, outcome%turns)
       else
          call count_up(counter_cut)
-         ! A shorter increment may ask for a mesh of its own.
+         ! The shorter increment may have meshes of its own.
          attempt%meshes = 0
       end if
    end subroutine cut_increment
 
-   !> True where a part of the increment is not worth trying.
+   !> True if a fraction of the increment is below the smallest one.
    pure logical function too_short(step, run, part)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run

@@ -1,7 +1,7 @@
-!> Why a path has no further point, in words that are true, with a way out.
+!> Reason why a path has no further point, and a remedy for the user.
 !>
-!> Load and displacement control end at limit and turning points. Whether one lies ahead is not guessed from a failure but
-!> looked up: the path is followed on by its arc length, off the record, until the load, or the monitor, turns back.
+!> Load and displacement control end at limit and turning points. Whether such a point lies ahead is verified: the path is followed
+!> by arc length, without recording, until the load or the monitor turns back.
 module stop_reasons
    use kinds, only: wp
    use text, only: to_text
@@ -19,18 +19,18 @@ module stop_reasons
    private
    public :: why_stuck
 
-   integer, parameter :: most_points = 40       !! to be looked ahead
+   integer, parameter :: most_points = 40       !! points followed ahead at most
 
 contains
 
-   !> The reason, one sentence. The run's system is factored at its last point on entry, anywhere on return.
+   !> Returns the reason as one sentence. The system is factored at the last point on entry, at any point on return.
    subroutine why_stuck(problem, step, run, report, why, turns)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(increment_t), intent(in) :: report   !! of the last try
+      type(increment_t), intent(in) :: report   !! of the last increment tried
       character(:), allocatable, intent(out) :: why
-      logical, intent(out) :: turns             !! the path goes on, but not for this strategy
+      logical, intent(out) :: turns             !! the path continues, but this strategy cannot follow it
       real(wp) :: at
       turns = .false.
       why = 'no further point at load factor '//to_text(run%state%load_factor)//': '//report%message
@@ -54,11 +54,11 @@ contains
       end if
    end subroutine why_stuck
 
-   !> Goes on by arc length until what the strategy prescribes turns back.
+   !> Follows the path by arc length until the quantity prescribed by the strategy turns back.
    subroutine look_ahead(problem, run, at, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      real(wp), intent(out) :: at               !! load factor there
+      real(wp), intent(out) :: at               !! load factor at the turn
       logical, intent(out) :: found
       integer, parameter :: most_cuts = 10
       type(state_t) :: here, next
@@ -69,7 +69,7 @@ contains
       integer :: point, cuts
       found = .false.
       at = run%state%load_factor
-      ! So far as the last increment went, or would have gone.
+      ! Arc length of the last increment, or of the failed one by the load rate.
       control%method = method_cylindrical
       control%increment = run%last_length
       if (.not. control%increment > 0.0_wp) &
@@ -94,7 +94,7 @@ contains
             control%increment = 0.5_wp * control%increment
             cycle
          end if
-         ! Nor is it known how the path goes on where its contacts change.
+         ! Beyond a contact change the continuation is unknown.
          if (problem%has_spans()) report%converged = spans_hold(problem, next, run%system%force_scale)
          if (.not. report%converged) return
          point = point + 1
@@ -108,7 +108,7 @@ contains
 
    contains
 
-      !> Of what the strategy prescribes, along the path, where the system is factored now.
+      !> Derivative of the controlled quantity (load or monitor) by arc length, at the state at which the system is factored.
       real(wp) function rate(state, along)
          type(state_t), intent(in) :: state
          type(path_tangent_t), intent(in) :: along

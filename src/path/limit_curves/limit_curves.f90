@@ -1,9 +1,9 @@
-!> Limit points in two parameters: how a limit load depends on a foundation, a gap, an imperfection, a stiffness.
+!> Limit points in two parameters: the limit load as a function of a foundation, a gap, an imperfection or a stiffness.
 !>
-!> Near a limit point the equilibria for all values of the parameter form a surface. On it two coordinates are used: a, the
-!> arc length from the last limit point along its tangent (the corrector brings any (a, parameter) to equilibrium), and
-!> p, the parameter. The limit points are the zeros of h(a, p), the rate of the load along the path: a plane curve,
-!> which is followed by steps along it and a search normal to them, so that it may turn back in the parameter.
+!> Near a limit point the equilibria for all values of the parameter form a surface with two coordinates: a, the arc length from the
+!> last limit point along its tangent (the corrector brings any (a, parameter) to equilibrium), and p, the parameter. The limit
+!> points are the zeros of h(a, p), the load rate along the path: a plane curve, followed by steps along the curve and a search
+!> normal to each step, so that the curve may turn back in the parameter.
 module limit_curves
    use problem, only: copy_problem
    use kinds, only: wp
@@ -28,19 +28,19 @@ module limit_curves
    public :: follow_limit_curves
 
    integer, parameter :: max_cuts = 12              !! halvings of a step along the curve
-   real(wp), parameter :: farthest = 0.5_wp         !! the search from a predicted place, over the step that predicted it,
+   real(wp), parameter :: farthest = 0.5_wp         !! largest distance of the zero from its prediction over the step,
    real(wp), parameter :: nearest = 0.3_wp          !! or in units, whichever is larger
-   real(wp), parameter :: sharpest = 0.7_wp         !! cosine of the angle between two steps
-   real(wp), parameter :: easy = 5.0_wp             !! evaluations that let the step grow
-   real(wp), parameter :: first_step = 0.1_wp       !! of the curve, over the increment asked for
+   real(wp), parameter :: sharpest = 0.7_wp         !! smallest cosine of the angle between two steps
+   real(wp), parameter :: easy = 5.0_wp             !! evaluations of one search up to which the step grows
+   real(wp), parameter :: first_step = 0.1_wp       !! first step of the curve over the deck's increment
    real(wp), parameter :: first_distance = 1.0e-3_wp !! arc length of the first move along the path
 
 contains
 
-   !> Follows all limit curves of a step. What cannot be found is noted in outcome%trouble.
+   !> Follows all limit curves of a step. Failures are noted in outcome%trouble.
    subroutine follow_limit_curves(step, own, recorder, outcome)
       type(step_t), intent(in) :: step
-      type(critical_points_t), intent(in) :: own           !! of the step's path
+      type(critical_points_t), intent(in) :: own           !! critical points of the step's path
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       character(:), allocatable :: trouble
@@ -52,7 +52,7 @@ contains
       end do
    end subroutine follow_limit_curves
 
-   !> One curve.
+   !> Follows one limit curve.
    subroutine follow_curve(step, own, number, recorder, trouble, outcome)
       type(step_t), intent(in) :: step
       type(critical_points_t), intent(in) :: own
@@ -90,7 +90,7 @@ contains
          last = as_coordinate(curve, curve%last)
          largest = max(curve%largest / abs(curve%increment), 1.0_wp)
          follower%unit(2) = abs(curve%increment)
-         ! Along the path: first by a length at which the path is curved, then as far as one step of the curve takes it.
+         ! Unit of the arc length: at first a length over which the path is curved, later the movement in one step of the curve.
          follower%unit(1) = first_distance
          call stand_here(follower, direction, own%list(i)%direction_load)
          if (.not. follower%system%ok) then
@@ -108,7 +108,7 @@ contains
          if (allocated(outcome%why)) return
          points = 1
          way = [0.0_wp, sign(1.0_wp, curve%increment)]
-         ! How far a step takes the path is not known yet.
+         ! The movement of the path in a step of the curve is not known yet.
          distance = first_step
          cuts = 0
          turned = .false.
@@ -119,7 +119,7 @@ contains
             call look(place, merge([1.0_wp, 0.0_wp], [way(2), -way(1)], exact .or. points == 1))
             if (trial%report%converged .and. .not. exact) then
                call shorten_to_values(place, exact, final)
-               ! The search went past a value asked for: once more, there.
+               ! The search passed a requested value of the parameter: it is repeated at that value.
                if (exact) call look(place, [1.0_wp, 0.0_wp])
             end if
             if (.not. trial%report%converged) then
@@ -197,7 +197,7 @@ contains
 
    contains
 
-      !> Searches from a place, but not far: there are other limit points, and those behind the last one.
+      !> Searches for the zero near a predicted place; a distant zero is another limit point, or lies behind the last one.
       subroutine look(at, normal)
          real(wp), intent(inout) :: at(2)
          real(wp), intent(in) :: normal(2)
@@ -211,7 +211,7 @@ contains
          trial%report%message = 'the curve turns too sharply, or ends'
       end subroutine look
 
-      !> Ends a step at the last value, or at the first of those asked for on the way, when it would go past it.
+      !> Shortens a step to end at the last value of the parameter, or at the first requested value passed.
       subroutine shorten_to_values(at, shortened, is_last)
          real(wp), intent(inout) :: at(2)
          logical, intent(out) :: shortened, is_last
@@ -226,7 +226,7 @@ contains
                if (j <= n) value = as_coordinate(step%limit_curve(number), values(j))
                reached = follower%coordinate + at(2) * follower%unit(2)
                if (j == n + 1) then
-                  ! Past the last value there is nothing to come back for.
+                  ! A step that ends beyond the last value is shortened whatever its direction.
                   if ((reached - last) * (last - start) < 0.0_wp) cycle
                else
                   if ((value - follower%coordinate) * at(2) <= 1.0e-9_wp * abs(at(2)) .or. &
@@ -252,8 +252,8 @@ contains
          follower%system = new_system(follower%problem)
          call linearise(follower%problem, follower%state, follower%state, follower%system)
          call stand_here(follower, direction, 0.0_wp)
-         ! The unit of arc length is what lowers the load by a hundredth; the step keeps its place in the plane.
-         ! Not where the curve is about to turn back: there the slope vanishes.
+         ! The unit of arc length lowers the load by a hundredth; the step's direction is converted to the new unit. The unit is not
+         ! changed near a turning point of the curve, where the slope vanishes.
          if (abs(to%slope) > 0.0_wp .and. abs(way(1)) < 0.3_wp) then
             unit = sqrt(2.0_wp * small_drop * abs(follower%state%load_factor) * follower%unit(1) / abs(to%slope))
             unit = min(max(unit, 0.5_wp * follower%unit(1)), 2.0_wp * follower%unit(1))
@@ -263,7 +263,7 @@ contains
          end if
       end subroutine go
 
-      !> Hands over the last limit point.
+      !> Passes the last limit point on to the recorder.
       subroutine report(label, rigid)
          character(2), intent(in) :: label
          logical, intent(in) :: rigid

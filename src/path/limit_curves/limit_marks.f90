@@ -1,5 +1,5 @@
-!> The marks of a limit curve, where contact with foundations ends at marks: these go along with the curve, and so do the elements
-!> beside them as the foundation grows stiffer.
+!> Interface points of a limit curve where contact with foundations ends: they move with the curve, and the elements beside them are
+!> refined as the foundation becomes stiffer.
 module limit_marks
    use kinds, only: wp
    use model, only: method_linearised
@@ -20,12 +20,13 @@ module limit_marks
 
 contains
 
-   !> A limit point on a mesh that has its marks where contact ends now, if the present one has not, or is too coarse there.
+   !> Transfers a limit point to a mesh with interface points at the present ends of contact, unless its mesh has them and is fine
+   !> enough there.
    subroutine renew_marks(base, problem, state, direction, ok)
-      type(problem_t), intent(inout) :: base     !! the same with the deck's own value of the parameter
+      type(problem_t), intent(inout) :: base     !! the same problem with the deck's value of the parameter
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) of the path, displacements
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) path direction, displacements
       logical, intent(out) :: ok                 !! false: no equilibrium was found
       type(cut_t), allocatable :: cut(:)
       ok = .true.
@@ -38,7 +39,8 @@ contains
       if (ok) base = same_spans(base, problem)
    end subroutine renew_marks
 
-   !> The same on a mesh without marks, whose elements find out for themselves where foundations touch them.
+   !> Transfers a limit point to a mesh without interface points, on which elements determine their contact with foundations
+   !> themselves.
    subroutine take_marks_off(problem, state, direction, ok)
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
@@ -49,7 +51,7 @@ contains
       call stand_on(new_span_problem(problem, present_contact_spans(problem, state), state), problem, state, direction, ok)
    end subroutine take_marks_off
 
-   !> In equilibrium on another mesh.
+   !> Corrects the state to equilibrium on another mesh, in the plane normal to the path direction.
    subroutine stand_on(next, problem, state, direction, ok)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem

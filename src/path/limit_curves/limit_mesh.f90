@@ -1,4 +1,4 @@
-!> The last limit point of a limit curve on another mesh: where its load errs by more than what is asked, as points of paths do.
+!> Remeshes the last limit point of a limit curve if the error of its load exceeds the tolerance.
 module limit_mesh
    use problem, only: copy_problem
    use kinds, only: wp
@@ -24,7 +24,7 @@ module limit_mesh
 
 contains
 
-   !> Bars of the last limit point.
+   !> Error bars of the last limit point.
    subroutine bars_here(follower, bars)
       type(follower_t), intent(in) :: follower
       type(error_bars_t), allocatable, intent(out) :: bars
@@ -33,8 +33,8 @@ contains
          & small_drop * follower%state%load_factor, bars)
    end subroutine bars_here
 
-   !> Looks for the last limit point anew on finer meshes, as long as its load is not known as well as the step asks. It stays as
-   !> it is where no limit point is found on one.
+   !> Searches for the last limit point on finer meshes until its load satisfies the tolerance. If no limit point is found on a
+   !> mesh, the previous one is kept.
    subroutine refine_limit_point(follower, step)
       type(follower_t), intent(inout) :: follower
       type(step_t), intent(in) :: step
@@ -68,7 +68,7 @@ contains
       end do
    end subroutine refine_limit_point
 
-   !> The follower on another mesh, its state not yet in equilibrium there.
+   !> Transfers the follower to another mesh, on which its state is not yet in equilibrium.
    subroutine take_mesh(follower, demand)
       type(follower_t), intent(inout) :: follower
       type(mesh_density_t), intent(in) :: demand(:)

@@ -1,5 +1,5 @@
-!> The end of a limit curve over the modulus of a foundation: the last limit point with the obstacle rigid. What the foundation
-!> pushes lies on the obstacle then, in contact spans, or at nodes where rods or deck do not allow these.
+!> End of a limit curve over the modulus of a foundation: the last limit point with the obstacle rigid. The pressed parts of the
+!> rods then are contact spans, or contact at nodes if rods or deck do not allow contact spans.
 module limit_rigid
    use kinds, only: wp
    use model, only: model_t, limit_curve_t
@@ -20,12 +20,12 @@ module limit_rigid
 
 contains
 
-   !> The problem with the curve's obstacle rigid, and its state: in equilibrium with contact spans, as a guess with nodes.
+   !> Makes the curve's obstacle rigid. The state is in equilibrium with contact spans, or a predictor with contact at nodes.
    subroutine make_rigid(curve, problem, state, direction, ok)
       type(limit_curve_t), intent(in) :: curve
       type(problem_t), intent(inout) :: problem  !! at the last limit point
       type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) of the path, displacements
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) path direction, displacements
       logical, intent(out) :: ok                 !! false: no equilibrium was found
       type(model_t) :: deck
       deck = problem%deck
@@ -44,6 +44,7 @@ contains
 
    contains
 
+      !> Contact at the nodes instead of contact spans.
       subroutine stand_at_nodes()
          type(problem_t) :: next
          next = rigid_problem(problem, curve)
@@ -52,10 +53,10 @@ contains
       end subroutine stand_at_nodes
    end subroutine make_rigid
 
-   !> Contact spans where the foundation pushes.
+   !> Replaces the pressed parts of the foundation contact by line contacts.
    subroutine lay_down(curve, deck, problem, state, direction, ok)
       type(limit_curve_t), intent(in) :: curve
-      type(model_t), intent(in) :: deck          !! its obstacle rigid
+      type(model_t), intent(in) :: deck          !! with its obstacle rigid
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
       real(wp), allocatable, intent(inout) :: direction(:, :)
@@ -70,12 +71,12 @@ contains
          & problem, state, direction, ok)
    end subroutine lay_down
 
-   !> Where the curve's obstacle pushes, as lines: between the places where contact ends, one for each stretch.
+   !> Line contacts where the curve's obstacle pushes: the parts of each rod segment between the ends of contact.
    function pressed_lines(curve, problem, state, last) result(line)
       type(limit_curve_t), intent(in) :: curve
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: last                !! number of a touch
+      integer, intent(in) :: last                !! last identity number of a contact span
       type(contact_span_t), allocatable :: line(:)
       type(cut_t), allocatable :: cut(:)
       real(wp), allocatable :: at(:)

@@ -1,5 +1,5 @@
-!> The search for one limit point of a limit curve: the surface of equilibria next to the last limit point, and the zero
-!> of the rate of the load on it (see limit_curves).
+!> Search for one limit point of a limit curve: the surface of equilibria next to the last limit point, and the zero of the load
+!> rate on that surface (see limit_curves).
 module limit_search
    use kinds, only: wp
    use model, only: step_t, limit_curve_t, method_linearised, method_cylindrical, parameter_modulus, parameter_ea, &
@@ -16,19 +16,19 @@ module limit_search
    public :: follower_t, copy_follower, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
 
    integer, parameter :: max_searches = 40          !! evaluations of h for one limit point
-   real(wp), parameter :: small_drop = 0.01_wp      !! of the load, over one unit of arc length from the limit point
+   real(wp), parameter :: small_drop = 0.01_wp !! relative decrease of the load over one unit of arc length from the limit point
 
-   !> The last limit point and what is needed to move from it.
+   !> The last limit point and the data to move from there.
    type :: follower_t
-      type(problem_t) :: base                        !! the deck's
+      type(problem_t) :: base                        !! with the deck's value of the parameter
       type(problem_t) :: problem                     !! at the last limit point
       type(limit_curve_t) :: curve
-      type(state_t) :: state
-      type(system_t) :: system
-      type(control_t) :: control                     !! tangent of the path at the last limit point
+      type(state_t) :: state                     !! the last limit point
+      type(system_t) :: system                   !! storage of the equations
+      type(control_t) :: control                     !! path tangent at the last limit point
       real(wp) :: coordinate = 0.0_wp                !! the parameter, or its decimal logarithm
-      real(wp) :: unit(2) = 1.0_wp                   !! of a and of the coordinate
-      real(wp) :: rate_scale = 1.0_wp                !! what h is small against
+      real(wp) :: unit(2) = 1.0_wp                   !! of the arc length a and of the coordinate
+      real(wp) :: rate_scale = 1.0_wp                !! reference value of h
    end type follower_t
 
    !> One evaluation of h.
@@ -36,21 +36,21 @@ module limit_search
       type(problem_t) :: problem
       type(state_t) :: state
       type(increment_t) :: report
-      real(wp) :: rate = 0.0_wp                      !! h
-      real(wp) :: slope = 0.0_wp                     !! dh/da per unit of a, 0 when the search did not tell
-      integer :: iterations = 0
+      real(wp) :: rate = 0.0_wp                      !! h, the load rate
+      real(wp) :: slope = 0.0_wp                     !! dh/da per unit of a; 0: unknown
+      integer :: iterations = 0                  !! Newton iterations
    end type trial_t
 
 contains
 
-   !> A follower, copied out of line as copy_problem does.
+   !> Copies a follower. It is a procedure of its own for the reason given at copy_problem.
    pure subroutine copy_follower(from, to)
       type(follower_t), intent(in) :: from
       type(follower_t), intent(inout) :: to
       to = from
    end subroutine copy_follower
 
-   !> Takes the tangent of the path at the follower's state; it keeps its sense.
+   !> Sets the path tangent at the follower's state, oriented along a given direction.
    subroutine stand_here(follower, direction, direction_load)
       type(follower_t), intent(inout) :: follower
       real(wp), intent(in) :: direction(:, :), direction_load
@@ -61,7 +61,7 @@ contains
       follower%control%method = method_linearised
    end subroutine stand_here
 
-   !> Sets the unit of arc length: what lowers the load by a hundredth; and the rate of the load there.
+   !> Sets the unit of arc length, over which the load falls by a hundredth, and the reference value of the load rate.
    subroutine scale_rate(follower, trial)
       type(follower_t), intent(inout) :: follower
       type(trial_t), intent(out) :: trial
@@ -72,12 +72,12 @@ contains
          follower%unit(1) = 0.5_wp * follower%unit(1)
       end do
       if (.not. abs(trial%rate) > 0.0_wp) return
-      ! The rate grows in proportion to the arc length.
+      ! The rate is proportional to the arc length from the limit point.
       follower%unit(1) = sqrt(2.0_wp * small_drop * abs(follower%state%load_factor) * follower%unit(1) / abs(trial%rate))
       follower%rate_scale = 2.0_wp * small_drop * abs(follower%state%load_factor) / follower%unit(1)
    end subroutine scale_rate
 
-   !> h at a place on the surface, both coordinates in their units and counted from the last limit point.
+   !> Evaluates h at a point of the surface, with both coordinates in their units from the last limit point.
    subroutine evaluate(follower, place, trial)
       type(follower_t), intent(inout) :: follower
       real(wp), intent(in) :: place(2)
@@ -96,7 +96,7 @@ contains
       end if
       start = carry_state(follower%problem, trial%problem, follower%state)
       trial%state = start
-      ! Foundation springs belong to the system's storage.
+      ! The system's storage contains the foundation springs.
       follower%system = new_system(trial%problem)
       control = follower%control
       control%increment = place(1) * follower%unit(1)
@@ -108,7 +108,7 @@ contains
       trial%rate = control%tangent_load
    end subroutine evaluate
 
-   !> Looks for h = 0 from a place along a normal to the curve: secants, kept within a bracket once there is one.
+   !> Searches for h = 0 from a point along a normal to the curve: by secants, inside a bracket as soon as one exists.
    subroutine search(follower, step, place, normal, trial, searches)
       type(follower_t), intent(inout) :: follower
       type(step_t), intent(in) :: step
@@ -128,7 +128,7 @@ contains
       h_old = trial%rate
       if (.not. abs(h_old) > 0.0_wp) return
       slope = follower%rate_scale * sign(1.0_wp, h_old)
-      ! Which way the rate falls is not known yet: a small step tells.
+      ! The direction in which the rate falls is unknown: a small step determines it.
       q = 0.01_wp
       bracketed = .false.
       low = 0.0_wp
@@ -139,7 +139,7 @@ contains
          call evaluate(follower, place + q * normal, next)
          total = total + next%iterations
          if (.not. next%report%converged) then
-            ! Nearer to where it was known to work.
+            ! Closer to a point that converged.
             q = 0.5_wp * (q + q_old)
             if (abs(q - q_old) < 1.0e-9_wp) exit
             cycle
@@ -162,7 +162,7 @@ contains
          end if
          slope = (h - h_old) / (q - q_old)
          trial = next
-         ! The load is off by h^2 over twice the slope.
+         ! The load differs from the limit load by h^2 over twice the slope.
          if (accurate(h, slope) .or. (bracketed .and. abs(high - low) < 1.0e-10_wp)) then
             if (abs(normal(1)) > 0.7_wp) trial%slope = slope / normal(1)
             place = place + q * normal
@@ -185,6 +185,7 @@ contains
 
    contains
 
+      !> True if load and load rate are within tolerance of those at the limit point.
       logical function accurate(rate, by)
          real(wp), intent(in) :: rate, by
          real(wp) :: off
@@ -194,12 +195,13 @@ contains
       end function accurate
    end subroutine search
 
-   !> Moduli and stiffnesses.
+   !> True for moduli and stiffnesses.
    pure logical function must_be_positive(curve)
       type(limit_curve_t), intent(in) :: curve
       must_be_positive = any(curve%parameter == [parameter_modulus, parameter_ea, parameter_ei])
    end function must_be_positive
 
+   !> Coordinate of the curve: the parameter or its decimal logarithm.
    pure real(wp) function as_coordinate(curve, value)
       type(limit_curve_t), intent(in) :: curve
       real(wp), intent(in) :: value
@@ -207,6 +209,7 @@ contains
       if (curve%logarithmic) as_coordinate = log10(value)
    end function as_coordinate
 
+   !> Value of the parameter at a coordinate of the curve.
    pure real(wp) function as_value(curve, coordinate)
       type(limit_curve_t), intent(in) :: curve
       real(wp), intent(in) :: coordinate

@@ -1,4 +1,4 @@
-!> The parameter that a limit curve varies besides the load factor: the problem for each of its values.
+!> The parameter that a limit curve varies besides the load factor, and the problem for each of its values.
 module second_parameter
    use kinds, only: wp
    use imperfection, only: scale_imperfection
@@ -21,7 +21,7 @@ module second_parameter
 
 contains
 
-   !> Value of the parameter in the problem of the deck: 1 for the factors.
+   !> Value of the parameter in a problem; 1 for parameters that are factors.
    pure real(wp) function present_value(problem, curve) result(value)
       type(problem_t), intent(in) :: problem
       type(limit_curve_t), intent(in) :: curve
@@ -45,7 +45,7 @@ contains
 
    !> The problem with another value of the parameter.
    function problem_at(base, curve, value) result(problem)
-      type(problem_t), intent(in) :: base       !! of the deck
+      type(problem_t), intent(in) :: base       !! with the deck's value
       type(limit_curve_t), intent(in) :: curve
       real(wp), intent(in) :: value
       type(problem_t) :: problem
@@ -55,7 +55,7 @@ contains
          problem%constant = base%constant%scaled(value)
          return
       end if
-      ! Elements that the deck names are its own; curves are the same on every mesh.
+      ! Element numbers of the deck refer to the deck's mesh; curves are the same on every mesh.
       k = 0
       if (curve%parameter == parameter_imperfection) &
          & k = base%deck%curve(base%deck%mesh%curve(curve%element(1)))%imperfection
@@ -69,12 +69,12 @@ contains
       end if
    end function problem_at
 
-   !> Gives a model another value of a parameter other than its loads.
+   !> Sets a parameter of a model, except factors of its loads.
    subroutine set_value(model, curve, value, imperfection)
       type(model_t), intent(inout) :: model
       type(limit_curve_t), intent(in) :: curve
       real(wp), intent(in) :: value
-      integer, intent(in) :: imperfection       !! index of the one that is varied
+      integer, intent(in) :: imperfection       !! index of the imperfection that is varied
       integer :: i
       select case (curve%parameter)
       case (parameter_modulus)
@@ -95,7 +95,7 @@ contains
       end select
    end subroutine set_value
 
-   !> The problem with the curve's obstacle rigid, its reactions at the nodes.
+   !> The problem with the curve's obstacle rigid, and contact at nodes.
    function rigid_problem(base, curve) result(problem)
       type(problem_t), intent(in) :: base
       type(limit_curve_t), intent(in) :: curve
@@ -108,26 +108,26 @@ contains
       call derive_again(base, problem)
    end function rigid_problem
 
-   !> The same contact spans with what has changed in the deck.
+   !> Places the same contact spans for a changed deck.
    subroutine lay_spans_again(base, problem)
       type(problem_t), intent(in) :: base
-      type(problem_t), intent(inout) :: problem !! its deck and layout are the new ones
+      type(problem_t), intent(inout) :: problem !! its deck and layout are the changed ones
       call place_spans(new_problem(problem%deck), problem)
       problem = same_spans(problem, base)
       problem%weight = base%weight
    end subroutine lay_spans_again
 
-   !> Everything that follows from the model; what the steps before left behind stays.
+   !> Derives everything that depends on the model; data of previous steps are kept.
    subroutine derive_again(base, problem)
       type(problem_t), intent(in) :: base
       type(problem_t), intent(inout) :: problem
       call derive_problem(problem)
-      ! One metric for the whole curve.
+      ! All points of the curve use one metric.
       problem%weight = base%weight
       problem%size = base%size
    end subroutine derive_again
 
-   !> A state of one problem as a first guess for another one: every node stays where it is in space.
+   !> Transfers a state to another problem as a predictor: every node keeps its position in space.
    function carry_state(from, to, state) result(carried)
       type(problem_t), intent(in) :: from, to
       type(state_t), intent(in) :: state
@@ -138,7 +138,7 @@ contains
       carried = state
       carried%geometry = new_geometry(to%model, to%tableau)
       if (to%moves_nodes()) then
-         ! The same mesh: its nodes are at the same material points.
+         ! On the same mesh, nodes are at the same material points.
          do node = 1, to%model%mesh%n_nodes
             e = from%beside(1, node)
             shifts(node) = 0.0_wp
@@ -162,7 +162,7 @@ contains
 
    contains
 
-      !> Contact at nodes instead of inside elements: those that the foundation pushes.
+      !> Replaces foundation contact inside elements by contact at the nodes that the foundation pushes.
       subroutine touch_nodes()
          integer :: k, place
          real(wp) :: share(from%ground%chain%n)
@@ -170,7 +170,7 @@ contains
          carried%grounded = to%ground%founded
          carried%segment = spread(segment_unknown, 1, to%ground%chain%n)
          carried%push = spread(spread(unknown_push, 1, size(state%push, 1)), 2, to%ground%chain%n)
-         ! The forces at the stages follow the others and are no longer stored.
+         ! Foundation forces at the Gauss points came last among the element unknowns; they are no longer stored.
          deallocate (carried%z)
          allocate (carried%z(maxval(to%z_size), size(state%z, 2)), source=0.0_wp)
          k = min(size(state%z, 1), size(carried%z, 1))
@@ -192,6 +192,7 @@ contains
          end do
       end subroutine touch_nodes
 
+      !> True for a candidate at the same node in the same contact.
       logical function same_place(list, candidate, new)
          type(candidates_t), intent(in) :: list
          integer, intent(in) :: candidate, new

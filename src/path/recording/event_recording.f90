@@ -1,4 +1,4 @@
-!> Records what was located on the way to a trial: the point, its words, what others may start from.
+!> Records located events: point, message, and the data from which branches and limit curves start.
 module event_recording
    use kinds, only: wp
    use errors, only: error_t
@@ -32,20 +32,20 @@ module event_recording
 
    integer, parameter :: most_null_vectors = 4
    character(*), parameter :: imperfect = ', but for an imperfection too small to tell here'
-   real(wp), parameter :: loosest = 1.0e-4_wp    !! eigenvalues below this part of what they were count as zero
+   real(wp), parameter :: loosest = 1.0e-4_wp    !! eigenvalues below this part of the event's scale count as zero
 
 contains
 
-   !> Records a located event: its point, its words, what others may start from. At the end of a step the run goes there.
+   !> Records a located event. The path state moves to it if it ends the step.
    subroutine record_event(problem, step, run, trial, sighting, pivots, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored anywhere
+      type(path_state_t), intent(inout) :: run          !! its system may be factored at any point
       type(state_t), intent(in) :: trial
       type(located_event_t), intent(in) :: sighting
-      integer, intent(in) :: pivots              !! negative ones before it
+      integer, intent(in) :: pivots              !! negative pivots before the event
       class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: finished           !! the step ends there
+      logical, intent(out) :: finished           !! the step ends at this event
       type(outcome_t), intent(inout) :: outcome
       type(critical_t) :: critical
       type(test_values_t) :: probe
@@ -80,14 +80,14 @@ contains
       end associate
    end subroutine record_event
 
-   !> Keeps of a critical point what others may start from, with its null vectors and words.
+   !> Keeps a critical point with its null vectors for branches and limit curves, and completes its message.
    subroutine keep_start(problem, step, run, trial, sighting, pivots, critical)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! its system is factored at the event
       type(state_t), intent(in) :: trial
       type(located_event_t), intent(in) :: sighting
-      integer, intent(in) :: pivots              !! negative ones before it
+      integer, intent(in) :: pivots              !! negative pivots before the event
       type(critical_t), intent(inout) :: critical
       type(modes_t) :: modes
       type(problem_t) :: free
@@ -122,7 +122,7 @@ contains
       end associate
    end subroutine keep_start
 
-   !> The run moves to a point whose probe is known.
+   !> Moves the path state to a point with known path tangent and test values.
    subroutine go_to(problem, run, place, heading, probe)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -140,7 +140,7 @@ contains
       run%since_change%shrunk = .false.
    end subroutine go_to
 
-   !> The candidate that is about to carry force where a contact is gained at nodes: the one with the least gap.
+   !> (candidates) true for the candidate with the smallest gap, the first to carry force, if contact at nodes is gained.
    function first_touch(problem, event, place) result(touching)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -163,11 +163,11 @@ contains
       if (nearest > 0) touching(nearest) = .true.
    end function first_touch
 
-   !> Reports the point recorded last as a critical one.
+   !> Reports the point recorded last as a critical point, and checks its error bars.
    subroutine announce(problem, run, point, state, values, exact, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(critical_t), intent(in) :: point      !! label, note and null vectors
+      type(critical_t), intent(in) :: point      !! its label, note and null vectors
       type(state_t), intent(in) :: state
       type(test_values_t), intent(in) :: values
       logical, intent(in) :: exact               !! located, not only bracketed
@@ -193,15 +193,15 @@ contains
       if (allocated(error)) outcome%why = error%message
    end subroutine announce
 
-   !> The modes whose eigenvalues vanish at a bifurcation, where the system is factored now.
+   !> Null vectors of a bifurcation: modes with vanishing eigenvalues, on the mesh and at the deck's nodes.
    subroutine find_null_vectors(problem, step, system, state, event, point, modes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(system_t), intent(in) :: system         !! factored there
+      type(system_t), intent(in) :: system         !! factored at `state`
       type(state_t), intent(in) :: state
       type(event_t), intent(in) :: event
       type(critical_t), intent(inout) :: point   !! gets its null vectors and a note of their number
-      type(modes_t), intent(out) :: modes        !! the same on the mesh come first
+      type(modes_t), intent(out) :: modes        !! the first modes are the null vectors on the mesh
       type(error_t), allocatable :: error
       real(wp) :: sense
       integer :: n, j
@@ -217,7 +217,7 @@ contains
       if (n > 2) point%note = 'bifurcation, '//to_text(n)//'-fold'
    end subroutine find_null_vectors
 
-   !> A critical point with its words. (gfortran 12 loses the length of a deferred-length component in a constructor.)
+   !> Makes a critical point with label and note. (gfortran 12 loses the length of a deferred-length component in a constructor.)
    function new_critical(label, note, bars) result(critical)
       character(*), intent(in) :: label, note
       type(error_bars_t), allocatable, intent(in), optional :: bars

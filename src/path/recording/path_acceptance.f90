@@ -1,9 +1,8 @@
-!> What happens when an increment has converged: events up to the new point are located and recorded, then the point, and
-!> the run goes there.
+!> Acceptance of a converged increment: its events are located and recorded, then its end, to which the path state moves.
 !>
-!>   find_events (event_search) -> told by others? (event_order) -> does a shorter increment tell better? (spurious_events)
-!>   -> what each event is, its errors, the mesh that they ask for (settle_events) -> those of the trial (settle_trial)
-!>   -> events in their order (record_events) -> the trial (record_trial), its words (announce_trial) -> there (arrive)
+!>   find_events (event_search) -> duplicates (event_order) -> does a shorter increment resolve more? (spurious_events)
+!>   -> check of each event, error bars, mesh request (settle_events) -> the same for the trial (settle_trial)
+!>   -> events in their order (record_events) -> the trial (record_trial), its labels (announce_contact) -> path state (arrive)
 module path_acceptance
    use kinds, only: wp
    use model, only: step_t
@@ -32,38 +31,38 @@ module path_acceptance
    private
    public :: arrival_t, accept
 
-   integer, parameter :: mesh_has_to_do = -1    !! tries: no other one is asked for
+   integer, parameter :: mesh_has_to_do = -1    !! value of `tries`: no other mesh is requested
 
-   !> What whoever has found a trial tells of it.
+   !> Properties of a trial, set by the caller.
    type :: arrival_t
-      type(increment_t) :: report
-      logical :: can_cut = .false.             !! a shorter increment can be tried instead
-      integer :: tries = mesh_has_to_do        !! meshes that the same increment has had for its errors' sake. Where this one does
-      !! not do, either, run%wanted is allocated, and nothing recorded
-      character(2) :: label = ''               !! C+ or C- when the trial is known to be one
-      integer :: times = 1                     !! how often that happens there
-      logical :: bracketed = .false.           !! it happens somewhere on the way there
-      logical :: divides = .false.             !! at a C-: of the contact a part stays on both sides
-      logical :: changes = .false.             !! the contact set is about to change there, with a label or without
-      logical, allocatable :: changing(:)      !! (candidates) whose contact at a node begins or ends there; not allocated: none is
-      !! known of
-      type(error_bars_t), allocatable :: bars  !! at a change of contact spans, where they are known
+      type(increment_t) :: report                !! report of the correction to the trial
+      logical :: can_cut = .false.             !! the caller can try a shorter increment instead
+      integer :: tries = mesh_has_to_do        !! meshes made for the errors of this increment. If another one is
+      !! requested, run%wanted is allocated and nothing is recorded
+      character(2) :: label = ''               !! C+ or C- if the trial is known to be a contact change
+      integer :: times = 1                     !! multiplicity of that change
+      logical :: bracketed = .false.           !! the change lies somewhere before the trial
+      logical :: divides = .false.             !! C-: parts of the contact stay on both sides
+      logical :: changes = .false.             !! the contact set changes at the trial, with or without a label
+      logical, allocatable :: changing(:)      !! (candidates) whose contact at a node begins or ends there; not allocated:
+      !! none known
+      type(error_bars_t), allocatable :: bars  !! bars at a change of contact spans, if known
    end type arrival_t
 
 contains
 
-   !> Detects what happened up to a converged trial point, locates it, puts it in order, records it and the point, and goes
-   !> there. `shorter` instead, and nothing recorded, when an event was not located and the caller can cut the increment.
+   !> Locates, orders and records the events of a converged increment and its end, and moves the path state to that end. If an event
+   !> was not located and the increment can be shortened, nothing is recorded and `shorter` is true.
    subroutine accept(problem, step, run, trial, ahead, arrival, recorder, shorter, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on entry and on return, else anywhere
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on entry and, if accepted, on return
       type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead       !! tangent at the trial
+      type(path_tangent_t), intent(in) :: ahead       !! path tangent at the trial
       type(arrival_t), intent(in) :: arrival
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: shorter
-      logical, intent(out) :: finished           !! the step has come to its end
+      logical, intent(out) :: finished           !! the step is complete
       type(outcome_t), intent(inout) :: outcome
       type(findings_t) :: findings
       finished = .false.
@@ -93,7 +92,7 @@ contains
       call arrive(problem, run, trial, ahead, findings)
    end subroutine accept
 
-   !> What the questions for errors and meshes hang on.
+   !> Determines the conditions for error bars and mesh requests of this increment.
    subroutine begin_asking(problem, step, run, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -102,17 +101,17 @@ contains
       type(findings_t), intent(inout) :: findings
       run%has_events = any(findings%seen%located .and. .not. findings%told)
       findings%stops = stop_met(step, run%probe, findings%probe)
-      ! A given mesh stays as it is; of another one a second will not have the nodes that the first has not. (A point between has
-      ! them at once: the next increment's mesh begins there.)
+      ! A mesh of the deck is not changed, and a second mesh of the program would have the same nodes missing as the first. (A point
+      ! before the event supplies them: the next increment's mesh begins there.)
       findings%as_it_is = .not. any(problem%layout%stretch%placed) .or. arrival%tries > 0
    end subroutine begin_asking
 
-   !> What each located event is, with its error bars. Up to the first one for which the increment is to be another one.
+   !> Checks each located event and computes its error bars, up to the first that requires another increment.
    subroutine settle_events(problem, step, run, trial, arrival, findings, shorter, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run !! its system is factored anywhere on entry, at the trial on return where all are
-      !! settled
+      type(path_state_t), intent(inout) :: run !! its system is factored at any point on entry, at the trial on return if all are
+      !! accepted
       type(state_t), intent(in) :: trial
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
@@ -128,14 +127,14 @@ contains
       if (allocated(findings%at_trial)) run%system = findings%at_trial
    end subroutine settle_events
 
-   !> What one located event is: nothing to tell, or with error bars, or not to be told from this increment or mesh.
+   !> Checks one located event: spurious, accepted with error bars, or to be located again on a shorter increment or another mesh.
    subroutine settle_event(problem, step, run, trial, arrival, i, findings, shorter, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored anywhere on entry, at the event on return
+      type(path_state_t), intent(inout) :: run          !! its system is factored at any point on entry, at the event on return
       type(state_t), intent(in) :: trial
       type(arrival_t), intent(in) :: arrival
-      integer, intent(in) :: i                   !! which of those seen
+      integer, intent(in) :: i                   !! index of the event among those seen
       type(findings_t), intent(inout) :: findings
       logical, intent(out) :: shorter
       type(outcome_t), intent(in) :: outcome
@@ -144,13 +143,13 @@ contains
          call linearise(problem, sighting%place, sighting%place, run%system)
          findings%told(i) = turns_by_rounding(problem, step, run, findings%probe, sighting)
          if (findings%told(i)) return
-         ! At home they are those of the path that was left, on its mesh.
+         ! Bars of a branch closure are those of the parent path, on its mesh.
          if (allocated(sighting%bars)) return
          shorter = arrival%can_cut .and. sighting%event%kind == event_stop .and. hides_release(problem, run, findings, i)
          if (shorter) return
          call bars_at_event(problem, step, run, trial, sighting%event, sighting%place, sighting%heading, sighting%bars, &
             & findings%as_it_is)
-         ! Bars may know of more rounding.
+         ! The bars may contain a larger rounding error.
          findings%told(i) = turns_by_rounding(problem, step, run, findings%probe, sighting)
          if (findings%told(i)) return
          call doubt_limit(problem, run, trial, sighting)
@@ -161,7 +160,7 @@ contains
       end associate
    end subroutine settle_event
 
-   !> Error bars of the trial: as far as they are to be shown, or ask for another mesh.
+   !> Error bars of the trial, if they are shown or required for a mesh request.
    subroutine settle_trial(problem, step, run, trial, ahead, arrival, findings, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -173,7 +172,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       logical :: behind_end, critical, can_ask
       if (allocated(arrival%bars)) findings%bars = arrival%bars
-      ! A trial behind the end of the step is no point of it.
+      ! A trial behind the end of the step is not a point of the step.
       behind_end = any(findings%seen%located .and. findings%seen%event%kind == event_stop .and. .not. findings%told)
       critical = arrival%label /= '' .or. findings%stops
       can_ask = arrival%tries /= mesh_has_to_do
@@ -192,11 +191,11 @@ contains
       if (.not. (critical .or. step%bars_everywhere)) deallocate (findings%bars)
    end subroutine settle_trial
 
-   !> Records the located events in the order in which they come, up to the one that ends the step.
+   !> Records the located events in their order, up to the event that ends the step.
    subroutine record_events(problem, step, run, trial, findings, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on return, where none ends the step
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on return, if no event ends the step
       type(state_t), intent(in) :: trial
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
@@ -216,7 +215,7 @@ contains
       if (allocated(findings%at_trial)) run%system = findings%at_trial
    end subroutine record_events
 
-   !> Records the trial as a point.
+   !> Records the trial as a point of the path.
    subroutine record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run          !! its system is factored at the trial
@@ -226,20 +225,20 @@ contains
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      ! Where contact changes the tangent may be singular: a point as flat as its wall beside a neutral span.
+      ! At a contact change the tangent may be singular: a point contact with zero relative curvature beside a neutral span.
       if (arrival%changes) run%system%negative_pivots = count_before(run, findings%seen, findings%told, 1.0_wp)
       call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, &
          & arrival%changing, findings%bars, ahead)
    end subroutine record_trial
 
-   !> Events that were not located are told at the trial, which comes after them.
+   !> Reports events that were not located at the trial, which lies behind them.
    subroutine announce_missed(problem, run, trial, findings, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
-      logical, intent(inout) :: finished         !! or becomes so, where the end of the step is one of them
+      logical, intent(inout) :: finished         !! becomes true if the event is the end of the step
       type(outcome_t), intent(inout) :: outcome
       integer :: i
       do i = 1, size(findings%seen)
@@ -248,14 +247,14 @@ contains
             call announce(problem, run, new_critical(event%label, event%note), trial, findings%probe, .false., recorder, outcome)
             call note_bracketed(outcome, event%note, run%state%load_factor, trial%load_factor)
             finished = finished .or. event%kind == event_stop
-            ! It counts, though nothing can start there.
+            ! The point counts for the closure check; no branch can start there.
             call keep_critical_point(problem, run, event%label, trial, trial, 1.0_wp, &
                & run%arc_length + path_length(problem, run%state, trial), findings%probe%negative_pivots, 0)
          end associate
       end do
    end subroutine announce_missed
 
-   !> What the trial is known to be: contact is gained or lost there.
+   !> Reports the contact change that the trial is known to be.
    subroutine announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -264,7 +263,7 @@ contains
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(error_bars_t), allocatable :: bars    ! of what is bracketed there are none
+      type(error_bars_t), allocatable :: bars    ! not allocated if the change is only bracketed
       character(:), allocatable :: note
       integer :: i
       note = trim(merge('contact gained', 'contact lost  ', arrival%label == 'C+'))
@@ -279,7 +278,7 @@ contains
          & trial), findings%probe%negative_pivots, 0)
    end subroutine announce_contact
 
-   !> The run goes to the trial. Bifurcations that come after it are not among its pivots yet.
+   !> Moves the path state to the trial. Bifurcations behind the trial are removed from its pivot count.
    subroutine arrive(problem, run, trial, ahead, findings)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run

@@ -1,4 +1,4 @@
-!> Hands converged points to the recorder: what the results keep, the path's tangent, and the independent measures.
+!> Passes converged points to the recorder, with the path tangent and the independent checks.
 module point_recording
    use kinds, only: wp
    use errors, only: error_t
@@ -23,11 +23,11 @@ module point_recording
    private
    public :: record
 
-   character(2), parameter :: has_corner(3) = ['C+', 'C-', 'BP'] !! paths may go on in another direction
+   character(2), parameter :: has_corner(3) = ['C+', 'C-', 'BP'] !! labels at which the path may have a corner
 
 contains
 
-   !> Hands a converged point to the recorder and to the independent measures.
+   !> Completes the record of a converged point, runs the independent checks, and passes the record on.
    subroutine record(problem, run, state, label, report, recorder, outcome, touching, bars, heading)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -38,7 +38,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       logical, intent(in), optional :: touching(:) !! (candidates) shown as contact, though without force yet
       type(error_bars_t), allocatable, intent(in), optional :: bars
-      type(path_tangent_t), intent(in), optional :: heading !! not there: no tangent is known
+      type(path_tangent_t), intent(in), optional :: heading !! path tangent; absent: unknown
       type(point_t) :: point
       type(state_t) :: shown
       type(error_t), allocatable :: error
@@ -52,7 +52,7 @@ contains
          if (allocated(bars)) point%bars = bars
       end if
       if (present(heading) .and. .not. any(label == has_corner)) then
-         ! At a limit point the tangent per load is as long as rounding lets it be: its own length has to go with it.
+         ! At a limit point the tangent per load is arbitrarily long; its own length is used throughout.
          tangent = path_tangent_at(problem, run%system, heading%u, heading%load)
          if (metric(problem, tangent%u, tangent%u) > 0.0_wp) point%rate = tangent%load * &
             & [1.0_wp, (monitor_rate(problem, m, state, run%system), m=1, size(point%monitor))]
@@ -63,7 +63,7 @@ contains
       point%lcp_pivots = report%lcp_pivots
       point%arc_length = run%arc_length + path_length(problem, run%state, state)
       call count_released(problem, state, run%system, point%free_pivots, weak)
-      ! At the stress-free start there is no force to measure a residual against.
+      ! The stress-free start has no force as reference of a residual.
       if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1
       if (allocated(run%beginning) .and. label == 'C+') point%region = [point%region, run%beginning]

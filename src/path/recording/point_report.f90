@@ -1,4 +1,4 @@
-!> Fills the record of one accepted point from the state.
+!> Fills the record of a converged point from its state.
 module point_report
    use kinds, only: wp
    use problem, only: problem_t
@@ -18,13 +18,13 @@ module point_report
 
 contains
 
-   !> What the results keep of a converged state; label, iterations and the like are the path loop's.
+   !> Record of a converged state; the path loop adds iterations, residual and arc length.
    function report_point(problem, state, system, number, label) result(point)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      integer, intent(in) :: number            !! points recorded before this one: decides whether fields are due
-      character(*), intent(in) :: label        !! points with a label always get their fields
+      integer, intent(in) :: number            !! points recorded before this one: decides whether fields are stored
+      character(*), intent(in) :: label        !! points with a label always have fields
       type(point_t) :: point
       real(wp), allocatable :: shares(:), totals(:, :), pushed(:, :)
       real(wp) :: moment
@@ -40,7 +40,7 @@ contains
             point%region = find_regions(problem, state)
             if (problem%has_spans()) then
                point%region = [find_span_regions(problem, state), point%region]
-               ! The nodes of a contact span are the mesh's affair.
+               ! A contact span counts once, whatever its number of nodes.
                point%active_contacts = size(problem%touch) + count(state%active .and. problem%candidates%touch == 0) + &
                   & count(state%grounded)
             end if
@@ -85,7 +85,7 @@ contains
          if (mod(number, step%field_every) /= 0 .and. label == '') return
          if (step%field_displacement) then
             point%displacement = deck_displacements(problem, state, [(c, c=1, problem%deck%mesh%n_nodes)])
-            ! An imperfection that the path began with is a part of it: what takes the deck's node to where it is.
+            ! An imperfection present at the start is part of the displacement from the deck's coordinates.
             point%displacement(1:2, :) = point%displacement(1:2, :) + (problem%deck%mesh%x - problem%coordinates)
          end if
          if (step%field_section_forces) then
@@ -100,16 +100,16 @@ contains
 
    contains
 
-      !> Reactions and gaps at the deck's nodes of all contacts, in the order of the results.
+      !> Adds reactions and gaps of all contacts at the deck's nodes, in the order of the results.
       subroutine add_contact_fields()
          real(wp), allocatable :: reaction(:), density(:), gap(:), place(:, :)
          integer :: n, rows, k
-         ! On the mesh in the order of its own contacts. Those of contact spans have no rows.
+         ! Rows of the mesh follow its own contacts. Contact spans have no rows.
          n = sum([(size(problem%model%contact(k)%node), k=1, size(problem%model%contact))])
          allocate (reaction(n), density(n), gap(n), place(2, n), source=0.0_wp)
          call measure_mesh(reaction, density, gap, place)
          if (problem%deck_mesh) then
-            ! Rows belong to nodes there, wherever these have moved.
+            ! On the deck's mesh a row belongs to a node, even if the node moves along its rod.
             point%reaction = reaction
             point%reaction_density = density
             point%gap = gap
@@ -142,7 +142,7 @@ contains
          if (.not. problem%model%step(problem%step)%field_gap) deallocate (point%gap)
       end subroutine add_contact_fields
 
-      !> Reactions of a contact where a node of the mesh stands at one of the deck's.
+      !> Copies the reactions of a contact from nodes of the mesh that coincide with nodes of the deck.
       subroutine take_reactions(contact, mesh_rows, deck_rows, reaction, density)
          integer, intent(in) :: contact
          integer, intent(in) :: mesh_rows, deck_rows !! rows before those of the contact
@@ -160,7 +160,7 @@ contains
          end do
       end subroutine take_reactions
 
-      !> Reactions, their densities and gaps at the nodes of the mesh, and where these are.
+      !> Reactions, reaction densities and gaps at the nodes of the mesh, with the positions of these nodes.
       subroutine measure_mesh(reaction, density, gap, place)
          real(wp), intent(inout) :: reaction(:), density(:), gap(:), place(:, :) !! (rows), (2, rows)
          real(wp) :: length

@@ -1,4 +1,4 @@
-!> What a run asks for at a point whose errors are not those that the deck asks for: another mesh, or a smaller residual.
+!> Mesh and residual requests of a point whose errors exceed the deck's tolerance, or are far below it.
 module remeshing
    use kinds, only: wp
    use model, only: step_t, method_displacement
@@ -16,18 +16,18 @@ module remeshing
    private
    public :: wants_another, ask_at_event, ask_for_mesh, ask_for_less, sizes_there
 
-   real(wp), parameter :: most_sharp = 1.0e-5_wp !! part of a step's tolerance: beyond, all residuals are rounding
+   real(wp), parameter :: most_sharp = 1.0e-5_wp !! smallest part of the step's tolerance; below it residuals are rounding
 
 contains
 
-   !> True where the trial is to be found anew, on another mesh or with a smaller residual.
+   !> True if the trial is to be computed anew, on another mesh or with a smaller residual.
    pure logical function wants_another(run)
       type(path_state_t), intent(in) :: run
       wants_another = run%unsettled .or. allocated(run%wanted)
    end function wants_another
 
-   !> Asks for another mesh where the errors of an event are larger than those asked for. Where lines let go elements are missing
-   !> on the mesh without them: those that lie on a straight wall are few and exact.
+   !> Requests a finer mesh if the errors of an event exceed the tolerance. For a detachment the error contributions are those of
+   !> the reduced problem, which lacks the elements on a straight wall; these are few and exact.
    subroutine ask_at_event(problem, step, run, sighting, tries, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -48,11 +48,11 @@ contains
       end if
    end subroutine ask_at_event
 
-   !> Asks for another mesh where the errors of a point are larger than those asked for.
+   !> Requests a finer mesh, or a smaller residual, if the errors of a point exceed the tolerance.
    subroutine ask_for_mesh(problem, step, run, place, bars, critical, tries, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored there
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the point
       type(state_t), intent(in) :: place
       type(error_bars_t), allocatable, intent(in) :: bars
       logical, intent(in) :: critical
@@ -67,7 +67,7 @@ contains
          if (allocated(run%before)) deallocate (run%before)
       end if
       if (tries > 0 .and. .not. run%from_point) then
-         ! Kinks that the trial's mesh has nodes for are not there.
+         ! The trial's mesh lacks nodes at interface points: the mesh is made at the last point instead.
          run%from_point = .not. marked(problem, place, find_cuts(problem, place))
          if (run%from_point) then
             run%wanted = problem%demand
@@ -78,21 +78,21 @@ contains
       can_settle = .not. step%tolerance_given .and. problem%model%step(problem%step)%sharper > most_sharp
       call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, asked, outcome), step%asked_of, asked, &
          & critical, tries, can_settle, run%refinement, run%unsettled, run%wanted)
-      ! Else such points would make the mesh finer one after the other.
+      ! The finer mesh did not help: it is released again, or such points would refine the mesh one after the other.
       if (run%refinement%in_vain) run%spare = run%refinement%demand
-      ! What opens unseen opens between the last point and this one.
+      ! An opening that the elements missed lies between the last point and this one.
       if (allocated(run%wanted) .and. .not. run%from_point) &
          & run%from_point = allocated(bars%may_open) .or. marked(problem, place, find_cuts(problem, place))
    end subroutine ask_for_mesh
 
-   !> Asks for a coarser mesh where that of a point is much better than it has to be.
+   !> Requests a coarser mesh if the errors of a point are far below the tolerance.
    subroutine ask_for_less(problem, step, run, place, bars, tries, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored there
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the point
       type(state_t), intent(in) :: place
       type(error_bars_t), intent(in) :: bars
-      integer, intent(in) :: tries               !! meshes that the point has had
+      integer, intent(in) :: tries               !! meshes made for the point
       type(outcome_t), intent(in) :: outcome
       if (tries > 0) run%kept_meshes = rest_of_mesh
       run%kept_meshes = max(run%kept_meshes - 1, 0)
@@ -101,7 +101,7 @@ contains
          & step%asked_of_path, run%spare)
    end subroutine ask_for_less
 
-   !> What the errors of a point are measured against.
+   !> Reference values of the errors of a point: load factor, then monitors.
    function sizes_there(problem, step, run, place, asked, outcome) result(sizes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -113,7 +113,7 @@ contains
       real(wp) :: load
       load = abs(place%load_factor)
       if (outcome%accuracy%load_step == problem%step) load = max(load, outcome%accuracy%load)
-      ! A first point may be as good as unloaded.
+      ! The first point may be almost unloaded.
       if (step%method /= method_displacement) load = max(load, abs(step%increment))
       sizes = value_sizes(problem, run%system, load, max(run%motion, motion_sizes(problem, place)), asked)
    end function sizes_there

@@ -1,5 +1,5 @@
-!> The critical points that branches and limit curves may start at, and that a path may come back to, kept as long as a step runs.
-!> Runs point to them: copies of a run, which trials are made with, share them.
+!> Critical points of one path: branches and limit curves start at them, and a path is compared with them to detect closure. They
+!> live as long as the step. Path states hold a pointer to them, so that the copies made for trial increments share one list.
 module critical_points
    use kinds, only: wp
    use problem, only: problem_t
@@ -10,24 +10,24 @@ module critical_points
    private
    public :: critical_point_t, critical_points_t
 
-   !> A critical point.
+   !> A critical point, with the data that branch switching and the closure check need.
    type :: critical_point_t
-      character(2) :: label = ''
-      type(problem_t) :: problem                 !! on the mesh of that point
-      type(state_t) :: state
-      integer :: point = 0                       !! its row in the results of its path, from 1
-      integer :: pivots = 0                      !! negative ones on the side that its path comes from
-      integer :: multiplicity = 0                !! BP: how many null vectors
-      real(wp) :: scale = 1.0_wp                 !! BP: that of its event
-      type(error_bars_t), allocatable :: bars    !! BP: where the deck wants them
-      real(wp) :: arc_length = 0.0_wp
-      real(wp), allocatable :: direction(:, :)   !! of its path: displacements
-      real(wp) :: direction_load = 0.0_wp        !! and load factor
-      real(wp), allocatable :: drift(:, :)       !! displacements less those between its neighbours: rounding
-      type(control_t) :: control
+      character(2) :: label = ''                 !! label of the event, such as LP or BP
+      type(problem_t) :: problem                 !! problem on the mesh in use at that point
+      type(state_t) :: state                     !! state at the point, on that mesh
+      integer :: point = 0                       !! row of the point in the results of its path, from 1
+      integer :: pivots = 0                      !! negative pivots just before the point, on the side from which its path arrives
+      integer :: multiplicity = 0                !! BP: number of null vectors
+      real(wp) :: scale = 1.0_wp                 !! BP: reference eigenvalue of the event, see event_t
+      type(error_bars_t), allocatable :: bars    !! BP: error bars, if the deck requests them
+      real(wp) :: arc_length = 0.0_wp            !! arc length since the start of the run
+      real(wp), allocatable :: direction(:, :)   !! (3, nodes) displacement from the previous accepted point to this one
+      real(wp) :: direction_load = 0.0_wp        !! load factor change over the same chord
+      real(wp), allocatable :: drift(:, :) !! (3, nodes) displacements minus their interpolation between both neighbours: rounding
+      type(control_t) :: control                 !! control of the increment that contained the point
    end type critical_point_t
 
-   !> Those of one path, in order.
+   !> The critical points of one path, in the order of the path.
    type :: critical_points_t
       type(critical_point_t), allocatable :: list(:)
    contains
@@ -36,14 +36,14 @@ module critical_points
 
 contains
 
-   !> A landmark, copied out of line as copy_problem does.
+   !> Copies a critical point. It is a procedure of its own for the reason given at copy_problem.
    pure subroutine copy_landmark(from, to)
       type(critical_point_t), intent(in) :: from
       type(critical_point_t), intent(inout) :: to
       to = from
    end subroutine copy_landmark
 
-   !> Adds the one found last.
+   !> Appends a critical point to the list.
    subroutine keep(self, landmark)
       class(critical_points_t), intent(inout) :: self
       type(critical_point_t), intent(in) :: landmark

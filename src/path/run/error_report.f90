@@ -1,4 +1,5 @@
-!> Which points of a run have their discretisation errors told, and of what kind they are.
+!> Decides which points of a path get discretisation error bars, calls the estimator for their kind, and keeps the worst bar and a
+!> message where a bar is wider than the deck allows.
 module error_report
    use kinds, only: wp
    use model, only: step_t, method_linearised
@@ -37,18 +38,18 @@ module error_report
 
 contains
 
-   !> Bars of an event of the path that was located between the run's last point and a trial. Where lines let go their shares are
-   !> those of elements without these lines.
+   !> Error bars of an event located between the last accepted point and a trial point. For a detachment the error contributions are
+   !> those of the elements without the force-free line contacts.
    subroutine bars_at_event(problem, step, run, trial, event, place, heading, bars, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the place
+      type(path_state_t), intent(inout) :: run          !! its system is factored at `place`
       type(state_t), intent(in) :: trial
       type(event_t), intent(in) :: event
       type(state_t), intent(in) :: place
-      type(path_tangent_t), intent(in) :: heading     !! tangent there
-      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
-      logical, intent(in), optional :: as_it_is  !! no other mesh will be made for their sake
+      type(path_tangent_t), intent(in) :: heading     !! path tangent at `place`
+      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck requests none
+      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for these bars
       type(zero_t) :: zero
       if (.not. step%error_bars) return
       allocate (bars)
@@ -58,10 +59,11 @@ contains
       else if (is_at_mesh_nodes(problem, event)) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (event%jumps) then
-         ! Free spans buckle: it is where the line is none, at a load that stands.
+         ! Free spans buckle: the event is the point where the line contact vanishes, at the load of `place`.
          call point_errors(problem, run%finer, place, run%system, control_t(method=method_linearised), heading, bars, &
             & places=.true., as_it_is=as_it_is)
-         ! Which of both sides a mesh has there tells nothing, but whether the load goes on as it does on this one.
+         ! The inertia on either side depends on the mesh and says nothing here; only the sign of the load rate behind the event is
+         ! compared.
          bars%missed = 0
          bars%turned = load_turns()
          bars%unsure = bars%turned
@@ -72,7 +74,7 @@ contains
          call new_zero(problem, event, place, run%system, zero)
          call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, trial), &
             & trial%load_factor - run%state%load_factor, bars, as_it_is)
-         ! On stiff ground a given mesh makes small changes of contact of its own.
+         ! On stiff foundations a mesh given by the deck makes small contact changes of its own: no bar is possible.
          if (event%kind == event_contact .and. bars%load%told .and. .not. bars%load%bounded .and. &
             & .not. any(problem%layout%stretch%placed)) bars = no_error_bars(size(problem%model%monitor), waves)
       end if
@@ -80,7 +82,7 @@ contains
 
    contains
 
-      !> True where finer elements have the load change the other way behind the place.
+      !> True if the load rate behind the event has the other sign on the enriched elements.
       logical function load_turns() result(turns)
          type(error_bars_t) :: of_rate
          call new_zero(problem, event_t(kind=event_limit), place, run%system, zero)
@@ -89,8 +91,8 @@ contains
          turns = of_rate%turned
       end function load_turns
 
-      !> Of a bifurcation of the rod without lines that carry no force: there it is one like others, unless free spans on a straight
-      !> wall, which turn at no cost, hide its null vector.
+      !> Bars of a detachment: a bifurcation of the reduced problem without force-free line contacts. No bar exists if free spans on
+      !> a straight wall, whose rotation costs no energy, hide its null vector.
       subroutine bars_at_release()
          type(problem_t) :: free
          type(enriched_problem_t) :: finer
@@ -104,35 +106,37 @@ contains
          if (.not. any_weak) return
          loose = new_system(free)
          call linearise(free, released, released, loose)
-         ! The singular tangent would add a share of its null vector, whatever presses the lines a little.
+         ! The tangent from the singular system would contain a multiple of the null vector, so that the path tangent is carried
+         ! over.
          on = path_tangent_t(carried_field(problem, place, heading%u, free, released), heading%load)
          one = event
          one%kind = event_bifurcation
          call new_zero(free, one, released, loose, zero)
          call event_errors(free, finer, released, loose, zero, on, path_length(problem, run%state, trial), &
             & trial%load_factor - run%state%load_factor, bars)
-         ! Another mesh may tell.
+         ! If the mesh may be remade, these bars are kept: they lead to a finer mesh.
          if (any(problem%layout%stretch%placed)) return
          if (bars%why /= '' .or. .not. (bars%load%told .and. bars%load%bounded)) &
             & bars = no_error_bars(size(problem%model%monitor), hidden)
       end subroutine bars_at_release
    end subroutine bars_at_event
 
-   !> Bars of an accepted point: of one where a test of contact spans is zero, or of any, which the control holds.
+   !> Error bars of an accepted point: either a point at which a test of contact spans is zero, or any point prescribed by the
+   !> control.
    subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, wanted, changing, &
       & as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored there; its state is the last point
+      type(path_state_t), intent(inout) :: run          !! its system is factored at `place`; its state is the previous point
       type(state_t), intent(in) :: place
-      type(path_tangent_t), intent(in) :: heading     !! tangent there
-      character(*), intent(in) :: label          !! C+ and C- are told in the table of critical points
-      logical, intent(in) :: finished            !! and so is the end
-      integer, intent(in) :: test                !! number of the test in run_span_tests; 0: none
-      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them
-      logical, intent(in), optional :: wanted    !! at every point
-      logical, intent(in), optional :: changing(:) !! (candidates) whose contact at a node begins or ends there
-      logical, intent(in), optional :: as_it_is  !! no other mesh will be made for their sake
+      type(path_tangent_t), intent(in) :: heading     !! path tangent at `place`
+      character(*), intent(in) :: label          !! label of the point; C+ and C- are in the table of critical points
+      logical, intent(in) :: finished            !! true at the end of the step
+      integer, intent(in) :: test                !! number of the vanishing test in run_span_tests; 0: none
+      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck requests none
+      logical, intent(in), optional :: wanted    !! true: bars at every point
+      logical, intent(in), optional :: changing(:) !! (candidates) true for nodes whose contact begins or ends at `place`
+      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for these bars
       type(zero_t) :: zero
       logical :: everywhere
       everywhere = step%bars_everywhere
@@ -164,7 +168,7 @@ contains
       call timing_stop(phase_accuracy)
    end subroutine bars_at_point
 
-   !> True for a change of contact at nodes that another mesh has elsewhere.
+   !> True for a contact change at nodes, whose position depends on the mesh.
    pure logical function is_at_mesh_nodes(problem, event) result(is)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -172,10 +176,11 @@ contains
       if (is) is = .not. only_stops(problem, event%marked)
    end function is_at_mesh_nodes
 
-   !> True where contact begins or ends at stops alone, which stand at the same nodes on all meshes: gap and reaction tell.
+   !> True if contact changes at stops only. A stop is at the same node on all meshes, so that its gap or reaction gives an error
+   !> bar.
    pure logical function only_stops(problem, changing)
       type(problem_t), intent(in) :: problem
-      logical, intent(in) :: changing(:)         !! (candidates)
+      logical, intent(in) :: changing(:)         !! (candidates) true where contact changes
       integer :: c
       only_stops = any(changing)
       do c = 1, size(changing)
@@ -183,18 +188,19 @@ contains
       end do
    end function only_stops
 
-   !> Bars of a point where contact begins. The gap of a free span is known as well as its elements' polynomials only; where the
-   !> force of the new contact vanishes the nodes tell.
+   !> Error bars of a point where contact begins. The gap inside a free span is only as accurate as the element polynomials; the
+   !> force of the new contact vanishes at the same load and is a function of the nodal values, so that the bars are computed for
+   !> its zero.
    subroutine bars_at_touch(problem, step, run, place, heading, begun, touched, bars)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the place
+      type(path_state_t), intent(inout) :: run          !! its system is factored at `place`
       type(state_t), intent(in) :: place
-      type(path_tangent_t), intent(in) :: heading     !! tangent there
+      type(path_tangent_t), intent(in) :: heading     !! path tangent at `place`
       type(problem_t), intent(in) :: begun       !! the problem with the new contact
-      type(path_state_t), intent(in) :: touched         !! at the same load, where the contact carries nothing yet; its system is
-      !! factored there
-      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck does not want them, or a node touches first
+      type(path_state_t), intent(in) :: touched !! state of `begun` at the same load, the new contact force being zero; its system
+      !! is factored there
+      type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: not requested, or contact begins at a fixed node
       type(enriched_problem_t) :: finer
       type(span_test_t), allocatable :: tests(:)
       type(zero_t) :: zero
@@ -214,7 +220,7 @@ contains
             & 0.0_wp * touched%state%u, heading%load), path_length(problem, run%state, place), &
             & place%load_factor - run%state%load_factor, bars)
          if (allocated(bars%share)) bars%share = shares_on(begun, touched%state, bars%share, problem, place)
-         ! The numbers told are those without the contact.
+         ! The monitors reported are those of the problem without the contact: the corrected values stay, the bars are shifted.
          here = monitor_values(problem, place, run%system)
          there = monitor_values(begun, touched%state, touched%system)
          do m = 1, size(bars%monitor)
@@ -224,9 +230,9 @@ contains
       call timing_stop(phase_accuracy)
    end subroutine bars_at_touch
 
-   !> Shares of the elements of one mesh as those of another one, by the middles of the elements.
+   !> Distributes error contributions of the elements of one mesh onto the elements of another by element midpoints.
    function shares_on(from, from_state, share, to, to_state) result(new)
-      type(problem_t), intent(in) :: from, to    !! of the same deck
+      type(problem_t), intent(in) :: from, to    !! two meshes of the same deck
       type(state_t), intent(in) :: from_state, to_state
       real(wp), intent(in) :: share(:, :)        !! (numbers, elements of `from`)
       real(wp), allocatable :: new(:, :)
@@ -239,14 +245,14 @@ contains
       end do
    end function shares_on
 
-   !> Bars of a point of a limit curve: of a limit point as the path has them.
+   !> Error bars of a point of a limit curve, computed like those of a limit point of a path.
    subroutine bars_on_curve(problem, state, system, heading, length, rise, bars)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! factored there
-      type(path_tangent_t), intent(in) :: heading     !! tangent there
-      real(wp), intent(in) :: length             !! arc length over which the load changes
-      real(wp), intent(in) :: rise               !! by this much
+      type(system_t), intent(in) :: system       !! factored at `state`
+      type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
+      real(wp), intent(in) :: length             !! arc length over which the load factor changes by `rise`
+      real(wp), intent(in) :: rise               !! change of the load factor
       type(error_bars_t), allocatable, intent(out) :: bars
       type(enriched_problem_t) :: finer
       type(event_t) :: event
@@ -259,9 +265,9 @@ contains
       call timing_stop(phase_accuracy)
    end subroutine bars_on_curve
 
-   !> Keeps the largest load of a step, which error bars are measured against.
+   !> Keeps the largest absolute load factor of a step, the reference of relative error bars.
    pure subroutine note_load(step, load_factor, accuracy)
-      integer, intent(in) :: step                !! its number
+      integer, intent(in) :: step                !! number of the step
       real(wp), intent(in) :: load_factor
       type(accuracy_t), intent(inout) :: accuracy
       if (step /= accuracy%load_step) accuracy%load = 0.0_wp
@@ -269,10 +275,11 @@ contains
       accuracy%load = max(accuracy%load, abs(load_factor))
    end subroutine note_load
 
-   !> Keeps the widest bar of the load factors of a buckling step, and words where one is wider than the deck allows.
+   !> Keeps the largest relative error bar of the load factors of a buckling step, and a message for the first bar wider than
+   !> allowed.
    subroutine note_buckling_bars(buckling, widest, accuracy)
       type(buckling_t), intent(in) :: buckling   !! with bars
-      real(wp), intent(in) :: widest             !! over the load factor
+      real(wp), intent(in) :: widest             !! largest bar allowed, relative to the load factor
       type(accuracy_t), intent(inout) :: accuracy
       integer :: k
       do k = 1, size(buckling%load_factor)
@@ -283,11 +290,11 @@ contains
       end do
    end subroutine note_buckling_bars
 
-   !> The same of a point of a limit curve; monitors that count have bars with bounds.
+   !> Keeps the largest relative error bar of a point of a limit curve. Monitors that the deck counts must have bounded bars.
    subroutine note_curve_bar(problem, point, name, step, accuracy)
       type(problem_t), intent(in) :: problem
       type(limit_point_t), intent(in) :: point   !! with bars
-      character(*), intent(in) :: name           !! of the curve
+      character(*), intent(in) :: name           !! name of the curve
       type(step_t), intent(in) :: step
       type(accuracy_t), intent(inout) :: accuracy
       integer :: k
@@ -305,11 +312,11 @@ contains
       end do
    end subroutine note_curve_bar
 
-   !> Keeps the widest bar, and words for the first one that is wider than the deck allows.
+   !> Keeps the largest relative bar, and a message for the first bar wider than the deck allows.
    subroutine note_ratio(bar, size, what, at, widest, accuracy)
       type(error_bar_t), intent(in) :: bar
-      real(wp), intent(in) :: size               !! what it is measured against, > 0
-      character(*), intent(in) :: what           !! the number, as far as its bar
+      real(wp), intent(in) :: size               !! reference value of the bar, > 0
+      character(*), intent(in) :: what           !! words for the number, to which its bar is appended
       type(place_t), intent(in) :: at
       real(wp), intent(in) :: widest
       type(accuracy_t), intent(inout) :: accuracy
@@ -318,7 +325,7 @@ contains
       accuracy%bar_words = coarse_words(what//' '//bar_text(bar), brief(widest)//' of it')
    end subroutine note_ratio
 
-   !> What is said of a mesh that is given.
+   !> Message for a mesh given by the deck that is too coarse.
    pure function coarse_words(what, allowed) result(words)
       character(*), intent(in) :: what           !! the number with its bar
       character(*), intent(in) :: allowed
@@ -327,17 +334,17 @@ contains
          & '; give more elements or a higher order'
    end function coarse_words
 
-   !> Keeps the widest bar of a critical load, and words where the numbers of a point are not known as well as the deck asks, or
-   !> it is not known whether they are: of a mesh made for a tolerance at all points, of a given one the loads of critical points
-   !> and all at the end.
+   !> Keeps the largest relative bar of a critical load, and one message if a number of this point is less accurate than the deck
+   !> requires or if its accuracy is unknown. On a mesh made for a tolerance all points are checked, on a mesh given by the deck
+   !> only the loads of critical points and all numbers at the end of the step.
    !>
-   !> At the end the load factor is mostly what the deck gave, and only monitors tell that a mesh is too coarse for the way there.
+   !> At the end the load factor is usually prescribed by the deck, and only monitors show that the mesh is too coarse for the path.
    subroutine note_error(problem, step, bars, sizes, label, at, accuracy)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
-      character(*), intent(in) :: label          !! '': none
+      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
+      character(*), intent(in) :: label          !! label of the critical point; '': none
       type(place_t), intent(in) :: at
       type(accuracy_t), intent(inout) :: accuracy
       character(:), allocatable :: what, there
@@ -352,7 +359,7 @@ contains
       if (allocated(accuracy%bar_words) .or. .not. (made .or. label /= '')) return
       there = ' at point '//whole(at%point)//' (load factor '//brief(at%load_factor)//')'
       if (label /= '') there = ' of '//label//there
-      ! Of what is only looked for nothing hangs on that.
+      ! User values and turning points do not depend on the inertia.
       if (bars%missed /= 0 .and. .not. any(label == ['UZ', 'TP'])) then
          accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': finer elements have '// &
             & whole(abs(bars%missed))//trim(merge(' more ', ' fewer', bars%missed > 0))// &
@@ -375,8 +382,8 @@ contains
          return
       end if
       if (.not. (bars%load%told .or. any(bars%monitor%told))) then
-         ! What has no estimate on any mesh is said in the table; changes of contact that have no function are no values of their
-         ! own, but on foundations they are.
+         ! The table of critical points says where no estimate exists on any mesh. Contact changes without a test function are not
+         ! reported here, except on foundations.
          if (.not. (bars%too_coarse .or. (made .and. (any(label == ['LP', 'BP', 'EP']) .or. &
             & (any(problem%ground%founded) .and. any(label == ['C+', 'C-'])))))) return
          accuracy%bar_words = 'whether the errors'//there//' are what was asked for is not known: '//bars%why
@@ -406,7 +413,7 @@ contains
 
    contains
 
-      !> Where contact ends has a bar where it has bounds.
+      !> Message for the first touchdown point whose place has no bound on its error.
       subroutine note_places()
          integer :: k
          do k = 1, size(bars%place)
@@ -418,7 +425,7 @@ contains
       end subroutine note_places
    end subroutine note_error
 
-   !> What is said of a number whose error may be any.
+   !> Message for a number without a bound on its error.
    pure function unbounded_words(what, bar) result(words)
       character(*), intent(in) :: what           !! the number
       type(error_bar_t), intent(in) :: bar
@@ -426,18 +433,19 @@ contains
       words = 'the error of '//what//' is not known: '//bar_text(bar)//', and no bound; give more elements or a higher order'
    end function unbounded_words
 
-   !> The relative error that decides at a point: what a mesh is made for, or the widest bar that is allowed.
+   !> Relative error that applies at a point: the tolerance of the mesh generation, or the largest bar allowed on a mesh of the
+   !> deck.
    pure real(wp) function asked_at(problem, step, label) result(asked)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      character(*), intent(in) :: label          !! '': none
+      character(*), intent(in) :: label          !! label of the critical point; '': none
       asked = step%widest_bar
       if (.not. any(problem%layout%stretch%placed)) return
       asked = max(step%asked, step%widest_bar)
       if (label == '') asked = step%asked_of_path
    end function asked_at
 
-   !> The bar of a number: 0 the load factor, else a monitor.
+   !> Error bar of a number: 0 the load factor, else the monitor of that index.
    pure function bar_of(bars, which) result(bar)
       type(error_bars_t), intent(in) :: bars
       integer, intent(in) :: which

@@ -1,4 +1,4 @@
-!> Points of the path inside an increment that has been made, told apart by a fraction of it.
+!> Points of the path inside a completed increment, addressed by a fraction of the increment.
 module increment_points
    use kinds, only: wp
    use model, only: method_linearised, method_load
@@ -14,27 +14,28 @@ module increment_points
    private
    public :: division_t, new_division, point_within, chord_fraction
 
-   !> What tells fractions of an increment apart.
+   !> Constraint and scaling that define the fractions of an increment.
    type :: division_t
-      type(control_t) :: control
-      real(wp) :: whole = 0.0_wp                !! the control's increment over all of it
-      real(wp) :: slopes(2) = 1.0_wp            !! its rates at both ends, over their mean
-      logical :: smooth = .false.               !! no contact set changes, no node moves along the rod
-      real(wp), allocatable :: chord(:, :)      !! (3, nodes) displacements, of one and the same material points
-      real(wp) :: length = 0.0_wp               !! of the chord, in the metric
+      type(control_t) :: control                 !! constraint of points inside the increment
+      real(wp) :: whole = 0.0_wp                !! change of the controlled quantity over the whole increment
+      real(wp) :: slopes(2) = 1.0_wp            !! its derivatives at both ends, divided by their mean
+      logical :: smooth = .false.               !! no contact change inside, and no node moves along its rod
+      real(wp), allocatable :: chord(:, :)      !! (3, nodes) displacement chord between the same material points
+      real(wp) :: length = 0.0_wp               !! length of the chord in the path metric
    end type division_t
 
 contains
 
-   !> The strategy itself divides increments of load or displacement control. Those of an arc length the load does where it
-   !> grows steadily (what rounding adds across the path, much where a structure hardly moves before it buckles, is nothing
-   !> to it), else planes normal to the chord.
+   !> Chooses the constraint for points inside an increment. Load and displacement control divide by their own controlled quantity.
+   !> An arc-length increment is divided by load if the load rises or falls steadily, because load planes are not affected by
+   !> rounding transverse to the path, which is large in structures that hardly move before they buckle; otherwise by planes normal
+   !> to the chord.
    type(division_t) function new_division(problem, run, trial, ahead, load_tells) result(division)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: trial           !! its end
-      type(path_tangent_t), intent(in) :: ahead         !! tangent there
-      logical, intent(in) :: load_tells            !! the load grows steadily over the increment
+      type(state_t), intent(in) :: trial           !! end of the increment
+      type(path_tangent_t), intent(in) :: ahead         !! path tangent there
+      logical, intent(in) :: load_tells            !! the load changes monotonically over the increment
       real(wp) :: rise
       logical :: still
       division%smooth = alike(problem, run%state, trial)
@@ -45,7 +46,7 @@ contains
          division%whole = control%increment
          if (is_arc_length(control%method)) then
             rise = trial%load_factor - run%state%load_factor
-            ! Of what nothing moves by more than rounding only the load tells parts.
+            ! If no node moves by more than rounding, only the load can divide the increment.
             still = stands_still(run%heading, rise) .and. stands_still(ahead, rise) .and. abs(rise) > 0.0_wp
             if ((load_tells .and. division%smooth) .or. still) then
                control%method = method_load
@@ -56,7 +57,7 @@ contains
                control%load_scale = 0.0_wp
                control%tangent = division%chord / division%length
                control%tangent_load = 0.0_wp
-               ! As measured at the nodes of the trial: with contact spans they are elsewhere along the rod.
+               ! Measured at the nodes of the trial point: with contact spans they are other material points.
                division%whole = metric(problem, seen_from(problem, trial, run%state, control%tangent), &
                   & displacement_between(problem, run%state, trial))
                division%slopes = [metric(problem, control%tangent, run%heading%u), metric(problem, control%tangent, ahead%u)]
@@ -66,7 +67,8 @@ contains
       end associate
    end function new_division
 
-   !> The point at a fraction of the increment: from a guess between its ends where these are alike, else from its start.
+   !> Corrects the point at a fraction of the increment. The predictor interpolates between the ends if both have the same contact
+   !> set, otherwise the increment starts again from its first end.
    subroutine point_within(problem, run, trial, ahead, division, fraction, from_start, keep_contact, here, report)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run            !! its system is factored at the point on return
@@ -74,8 +76,8 @@ contains
       type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
       real(wp), intent(in) :: fraction             !! 0 to 1
-      logical, intent(in) :: from_start            !! even where they are alike
-      logical, intent(in) :: keep_contact          !! that of the start, whatever the signs say
+      logical, intent(in) :: from_start            !! start from the first end even if interpolation is possible
+      logical, intent(in) :: keep_contact          !! contact set of the start, whatever the signs of gaps and reactions
       type(state_t), intent(out) :: here
       type(increment_t), intent(out) :: report
       integer :: first
@@ -83,13 +85,14 @@ contains
       if (division%smooth .and. .not. from_start) then
          here = between(problem, run%state, trial, run%heading, ahead, part_at(fraction, division%slopes(1), division%slopes(2)))
          call correct(problem, run%state, division%control, .false., here, run%system, report)
-         ! Once more: from a guess as good as this a small residual comes before a small error.
+         ! A second correction: from such a close predictor the residual is small before the error is.
          if (.not. report%converged) return
          first = report%iterations
          call correct(problem, run%state, division%control, .false., here, run%system, report)
          report%iterations = first + report%iterations
       else if (size(problem%mark) > 0 .and. is_stress_free(run%state)) then
-         ! At such a start nothing tells where contact with foundations ends: from the other end of the increment backwards.
+         ! A stress-free start does not say where contact with a foundation ends: the increment is made backwards from its other
+         ! end.
          division%control%increment = division%control%increment - division%whole
          call linearise(problem, trial, trial, run%system)
          call take_increment(problem, trial, division%control, here, run%system, report, keep_contact=keep_contact)
@@ -99,7 +102,7 @@ contains
       end if
    end subroutine point_within
 
-   !> Where a place lies along the chord, 0 to 1: puts places in order that were found in different ways.
+   !> Projection of a state onto the chord, from 0 to 1, clipped. It orders events that different methods located.
    pure real(wp) function chord_fraction(problem, run, division, place) result(fraction)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

@@ -1,4 +1,4 @@
-!> An event of an increment and where it was found.
+!> An event inside an increment, with the state at which it was located.
 module located_events
    use kinds, only: wp
    use model, only: step_t
@@ -12,26 +12,27 @@ module located_events
    private
    public :: located_event_t, note_balance
 
+   !> An event inside an increment, before and after its location.
    type :: located_event_t
       type(event_t) :: event
-      type(state_t) :: place                   !! the located point, or the nearest one found
-      type(path_tangent_t) :: heading               !! tangent there
-      type(increment_t) :: report
-      real(wp) :: fraction = 1.0_wp            !! of the way to the trial
-      type(error_bars_t), allocatable :: bars  !! not allocated where the deck does not want them
-      logical :: located = .false.
-      real(wp) :: swerve = 0.0_wp              !! bifurcation: what a unit force on its null vector turns the tangent by at the
-      !! points that it was interpolated from
-      logical :: passes = .false.              !! bifurcation: none; the trial is on a stabler path too near to be told apart
-      logical :: later = .false.               !! bifurcation: it comes after the trial, whose pivots have the sign of rounding
+      type(state_t) :: place                   !! located state, or the nearest one found
+      type(path_tangent_t) :: heading               !! path tangent there
+      type(increment_t) :: report                !! report of the correction, or of the residual of an interpolated state
+      real(wp) :: fraction = 1.0_wp            !! position between the last point and the trial, 0 to 1
+      type(error_bars_t), allocatable :: bars  !! not allocated: the deck requests none
+      logical :: located = .false.               !! false: only bracketed
+      real(wp) :: swerve = 0.0_wp              !! bifurcation: change of the path tangent due to a unit force on the null vector, at
+      !! the points of the interpolation
+      logical :: passes = .false.              !! no bifurcation: the trial is on a more stable path too near to be separated
+      logical :: later = .false.               !! bifurcation: behind the trial, whose pivots have the sign of rounding
    end type located_event_t
 
 contains
 
-   !> Notes what a place that no iteration has ended at leaves of balance, and whether that is as little as at any other point.
+   !> Residual of a state that was interpolated, not iterated; `balanced` is true if the residual is within tolerance or rounding.
    pure subroutine note_balance(step, system, report, balanced)
       type(step_t), intent(in) :: step
-      type(system_t), intent(in) :: system      !! assembled there
+      type(system_t), intent(in) :: system      !! assembled at that state
       type(increment_t), intent(inout) :: report
       logical, intent(out) :: balanced
       report%residual = max(system%force_residual, system%defect_residual)

@@ -1,4 +1,4 @@
-!> How a run along a path ended, and what it could not do on the way.
+!> Result of a run along a path: its end, and failures beside the path.
 module path_outcome
    use kinds, only: wp
    use text, only: to_text
@@ -10,20 +10,20 @@ module path_outcome
    !> How a run ended.
    type :: outcome_t
       logical :: complete = .false.
-      character(:), allocatable :: why           !! the run cannot go on: the reason, one sentence
-      logical :: sampled = .false.               !! contact at the start is at nodes still: it has not become spans
-      logical :: turns = .false.                 !! stopped where the path turns back for a strategy that cannot follow it
-      logical :: home = .false.                  !! stopped where the path comes back to a bifurcation of its own
+      character(:), allocatable :: why           !! reason for the early stop, one sentence; not allocated: none
+      logical :: sampled = .false.               !! contact at the start is still at nodes; it has not become contact spans
+      logical :: turns = .false.                 !! stopped at a turning point that the strategy cannot pass
+      logical :: home = .false.                  !! stopped because the path returns to one of its critical points
       logical :: used_up = .false.               !! stopped after the number of points that the deck allows
-      logical :: stop_reasons = .false.              !! stopped because there is no way on, and not for these reasons
-      integer :: deck_line = 0                   !! and the deck is at fault: the line of the card; 0: it is not
-      character(:), allocatable :: trouble       !! what could not be done beside the path of the steps: branches, limit curves
-      type(accuracy_t) :: accuracy
+      logical :: stop_reasons = .false.              !! stopped without further increment, for none of the reasons above
+      integer :: deck_line = 0                   !! line of the card if the deck is at fault; 0: not
+      character(:), allocatable :: trouble       !! failures beside the path of the steps: branches, limit curves
+      type(accuracy_t) :: accuracy               !! worst error bars and checks of the run
    end type outcome_t
 
 contains
 
-   !> Adds something that could not be done, while the run goes on.
+   !> Appends a failure that does not stop the run.
    subroutine note_trouble(outcome, what)
       type(outcome_t), intent(inout) :: outcome
       character(*), intent(in) :: what
@@ -34,11 +34,11 @@ contains
       end if
    end subroutine note_trouble
 
-   !> Adds an event that the run has gone past without finding its place.
+   !> Appends an event that was bracketed but not located.
    subroutine note_bracketed(outcome, what, from, to)
       type(outcome_t), intent(inout) :: outcome
       character(*), intent(in) :: what
-      real(wp), intent(in) :: from, to           !! load factors of the points that it lies between
+      real(wp), intent(in) :: from, to           !! load factors of the points on both sides
       call note_trouble(outcome, what//' between load factors '//to_text(from)//' and '//to_text(to)// &
          & ' was not located (a smaller largest increment may)')
    end subroutine note_bracketed

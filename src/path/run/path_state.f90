@@ -1,4 +1,4 @@
-!> Where a path stands: the last accepted point and what is known about it.
+!> State of a path: the last accepted point, its tangent and test values, and the history that later increments need.
 module path_state
    use kinds, only: wp
    use model, only: method_load, method_displacement
@@ -21,18 +21,18 @@ module path_state
    public :: path_state_t, copy_path_state, checkpoint_t, path_tangent_of, test_values_at, keep_critical_point, leave_trail, &
       & turned_back, forget_mesh, rest_of_mesh
 
-   integer, parameter :: rest_of_mesh = 10       !! points after one that took a finer mesh, for which no coarser one is tried
+   integer, parameter :: rest_of_mesh = 10       !! accepted points after a refinement during which no coarser mesh is tried
 
-   !> The path between two neighbouring points, with the tangents at its ends.
+   !> The path between two neighbouring accepted points, with the path tangents at both ends.
    type :: recent_path_t
       type(state_t) :: from, to
-      real(wp), allocatable :: chord(:, :)       !! (3, nodes) between them
+      real(wp), allocatable :: chord(:, :)       !! (3, nodes) displacement between the two points
       type(path_tangent_t) :: first, last
    end type recent_path_t
 
-   integer, parameter :: trail_length = 3        !! kept: a path that turns round meets the last ones first
+   integer, parameter :: trail_length = 3        !! number kept: a path that turns round meets its most recent points first
 
-   !> What the run stood on before its mesh became coarser.
+   !> State before the mesh was coarsened, to return to if the coarser mesh fails.
    type :: checkpoint_t
       type(problem_t) :: problem
       type(state_t) :: state
@@ -40,76 +40,77 @@ module path_state
       type(test_values_t) :: probe
    end type checkpoint_t
 
-   !> How fast the tests of contact spans change along the path, by its length.
+   !> Derivatives of the tests of contact spans by arc length.
    type :: slopes_t
-      real(wp), allocatable :: here(:)           !! at the run's point; not allocated: not known
-      real(wp), allocatable :: ahead(:)          !! and at the trial
-      integer :: closer = 0                      !! shorter increments from the run's point that slopes have asked for
-      logical :: rough = .false.                 !! there they had not to: tests are not smooth along the path
+      real(wp), allocatable :: here(:)           !! at the last accepted point; not allocated: unknown
+      real(wp), allocatable :: ahead(:)          !! at the trial point
+      integer :: closer = 0 !! times that the increment from the last accepted point was shortened for these derivatives
+      logical :: rough = .false. !! still requested after several shortenings: the tests are not smooth along the path
    end type slopes_t
 
-   !> What the last change of the contact spans leaves for the points behind it.
+   !> Consequences of the last contact change for the following points.
    type :: since_change_t
-      logical :: shrunk = .false.                !! a line of contact has just become a point: its probe is the line's, and an
-      !! eigenvalue may have gone through zero as it did. Set by span_set, until the next point (event_recording); zero_at_end and
+      logical :: shrunk = .false. !! a line contact has just become a point contact: the test values are those of the line, and an
+      !! eigenvalue may have changed its sign there. Set by span_set, valid until the next point (event_recording); zero_at_end and
       !! smooth_zero find the zero there
-      logical :: arrives = .false.               !! a line has become a point, or a point has come to a breakpoint that stops
-      !! it: it is as curved there as its obstacle, or still a little more. Set by span_set, until it is not (span_events), which
-      !! excuses it
-      logical :: rises = .false.                 !! and less along the path from where the run stands (minima_of_tests)
-      real(wp) :: at = 0.0_wp                    !! arc length where it was
+      logical :: arrives = .false. !! a line contact has become a point, or a point contact has reached a segment boundary that
+      !! stops it: its relative curvature is zero or still slightly positive. Set by span_set, reset by span_events, which excuses
+      !! the violated test until then
+      logical :: rises = .false. !! the relative curvature falls along the path from the last accepted point (minima_of_tests)
+      real(wp) :: at = 0.0_wp                    !! arc length of that change
    end type since_change_t
 
-   !> Kept together so that the procedures of the path loop have short argument lists.
+   !> The state of a path, in one type so that the procedures of the path loop have short argument lists.
    type :: path_state_t
       type(state_t) :: state                     !! the last accepted point
-      type(system_t) :: system
-      type(control_t) :: control
-      type(test_values_t) :: probe
-      real(wp) :: arc_length = 0.0_wp            !! travelled since the start of the run
-      integer :: branch = 0                      !! number in the result file; 0: the path of the steps
-      integer :: points = 0                      !! recorded so far, all steps
-      integer :: step_points = 0                 !! accepted in this step
-      integer :: touches = 0                     !! contacts that have begun so far: their numbers
-      character(:), allocatable :: stuck         !! what contact spans could not do: the step ends with that reason
-      type(region_t), allocatable :: beginning   !! a point contact that begins at the next point
-      integer :: beginning_in = 0                !! the element that it begins in, or 0
-      logical :: on_bifurcation = .false.        !! the last point is one that was recorded: its pivots have the sign of rounding
-      type(since_change_t) :: since_change       !! what of its last change the run has not left behind yet
+      type(system_t) :: system                   !! factored at the point named by each procedure
+      type(control_t) :: control                 !! constraint of the next increment
+      type(test_values_t) :: probe               !! test values at the last accepted point
+      real(wp) :: arc_length = 0.0_wp            !! arc length since the start of the run
+      integer :: branch = 0                      !! number of the branch in the result file; 0: the path of the steps
+      integer :: points = 0                      !! points recorded so far, in all steps
+      integer :: step_points = 0                 !! points accepted in this step
+      integer :: touches = 0                     !! contact spans begun so far: the last identity number given
+      character(:), allocatable :: stuck         !! failure of a contact change: the step ends with that reason
+      type(region_t), allocatable :: beginning   !! point contact that begins at the next point
+      integer :: beginning_in = 0                !! element in which it begins; 0: none
+      logical :: on_bifurcation = .false.        !! the last point is a recorded bifurcation: its pivots have the sign of rounding
+      type(since_change_t) :: since_change       !! consequences of the last contact change that are still active
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
-      type(enriched_problem_t) :: finer             !! what errors on the mesh are told by
-      type(refinement_t) :: refinement           !! what the meshes of the point have been worth
-      logical :: unsettled = .false.             !! the last trial wants smaller residuals, and nothing was recorded
-      type(mesh_density_t), allocatable :: wanted(:)   !! (stretches) the mesh that the last trial asks for, of which nothing was
-      !! recorded; not allocated: it is as good as the deck asks
-      logical :: from_point = .false.            !! it is for the way from the run's point: kinks of the trial are not there
-      logical :: has_events = .false.            !! on the way to the last trial, located from the run's point
-      type(mesh_density_t), allocatable :: before(:)   !! (stretches) the mesh of the way, before it was made for the trial
-      type(mesh_density_t), allocatable :: spare(:)    !! (stretches) a coarser mesh that would have done for the last point
-      logical :: behind_flat = .false.           !! on the mesh that it has got a point has become a line before the run's point
-      type(checkpoint_t), allocatable :: footing    !! to go back to, until a point stands on the coarser mesh
-      integer :: kept_meshes = 0                 !! points for which the mesh does not become coarser
-      real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
-      type(slopes_t) :: slopes
-      type(recent_path_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
-      type(path_tangent_t) :: heading                 !! tangent at the last accepted point, in the sense of the run
-      logical :: fresh = .false.                 !! that point is a start whose contacts carry nothing: held in its tangent
-      type(critical_points_t), pointer :: home => null() !! the critical points of the path that a branch left, or its own
-      real(wp) :: left_at = 0.0_wp               !! arc_length where the branch left, or the step began
-      type(critical_points_t), pointer :: critical_points => null() !! of this step or branch, in order
+      type(enriched_problem_t) :: finer             !! enriched problem of the error estimates, kept as long as the mesh
+      type(refinement_t) :: refinement           !! record of the refinements made at this point
+      logical :: unsettled = .false.             !! the last trial needs a smaller residual; nothing was recorded
+      type(mesh_density_t), allocatable :: wanted(:)   !! (rod segments) mesh density that the last trial requests; nothing was
+      !! recorded; not allocated: the mesh satisfies the deck's tolerance
+      logical :: from_point = .false. !! the request is for the path from the last point: the trial's interface points are not on it
+      logical :: has_events = .false.            !! events on the way to the last trial were located from the last point
+      type(mesh_density_t), allocatable :: before(:)   !! (rod segments) mesh density before the refinement for the trial
+      type(mesh_density_t), allocatable :: spare(:)    !! (rod segments) coarser density sufficient for the last point
+      logical :: behind_flat = .false.           !! on the present mesh a point contact became a line before the last point
+      type(checkpoint_t), allocatable :: footing    !! checkpoint, kept until a point is accepted on the coarser mesh
+      integer :: kept_meshes = 0                 !! points left during which the mesh is not coarsened
+      real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load factor change of the last increment
+      type(slopes_t) :: slopes                   !! derivatives of the tests of contact spans
+      type(recent_path_t), allocatable :: trail(:)   !! recent path up to the last accepted point, latest first
+      type(path_tangent_t) :: heading                 !! path tangent at the last accepted point, in the direction of travel
+      logical :: fresh = .false. !! unloaded start: the last point's contacts carry no force and are kept in its tangent
+      type(critical_points_t), pointer :: home => null() !! critical points of the parent path of a branch, or of the path itself
+      real(wp) :: left_at = 0.0_wp               !! arc length at which the branch left its parent, or the step began
+      type(critical_points_t), pointer :: critical_points => null() !! critical points of this step or branch, in order
    end type path_state_t
 
 contains
 
-   !> A run, copied out of line as copy_problem does.
+   !> Copies a path state. It is a procedure of its own for the reason given at copy_problem.
    subroutine copy_path_state(from, to)
       type(path_state_t), intent(in) :: from
       type(path_state_t), intent(inout) :: to
       to = from
    end subroutine copy_path_state
 
-   !> Tangent at a converged state at which the system is factored, pointing the way the run goes: that of the chord from the
-   !> last accepted point, or what the strategy prescribes, for increments of load or displacement must be of their sign.
+   !> Path tangent at a converged state at which the system is factored, in the direction of travel: that of the chord from the last
+   !> accepted point, or, under load or displacement control, the direction in which the controlled quantity changes with the sign
+   !> of the increment.
    type(path_tangent_t) function path_tangent_of(problem, run, state) result(heading)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -127,21 +128,22 @@ contains
       end select
    end function path_tangent_of
 
-   !> Probe at a converged state at which the system is factored.
+   !> Test values at a converged state at which the system is factored.
    type(test_values_t) function test_values_at(problem, run, state, heading) result(probe)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: state
-      type(path_tangent_t), intent(in) :: heading     !! tangent there
+      type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
       probe = new_test_values(problem, state, run%system, heading%load)
    end function test_values_at
 
-   !> Adds the stretch from the run's last point to a new one. A corner turns the path there: the tangents are those inside.
+   !> Adds the path from the last accepted point to a new one. The path has a corner at a contact change: both tangents are those of
+   !> this part of the path.
    subroutine leave_trail(problem, run, place, heading)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: place
-      type(path_tangent_t), intent(in) :: heading     !! of the path that arrives there
+      type(path_tangent_t), intent(in) :: heading     !! path tangent at `place`, on this side
       type(recent_path_t), allocatable :: longer(:)
       integer :: kept
       kept = 0
@@ -156,7 +158,7 @@ contains
       call move_alloc(longer, run%trail)
    end subroutine leave_trail
 
-   !> What belongs to the nodes of the mesh that the run leaves.
+   !> Discards all that refers to the nodes of the mesh that the path leaves.
    subroutine forget_mesh(run)
       type(path_state_t), intent(inout) :: run
       if (allocated(run%control%tangent)) deallocate (run%control%tangent)
@@ -167,16 +169,16 @@ contains
       if (allocated(run%footing)) deallocate (run%footing)
    end subroutine forget_mesh
 
-   !> True for a trial point on the way that the run has come.
+   !> True if a trial point lies on the recent path, which the increment retraces.
    logical function turned_back(problem, run, trial, ahead)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead       !! tangent there
+      type(path_tangent_t), intent(in) :: ahead       !! path tangent at `trial`
       integer :: k
       turned_back = .false.
       if (.not. allocated(run%trail)) return
-      ! Where nothing moves the tangent is rounding.
+      ! If only the load changes, the tangent's displacements are rounding.
       if (stands_still(ahead, trial%load_factor - run%state%load_factor)) return
       do k = 1, size(run%trail)
          if (turned_back) return
@@ -193,15 +195,15 @@ contains
       type(path_state_t), intent(inout) :: run
       character(*), intent(in) :: label
       type(state_t), intent(in) :: state
-      type(state_t), intent(in) :: trial         !! the next point
-      real(wp), intent(in) :: part               !! of the way there
+      type(state_t), intent(in) :: trial         !! next accepted or trial point
+      real(wp), intent(in) :: part               !! position of `state` between the last point and `trial`, 0 to 1
       real(wp), intent(in) :: arc_length
-      integer, intent(in) :: pivots              !! negative ones before it
+      integer, intent(in) :: pivots              !! negative pivots before the critical point
       integer, intent(in) :: multiplicity
-      real(wp), intent(in), optional :: scale    !! see event_t
+      real(wp), intent(in), optional :: scale    !! scale of the event, see event_t
       type(error_bars_t), allocatable, intent(in), optional :: bars
-      type(problem_t), intent(in), optional :: free  !! what leaves it does so without contacts that carry no force: the problem
-      type(state_t), intent(in), optional :: released !! and the state there without them
+      type(problem_t), intent(in), optional :: free  !! detachment: the reduced problem without force-free contact
+      type(state_t), intent(in), optional :: released !! detachment: its state there
       type(critical_point_t) :: landmark
       landmark%label = label
       call copy_problem(problem, landmark%problem)

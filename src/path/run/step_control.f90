@@ -1,4 +1,4 @@
-!> Increments of one step: the first one, the next one, the last one.
+!> Increment control of one step: first increment, adaptation, shortening to stop values.
 module step_control
    use kinds, only: wp
    use model, only: step_t, method_load, method_displacement, method_cylindrical
@@ -12,13 +12,14 @@ module step_control
    private
    public :: start_control, begin_arc_length, go_by_load, may_rest, next_increment, smallest, shorten_to_stop, stop_met
 
-   real(wp), parameter :: safety = 0.7_wp         !! share of a limit that an increment is planned to use
-   real(wp), parameter :: least_part = 1.0e-6_wp !! of the first increment, as where load or displacement is prescribed
+   real(wp), parameter :: safety = 0.7_wp         !! fraction of the largest turn that an increment is planned to use
+   real(wp), parameter :: least_part = 1.0e-6_wp !! smallest arc length over that of the first increment
    real(wp), parameter :: growth = 2.0_wp, shrinkage = 0.25_wp !! limits of the ratio of consecutive increments
 
 contains
 
-   !> First increment: load control, also for the arc-length methods, whose scale it sets.
+   !> Sets the control of the first increment. Arc-length strategies begin with a load increment, which sets their scale between
+   !> load and displacement.
    subroutine start_control(problem, step, run)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -34,12 +35,12 @@ contains
          & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
    end subroutine start_control
 
-   !> Switches from load-controlled increments, of which the first that moves something gives the arc length its scale.
+   !> Switches from load increments to the arc length. The first load increment that displaces the structure sets its scale.
    subroutine begin_arc_length(problem, step, run, scaled)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      logical, intent(out) :: scaled            !! false: nothing moved but by rounding, there is no arc length
+      logical, intent(out) :: scaled            !! false: displacements are rounding only, and no arc length exists
       real(wp) :: length
       length = run%last_length
       scaled = length > rounding_gap(problem) * sqrt(sum(problem%weight)) .and. abs(run%last_load) > 0.0_wp
@@ -55,7 +56,7 @@ contains
       run%control%increment = min(run%control%increment, step%largest)
    end subroutine begin_arc_length
 
-   !> True for a step that can reach its end though nothing moves: its load comes to stop values, moves obstacles or closes their
+   !> True for a step that can be completed without any displacement: it has a load stop value, moves obstacles or closes their
    !> gaps.
    pure logical function may_rest(step)
       type(step_t), intent(in) :: step
@@ -65,27 +66,28 @@ contains
       if (allocated(step%load%closing)) may_rest = may_rest .or. any(abs(step%load%closing) > 0.0_wp)
    end function may_rest
 
-   !> Where nothing moves any more, as where a load stands on a contact of its own, no arc length tells increments apart: the load
-   !> does, in increments that begin like the first, until something moves again.
+   !> Returns to load increments if nothing moves any more, for example if the load acts on a contact: the arc length then cannot
+   !> measure increments. They begin with the deck's first increment, until something moves again.
    subroutine go_by_load(step, run)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       if (.not. is_arc_length(run%control%method) .or. .not. stands_still(run%heading, step%increment)) return
-      ! What has hardly moved from the start has an arc length all the same.
+      ! A structure that has hardly moved since the start of the step keeps its arc length.
       if (.not. run%control%load_scale > 0.0_wp) return
       if (stands_still(1.0_wp / run%control%load_scale, step%increment)) return
       run%control%method = method_load
       run%control%increment = sign(step%increment, run%heading%load)
    end subroutine go_by_load
 
-   !> Crisfield's rule: the increment follows the root of desired over needed iterations; but the tangent is not to turn by
-   !> more than an increment may. With contact spans one iteration goes to the places of touchdown points, and a few more of
-   !> them stand for a much longer way: there it is the square of the ratio, of a number that no mesh rounds up.
+   !> Adapts the increment by Crisfield's rule, the square root of desired over needed iterations, limited so that the path tangent
+   !> turns by less than an increment may. With contact spans one iteration is spent on the touchdown points, and few additional
+   !> iterations mean a much longer increment: the ratio is squared there, of the fractional iteration count, which no mesh rounds
+   !> up.
    subroutine next_increment(step, report, relation, spans, control)
       type(step_t), intent(in) :: step
-      type(increment_t), intent(in) :: report   !! on the increment just made
-      type(relation_t), intent(in) :: relation  !! of its ends
-      logical, intent(in) :: spans              !! its nodes moved along the rods
+      type(increment_t), intent(in) :: report   !! of the increment just made
+      type(relation_t), intent(in) :: relation  !! relation of the two ends of the increment
+      logical, intent(in) :: spans              !! contact spans: nodes moved along their rods
       type(control_t), intent(inout) :: control
       real(wp) :: ratio
       integer :: desired
@@ -96,7 +98,7 @@ contains
       if (spans) ratio = (real(desired, wp) / max(report%effort - 1.0_wp, 1.0_wp))**2
       if (relation%told) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
       control%increment = control%increment * min(max(ratio, shrinkage), growth)
-      ! Where nothing moves there is no arc to be too long.
+      ! If nothing moves, no arc length limits the load increment.
       if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) return
       if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
    end subroutine next_increment
@@ -106,14 +108,14 @@ contains
       type(step_t), intent(in) :: step
       type(control_t), intent(in) :: control
       smallest = step%smallest
-      ! A structure that is stiff at first may begin with arc lengths as short as that.
+      ! A structure that is stiff at first needs short arc lengths at its start.
       if (is_arc_length(control%method) .and. .not. step%smallest_given .and. control%load_scale > 0.0_wp) &
          & smallest = min(smallest, least_part * control%load_scale * abs(step%increment))
-      ! The load-controlled start of an arc-length step has no limit of its own in the deck.
+      ! The deck has no limit for the load increments at the start of an arc-length step.
       if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) smallest = 1.0e-9_wp * abs(step%increment)
    end function smallest
 
-   !> Load and displacement control end exactly on their stop value.
+   !> Shortens the next increment of load or displacement control to end on the stop value.
    subroutine shorten_to_stop(step, run)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -134,10 +136,11 @@ contains
       end do
    end subroutine shorten_to_stop
 
-   !> Load and displacement control arrive at their stop value itself, where no sign changes any more.
+   !> True if load or displacement control has arrived at its stop value, within the accuracy of the constraint. Test values do not
+   !> change their sign there.
    pure logical function stop_met(step, before, now)
       type(step_t), intent(in) :: step
-      type(test_values_t), intent(in) :: before, now  !! at the last point and at this one
+      type(test_values_t), intent(in) :: before, now  !! test values at the last point and at this one
       real(wp) :: value, from
       integer :: i
       stop_met = .false.
