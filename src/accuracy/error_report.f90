@@ -33,6 +33,7 @@ module error_report
 
    character(*), parameter :: hidden = 'lines without pressure beside others hide what lets go', &
       & at_nodes = 'contact at nodes begins and ends with the nodes of the mesh', &
+      & kinks = 'the load turns at a corner of the path, where no rate is zero', &
       & waves = 'elements too coarse for the gap between their nodes tell where contact with a foundation changes'
 
 contains
@@ -57,6 +58,8 @@ contains
       call timing_start(timers, phase_accuracy)
       if (event%kind == event_release) then
          call bars_at_release()
+      else if (event%corner) then
+         bars = no_error_bars(size(problem%model%monitor), kinks)
       else if (is_at_mesh_nodes(problem, event)) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (event%jumps) then

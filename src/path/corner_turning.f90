@@ -1,18 +1,18 @@
 !> Around a corner of the path where contact at nodes changes: there, accepted as a point, and on with the new contact set.
 module corner_turning
    use kinds, only: wp
-   use model, only: step_t, method_load
+   use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use contact_corner, only: find_corner, leave_corner
    use contact_regions, only: find_regions
-   use path_continuity, only: heading_t
    use path_control, only: is_arc_length
    use corrector, only: increment_t
    use path_run, only: run_t, heading_of
    use path_events, only: new_probe
    use path_acceptance, only: arrival_t, accept
+   use corner_limit, only: look_whether_back
    use accuracy_asked, only: wants_another
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
@@ -73,7 +73,7 @@ contains
          ! A structure that has become stiff there is not to be loaded faster than before.
          if (load < abs(run%heading%load) * run%control%increment) run%control%increment = load / abs(run%heading%load)
       else
-         call look_whether_back(problem, run, outcome)
+         call look_whether_back(problem, step, run, outcome, timers)
       end if
    end subroutine turn_corner
 
@@ -91,17 +91,4 @@ contains
       if (regions > 0) label = 'C+'
       if (regions < 0) label = 'C-'
    end function corner_label
-
-   !> Whether the path goes on against what the control prescribes.
-   subroutine look_whether_back(problem, run, outcome)
-      type(problem_t), intent(in) :: problem
-      type(run_t), intent(in) :: run             !! at the corner, with its heading behind it
-      type(outcome_t), intent(inout) :: outcome
-      type(heading_t) :: prescribed
-      prescribed = heading_of(problem, run, run%state)
-      outcome%turns = run%heading%load * prescribed%load < 0.0_wp
-      if (outcome%turns) outcome%why = 'the path turns back where the contact set changes: '// &
-         & trim(merge('load control        ', 'displacement control', run%control%method == method_load))// &
-         & ' cannot follow it (an arc-length METHOD can)'
-   end subroutine look_whether_back
 end module corner_turning

@@ -1,26 +1,25 @@
-!> Why a path has no further point, in words that are true, with a way out.
+!> Why a path has no further point, in words that are true, with a way out where one was tried.
 !>
 !> Load and displacement control end at limit and turning points. Whether one lies ahead is not guessed from a failure but
 !> looked up: the path is followed on by its arc length, off the record, until the load, or the monitor, turns back.
 module dead_end
    use kinds, only: wp
    use text, only: to_text
-   use model, only: step_t, method_load, method_displacement, method_cylindrical
+   use model, only: step_t, method_load, method_displacement
    use problem, only: problem_t
-   use rod_state, only: state_t
    use bordered_system, only: linearise
-   use path_control, only: control_t, set_tangent, is_arc_length, displacement_between
+   use path_control, only: is_arc_length
    use monitor_rows, only: monitor_change
-   use path_continuity, only: heading_t, heading_at, relate, same_path
    use path_run, only: run_t
-   use corrector, only: increment_t, take_increment
-   use span_tests, only: spans_hold
+   use looking_ahead, only: look_t, look_from, look_on
+   use corrector, only: increment_t
    use timing, only: timers_t
    implicit none
    private
    public :: why_stuck
 
    integer, parameter :: most_points = 40       !! to be looked ahead
+   character(*), parameter :: arc_length_can = ' (METHOD=CYLINDRICAL can)'
 
 contains
 
@@ -33,90 +32,78 @@ contains
       character(:), allocatable, intent(out) :: why
       logical, intent(out) :: turns             !! the path goes on, but not for this strategy
       type(timers_t), intent(inout) :: timers
+      character(:), allocatable :: cut
       real(wp) :: at
+      integer :: points
       turns = .false.
       why = 'no further point at load factor '//to_text(run%state%load_factor)//': '//report%message
+      cut = ' (increments were cut to '//to_text(abs(run%control%increment))
       if (is_arc_length(run%control%method)) then
-         why = why//' (increments were cut to '//to_text(abs(run%control%increment))// &
-            & '; *STATIC sets the smallest, *CONTROLS the iterations)'
+         why = why//cut//'; *STATIC sets the smallest, *CONTROLS the iterations)'
          return
       end if
-      call look_ahead(problem, run, at, turns, timers)
+      call look_ahead(problem, run, at, points, turns, timers)
       if (.not. turns) then
-         why = why//' (increments were cut to '//to_text(abs(run%control%increment))// &
-            & '; an arc-length METHOD may go on)'
+         ! A step by arc length begins with an increment of the load.
+         if (is_arc_length(step%method)) then
+            why = why//cut//' of the load factor)'
+         else if (points > 0) then
+            why = why//cut//'; METHOD=CYLINDRICAL goes on)'
+         else
+            why = why//cut//')'
+         end if
       else if (step%method == method_displacement) then
          why = 'displacement control cannot pass the turning point of '//trim(problem%model%monitor(step%monitor)%name)// &
-            & ' ahead, near load factor '//to_text(at)//' (an arc-length METHOD can): '//why
+            & ' ahead, near load factor '//to_text(at)//arc_length_can//': '//why
       else if (step%method == method_load) then
-         why = 'load control cannot pass the limit point ahead, near load factor '//to_text(at)//' (an arc-length METHOD can): '// &
-            & why
+         why = 'load control cannot pass the limit point ahead, near load factor '//to_text(at)//arc_length_can//': '//why
       else
          why = 'the first increment cannot pass the limit point near load factor '//to_text(at)//' (a smaller one can): '//why
       end if
    end subroutine why_stuck
 
    !> Goes on by arc length until what the strategy prescribes turns back.
-   subroutine look_ahead(problem, run, at, found, timers)
+   subroutine look_ahead(problem, run, at, points, found, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       real(wp), intent(out) :: at               !! load factor there
-      logical, intent(out) :: found
+      integer, intent(out) :: points            !! found by arc length
+      logical, intent(out) :: found             !! it turns
       type(timers_t), intent(inout) :: timers
-      integer, parameter :: most_cuts = 10
-      type(state_t) :: here, next
-      type(heading_t) :: heading, ahead
-      type(control_t) :: control
-      type(increment_t) :: report
-      real(wp) :: rate_here
-      integer :: point, cuts
+      type(look_t) :: look
+      real(wp) :: rate_here, rate_there, load, slope
+      logical :: ahead
       found = .false.
+      points = 0
       at = run%state%load_factor
-      ! So far as the last increment went, or would have gone.
-      control%method = method_cylindrical
-      control%increment = run%last_length
-      if (.not. control%increment > 0.0_wp) &
-         & control%increment = abs(run%control%increment) / max(abs(run%heading%load), tiny(1.0_wp))
-      here = run%state
-      heading = run%heading
-      cuts = 0
-      point = 0
-      do while (point < most_points .and. cuts <= most_cuts)
-         call linearise(problem, here, here, run%system, timers)
-         if (.not. run%system%ok) return
-         rate_here = rate(here, heading)
-         call set_tangent(problem, run%system, heading%u, heading%load, control)
-         call take_increment(problem, here, control, next, run%system, report, timers)
-         if (report%converged) then
-            ahead = heading_at(problem, run%system, displacement_between(problem, here, next), next%load_factor - here%load_factor)
-            report%converged = same_path(relate(problem, here, next, heading, ahead, .false.))
-         end if
-         if (.not. report%converged) then
-            cuts = cuts + 1
-            control%increment = 0.5_wp * control%increment
-            cycle
-         end if
-         ! Nor is it known how the path goes on where its contacts change.
-         if (problem%has_spans()) report%converged = spans_hold(problem, next, run%system%force_scale)
-         if (.not. report%converged) return
-         point = point + 1
-         found = rate_here * rate(next, ahead) < 0.0_wp
-         at = here%load_factor
-         if (abs(next%load_factor) > abs(at)) at = next%load_factor
+      call linearise(problem, run%state, run%state, run%system, timers)
+      if (.not. run%system%ok) return
+      look = look_from(run)
+      rate_here = rate()
+      ! What goes against the increments from the start has turned behind the run.
+      if (.not. rate_here * run%control%increment > 0.0_wp) return
+      do while (points < most_points)
+         load = look%here%load_factor
+         slope = look%heading%load
+         call look_on(problem, run, look, ahead, timers)
+         if (.not. ahead) return
+         points = points + 1
+         call linearise(problem, look%here, look%here, run%system, timers)
+         rate_there = rate()
+         found = rate_here * rate_there < 0.0_wp
+         at = load
+         if ((look%here%load_factor - load) * slope > 0.0_wp) at = look%here%load_factor
          if (found) return
-         here = next
-         heading = ahead
+         rate_here = rate_there
       end do
 
    contains
 
       !> Of what the strategy prescribes, along the path, where the system is factored now.
-      real(wp) function rate(state, along)
-         type(state_t), intent(in) :: state
-         type(heading_t), intent(in) :: along
-         rate = along%load
-         if (run%control%method == method_displacement) &
-            & rate = along%load * monitor_change(problem, run%control%monitor, state, run%system, run%system%tangent, 1.0_wp)
+      real(wp) function rate()
+         rate = look%heading%load
+         if (run%control%method == method_displacement) rate = look%heading%load * monitor_change(problem, run%control%monitor, &
+            & look%here, run%system, run%system%tangent, 1.0_wp)
       end function rate
    end subroutine look_ahead
 end module dead_end

@@ -10,8 +10,8 @@ module event_location
    use path_continuity, only: heading_t, lies_between, alike, largest_distance
    use increment_points, only: division_t, new_division, point_within, chord_fraction
    use corrector, only: increment_t, correct
-   use path_events, only: event_t, event_value, event_bifurcation, event_release, event_contact, event_limit, event_turning, &
-      & event_value_reached, event_stop
+   use path_events, only: event_t, event_value, note_of_corner, event_bifurcation, event_release, event_contact, event_limit, &
+      & event_turning, event_value_reached, event_stop
    use sightings, only: sighting_t, note_balance
    use smooth_zero, only: locate_smooth
    use zero_at_end, only: take_beginning
@@ -192,7 +192,9 @@ contains
                sighting%fraction = bracket%high
                ! What is continuous shrinks with its bracket, what jumps does not, and is no event. The force of a contact may
                ! begin with any slope, and the structure may give way by what a node more or less in contact makes.
-               if (event%kind == event_contact) then
+               if (event%kind == event_limit .and. .not. alike(problem, below, above)) then
+                  call take_corner()
+               else if (event%kind == event_contact) then
                   located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial)
                else
                   located = abs(f_above - f_below) <= sqrt(step%locate_tolerance) * bracket%scale
@@ -237,6 +239,17 @@ contains
          ! Where the contact set changes, eigenvalues may jump without a bifurcation.
          if (releases .and. located) located = all(below%active .eqv. above%active)
       end associate
+
+   contains
+
+      !> The rate of the load jumps where the contact, or the law of a foundation, changes. If the path goes through there the load
+      !> has its extreme at that corner.
+      subroutine take_corner()
+         sighting%located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial) .and. &
+            & is_extreme(step, run%state%load_factor, trial%load_factor, sighting)
+         sighting%event%corner = sighting%located
+         if (sighting%located) sighting%event%note = note_of_corner
+      end subroutine take_corner
    end subroutine bracket_zero
 
    !> The point at the value itself, from the place next to it that the bracket has left. Where it cannot be prescribed, or Newton's
@@ -271,11 +284,20 @@ contains
       type(state_t), intent(in) :: trial
       type(heading_t), intent(in) :: ahead
       type(sighting_t), intent(in) :: sighting
-      real(wp) :: noise
       right = run%fresh .or. .not. alike(problem, run%state, sighting%place)
       if (.not. right) right = lies_between(problem, run%state, trial, run%heading, ahead, sighting%place)
-      if (sighting%event%kind /= event_limit) return
-      associate (top => sighting%place%load_factor, first => run%state%load_factor, last => trial%load_factor)
+      if (sighting%event%kind == event_limit) right = right .and. is_extreme(step, run%state%load_factor, trial%load_factor, &
+         & sighting)
+   end function is_what_it_says
+
+   !> True for a limit point whose load is above, or below, those of both ends of the increment.
+   pure logical function is_extreme(step, first, last, sighting) result(right)
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: first, last          !! load factors of the ends
+      type(sighting_t), intent(in) :: sighting
+      real(wp) :: noise
+      right = .true.
+      associate (top => sighting%place%load_factor)
          ! The load is flat there: it errs by the square of what the place does, those of the points beside it by what the iteration
          ! leaves.
          noise = step%locate_tolerance * max(abs(top - first), abs(top - last)) + 4.0_wp * spacing(top) + &
@@ -283,7 +305,7 @@ contains
          if (sighting%event%before > 0.0_wp) right = right .and. top >= max(first, last) - noise
          if (sighting%event%before < 0.0_wp) right = right .and. top <= min(first, last) + noise
       end associate
-   end function is_what_it_says
+   end function is_extreme
 
    !> Signs of the gaps and reactions of all but some candidates; of these only that they do not work against each other.
    pure logical function holds_elsewhere(problem, system, marked, state) result(holds)

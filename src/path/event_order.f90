@@ -8,7 +8,7 @@ module event_order
    use sightings, only: sighting_t
    implicit none
    private
-   public :: told_otherwise, one_sided, count_before, by_fraction, same_place
+   public :: told_otherwise, beside, one_sided, count_before, by_fraction, same_place
 
    real(wp), parameter :: same_place = 1.0e-5_wp !! of an increment: located events nearer than that are one
 
@@ -16,7 +16,7 @@ contains
 
    !> Changes of the pivot count that are no bifurcations of their own: a limit point's change of sign, further eigenvalues of
    !> a multiple bifurcation, jumps where the contact set changes on the way, and rounding at a point that is a bifurcation itself.
-   !> And loads that turn back at once where a contact is gained or lost: that is what is told. Where the set stays up to the trial
+   !> And limit points that were not located beside a contact that is gained or lost. Where the set stays up to the trial
    !> there are no jumps: a count that changes without an event is that of another path.
    function told_otherwise(run, trial, changes, seen) result(told)
       type(run_t), intent(in) :: run
@@ -55,6 +55,22 @@ contains
          end if
       end do
    end function told_otherwise
+
+   !> The change of contact at whose corner each limit point lies: the place of both is one. 0: there is none.
+   pure function beside(seen, told) result(change)
+      type(sighting_t), intent(in) :: seen(:)
+      logical, intent(in) :: told(:)
+      integer :: change(size(seen))
+      integer :: i, k
+      change = 0
+      do i = 1, size(seen)
+         if (.not. (seen(i)%event%corner .and. seen(i)%located)) cycle
+         do k = 1, size(seen)
+            if (seen(k)%event%kind /= event_contact .or. told(k) .or. .not. seen(k)%located) cycle
+            if (abs(seen(k)%fraction - seen(i)%fraction) <= same_place) change(i) = k
+         end do
+      end do
+   end function beside
 
    !> True for a limit point where the contact set stays and no eigenvalue is seen to change its sign there: another one does, too,
    !> and goes unseen.

@@ -50,6 +50,7 @@ contains
       type(timers_t), intent(inout) :: timers
       type(critical_t) :: critical
       type(probe_t) :: probe
+      type(heading_t), allocatable :: tangent    ! not allocated at a corner, which has two
       logical :: smooth
       finished = .false.
       associate (event => sighting%event, place => sighting%place)
@@ -62,8 +63,9 @@ contains
          if (outcome%home) return
          critical = new_critical(event%label, event%note, sighting%bars)
          if (smooth) run%system%negative_pivots = pivots
+         if (.not. event%corner) tangent = sighting%heading
          call record(problem, run, place, event%label, sighting%report, recorder, outcome, timers, first_touch(problem, event, &
-            & place), sighting%bars, sighting%heading)
+            & place), sighting%bars, tangent)
          if (allocated(outcome%why)) return
          call count_up(timers, counter_located)
          probe = new_probe(problem, place, run%system, sighting%heading%load)
@@ -119,7 +121,7 @@ contains
             call keep_landmark(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, &
                & free=free, released=released)
          case (event_limit)
-            call keep_landmark(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
+            call keep_landmark(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0, corner=event%corner)
          end select
       end associate
    end subroutine keep_start
@@ -140,6 +142,7 @@ contains
       run%probe = probe
       run%fresh = .false.
       run%since_change%shrunk = .false.
+      run%arrived%point = 0
    end subroutine go_to
 
    !> The candidate that is about to carry force where a contact is gained at nodes: the one with the least gap.
@@ -165,11 +168,11 @@ contains
       if (nearest > 0) touching(nearest) = .true.
    end function first_touch
 
-   !> Reports the point recorded last as a critical one.
+   !> Reports a point as a critical one: the one recorded last, or the one whose row it has already.
    subroutine announce(problem, run, point, state, values, exact, recorder, outcome, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(in) :: run
-      type(critical_t), intent(in) :: point      !! label, note and null vectors
+      type(critical_t), intent(in) :: point      !! label, note and null vectors; its row where it is not the last one
       type(state_t), intent(in) :: state
       type(probe_t), intent(in) :: values
       logical, intent(in) :: exact               !! located, not only bracketed
@@ -181,12 +184,12 @@ contains
       type(error_t), allocatable :: error
       full = point
       full%step = problem%step
-      full%point = run%points
+      if (full%point == 0) full%point = run%points
       full%load_factor = state%load_factor
       full%located = exact
       full%monitor = values%monitor
       if (allocated(full%bars)) then
-         at = place_t(run%branch, problem%step, run%points, state%load_factor)
+         at = place_t(run%branch, problem%step, full%point, state%load_factor)
          associate (step => problem%model%step(problem%step))
             call note_error(problem, step, full%bars, sizes_there(problem, step, run, state, asked_at(problem, step, full%label), &
                & outcome), full%label, at, outcome%accuracy)

@@ -25,6 +25,7 @@ module event_search
       type(sighting_t), allocatable :: seen(:)
       logical :: comes_home = .false.          !! one of them is where its branch comes back to the path that it left
       logical, allocatable :: told(:)          !! (seen) by another one, or nothing to tell
+      integer, allocatable :: beside(:)        !! (seen) limit point at a corner: the change of contact that makes it; 0: none
       type(system_t), allocatable :: at_trial  !! the run's system there, which looking at events changes; not allocated where there
       !! are none
       logical :: stops = .false.               !! the trial meets the stop condition

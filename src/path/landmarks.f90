@@ -19,6 +19,7 @@ module landmarks
       integer :: pivots = 0                      !! negative ones on the side that its path comes from
       integer :: multiplicity = 0                !! BP: how many null vectors
       real(wp) :: scale = 1.0_wp                 !! BP: that of its event
+      logical :: corner = .false.                !! LP: the load turns at a corner of the path; no rate is zero there
       type(error_bars_t), allocatable :: bars    !! BP: where the deck wants them
       real(wp) :: arc_length = 0.0_wp
       real(wp), allocatable :: direction(:, :)   !! of its path: displacements

@@ -74,12 +74,13 @@ contains
       associate (curve => step%limit_curve(number))
          passed = 0
          do i = 1, size(own%list)
-            if (own%list(i)%label /= 'LP') cycle
+            if (own%list(i)%label /= 'LP' .or. own%list(i)%corner) cycle
             passed = passed + 1
             if (passed == curve%limit_point) exit
          end do
          if (passed < curve%limit_point) then
-            trouble = 'the path has '//to_text(passed)//' limit point(s), not '//to_text(curve%limit_point)
+            trouble = 'the path has '//to_text(passed)//' limit point(s) that a curve can follow, not '// &
+               & to_text(curve%limit_point)//' (where the load turns at a corner of the path none begins)'
             return
          end if
          call copy_problem(own%list(i)%problem, follower%base)

@@ -13,18 +13,19 @@ module path_acceptance
    use path_control, only: path_length
    use path_continuity, only: heading_t
    use corrector, only: increment_t
-   use path_run, only: run_t, keep_landmark
+   use path_run, only: run_t, arrived_t, keep_landmark
    use step_control, only: stop_met
-   use path_events, only: event_stop, event_bifurcation
+   use path_events, only: new_probe, event_stop, event_bifurcation
    use homecoming, only: look_back
    use event_search, only: findings_t, find_events
    use event_doubts, only: better_from_nearer, hides_release, turns_by_rounding, doubt_limit, doubt_bifurcation
-   use event_order, only: told_otherwise, count_before, by_fraction, same_place
+   use event_order, only: told_otherwise, beside, count_before, by_fraction, same_place
    use event_recording, only: record_event, announce, new_critical, go_to
    use path_outcome, only: outcome_t, note_bracketed
    use point_recording, only: record
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_event, bars_at_point, note_error, asked_at
+   use corner_limit, only: report_turned_load
    use accuracy_asked, only: wants_another, ask_at_event, ask_for_mesh, ask_for_less, sizes_there
    use path_record, only: recorder_t
    use run_accuracy, only: place_t
@@ -73,6 +74,7 @@ contains
       run%unsettled = .false.
       call find_events(problem, step, run, trial, ahead, findings, timers)
       findings%told = told_otherwise(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
+      findings%beside = beside(findings%seen, findings%told)
       shorter = arrival%can_cut .and. better_from_nearer(problem, run, trial, findings)
       if (shorter) return
       call begin_asking(problem, step, run, arrival, findings)
@@ -80,6 +82,8 @@ contains
       if (shorter .or. wants_another(run)) return
       call settle_trial(problem, step, run, trial, ahead, arrival, findings, outcome, timers)
       if (wants_another(run)) return
+      call report_turned_load(problem, step, run, recorder, outcome, timers)
+      if (allocated(outcome%why)) return
       call record_events(problem, step, run, trial, findings, recorder, finished, outcome, timers)
       if (finished .or. allocated(outcome%why)) return
       finished = findings%stops
@@ -92,7 +96,7 @@ contains
       if (finished) call announce(problem, run, new_critical('EP', 'end of the step', findings%bars), trial, findings%probe, &
          & .true., recorder, outcome, timers)
       if (allocated(outcome%why)) return
-      call arrive(problem, run, trial, ahead, findings)
+      call arrive(problem, run, trial, ahead, arrival, findings)
    end subroutine accept
 
    !> What the questions for errors and meshes hang on.
@@ -124,7 +128,7 @@ contains
       integer :: i
       shorter = .false.
       do i = 1, size(findings%seen)
-         if (findings%told(i) .or. .not. findings%seen(i)%located) cycle
+         if (findings%told(i) .or. findings%beside(i) > 0 .or. .not. findings%seen(i)%located) cycle
          call settle_event(problem, step, run, trial, arrival, i, findings, shorter, outcome, timers)
          if (shorter .or. wants_another(run)) return
       end do
@@ -214,13 +218,32 @@ contains
       order = by_fraction(findings%seen%fraction)
       do i = 1, size(order)
          k = order(i)
-         if (findings%told(k) .or. .not. findings%seen(k)%located) cycle
+         if (findings%told(k) .or. findings%beside(k) > 0 .or. .not. findings%seen(k)%located) cycle
          call record_event(problem, step, run, trial, findings%seen(k), count_before(run, findings%seen, findings%told, &
             & findings%seen(k)%fraction), recorder, finished, outcome, timers)
+         if (.not. allocated(outcome%why)) call announce_beside(problem, run, findings, k, recorder, outcome, timers)
          if (finished .or. allocated(outcome%why)) return
       end do
       if (allocated(findings%at_trial)) run%system = findings%at_trial
    end subroutine record_events
+
+   !> A limit point at the corner that a change of contact makes, which is the point recorded last.
+   subroutine announce_beside(problem, run, findings, change, recorder, outcome, timers)
+      type(problem_t), intent(in) :: problem
+      type(run_t), intent(in) :: run             !! its system is factored at the change
+      type(findings_t), intent(in) :: findings
+      integer, intent(in) :: change              !! which of those seen
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      integer :: i
+      associate (seen => findings%seen)
+         i = findloc(findings%beside, change, 1)
+         if (i == 0) return
+         call announce(problem, run, new_critical(seen(i)%event%label, seen(i)%event%note, seen(change)%bars), &
+            & seen(change)%place, new_probe(problem, seen(change)%place, run%system, 0.0_wp), .true., recorder, outcome, timers)
+      end associate
+   end subroutine announce_beside
 
    !> Records the trial as a point.
    subroutine record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome, timers)
@@ -290,11 +313,12 @@ contains
    end subroutine announce_contact
 
    !> The run goes to the trial. Bifurcations that come after it are not among its pivots yet.
-   subroutine arrive(problem, run, trial, ahead, findings)
+   subroutine arrive(problem, run, trial, ahead, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(heading_t), intent(in) :: ahead
+      type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
       integer :: i
       associate (seen => findings%seen, pivots => findings%probe%negative_pivots)
@@ -307,5 +331,12 @@ contains
             & seen%fraction >= 1.0_wp - same_place)
       end associate
       call go_to(problem, run, trial, ahead, findings%probe)
+      run%arrived = arrived_t(point=run%points, load_rate=ahead%load, load_factor=trial%load_factor, &
+         & monitor=findings%probe%monitor, changes=(arrival%label /= '' .or. arrival%changes) .and. .not. arrival%bracketed)
+      if (allocated(arrival%bars)) then
+         run%arrived%bars = arrival%bars
+      else if (allocated(findings%bars)) then
+         run%arrived%bars = findings%bars
+      end if
    end subroutine arrive
 end module path_acceptance

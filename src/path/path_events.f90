@@ -14,12 +14,13 @@ module path_events
    use path_record, only: region_t
    implicit none
    private
-   public :: probe_t, event_t, new_probe, detect_events, value_events, event_value
+   public :: probe_t, event_t, new_probe, detect_events, value_events, event_value, note_of_corner
    public :: event_limit, event_bifurcation, event_release, event_turning, event_contact, event_value_reached, event_stop
 
    integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5, &
       & event_turning = 6, event_release = 7
 
+   character(*), parameter :: note_of_corner = 'limit point of the load, at a corner of the path'
    real(wp), parameter :: touching = 1.0e-10_wp !! gap at a start, of the size, as new_state has it
    real(wp), parameter :: at_rest = 1.0e-6_wp !! of a contact event's function after the increment
 
@@ -48,6 +49,7 @@ module path_events
       logical :: divided = .false.            !! contact: a region splits there, or two merge
       type(ground_event_t) :: ground          !! contact with a distributed foundation: what happens where
       real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
+      logical :: corner = .false.             !! limit point: the rate of the load jumps through zero, as stiffnesses do there
       logical :: jumps = .false.              !! bifurcation: its eigenvalue does so as a line has become a point, and has no zero
       logical :: held = .false.               !! value events: it has been met by prescribing it, to rounding
       logical :: load_tells = .false.         !! the load grows so steadily over the increment that it tells parts of it

@@ -17,6 +17,7 @@ module path_follower
    use other_ways, only: try_otherwise
    use increment_retries, only: retry_refined, retry_by_nodes, retry_closer
    use path_acceptance, only: arrival_t, accept
+   use corner_limit, only: report_turned_load
    use accuracy_asked, only: wants_another
    use path_outcome, only: outcome_t
    use span_changes, only: pass_change, set_changed, go_nearer, other_mesh
@@ -32,8 +33,20 @@ module path_follower
 
 contains
 
-   !> Point after point, from where the run stands with its control set, to the stop condition.
+   !> Point after point, from where the run stands with its control set, to the stop condition. The last point may be a corner.
    subroutine follow_points(problem, step, run, recorder, outcome, timers)
+      type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
+      type(step_t), intent(in) :: step           !! of the deck, or as a branch has it
+      type(run_t), intent(inout) :: run
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      type(timers_t), intent(inout) :: timers
+      call go_to_end(problem, step, run, recorder, outcome, timers)
+      call report_turned_load(problem, step, run, recorder, outcome, timers)
+   end subroutine follow_points
+
+   !> Point after point.
+   subroutine go_to_end(problem, step, run, recorder, outcome, timers)
       type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
       type(step_t), intent(in) :: step           !! of the deck, or as a branch has it
       type(run_t), intent(inout) :: run
@@ -90,7 +103,7 @@ contains
             if (ended(attempt, outcome)) return
          end if
       end do
-   end subroutine follow_points
+   end subroutine go_to_end
 
    !> The change of contact that a new mesh has behind the run's point, there.
    subroutine catch_up(problem, step, run, attempt, recorder, outcome, timers)

@@ -90,7 +90,7 @@ contains
          call freeze_loads(problem, run%state)
       end do steps
       outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
-         & outcome%used_up)
+         & outcome%wrong .or. outcome%used_up)
       outcome%sampled = problem%is_sampled()
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))
       if (allocated(outcome%trouble)) then
@@ -110,6 +110,7 @@ contains
       character(:), allocatable :: part
       real(wp) :: stiffness, rounding
       run%step_points = 0
+      run%arrived%point = 0
       ! Other loads may well take the structure back.
       if (allocated(run%trail)) deallocate (run%trail)
       if (starts_fresh(problem)) then

@@ -14,6 +14,7 @@ module path_outcome
       logical :: sampled = .false.               !! contact at the start is at nodes still: it has not become spans
       logical :: turns = .false.                 !! stopped where the path turns back for a strategy that cannot follow it
       logical :: home = .false.                  !! stopped where the path comes back to a bifurcation of its own
+      logical :: wrong = .false.                 !! stopped at a point that the run's own checks found wrong
       logical :: used_up = .false.               !! stopped after the number of points that the deck allows
       logical :: dead_end = .false.              !! stopped because there is no way on, and not for these reasons
       integer :: deck_line = 0                   !! and the deck is at fault: the line of the card; 0: it is not

@@ -18,7 +18,8 @@ module path_run
    use path_events, only: probe_t, new_probe
    implicit none
    private
-   public :: run_t, copy_run, footing_t, heading_of, probe_at, keep_landmark, leave_trail, turned_round, forget_mesh, rest_of_mesh
+   public :: run_t, copy_run, footing_t, arrived_t, heading_of, probe_at, keep_landmark, leave_trail, turned_round, forget_mesh, &
+      & rest_of_mesh
 
    integer, parameter :: rest_of_mesh = 10       !! points after one that took a finer mesh, for which no coarser one is tried
 
@@ -59,6 +60,17 @@ module path_run
       real(wp) :: at = 0.0_wp                    !! arc length where it was
    end type since_change_t
 
+   !> The last accepted point as the path arrived there. Where the contact changes the path leaves in another direction
+   !> (corner_limit).
+   type :: arrived_t
+      integer :: point = 0                       !! its row in the results; 0: there is none in this step, or nothing more to report
+      real(wp) :: load_rate = 0.0_wp             !! d(load factor)/d(arc length) of the path up to it
+      real(wp) :: load_factor = 0.0_wp
+      real(wp), allocatable :: monitor(:)
+      logical :: changes = .false.               !! the contact changes there, and not only somewhere on the way there
+      type(error_bars_t), allocatable :: bars    !! not allocated where they are not known
+   end type arrived_t
+
    !> Kept together so that the procedures of the path loop have short argument lists.
    type :: run_t
       type(state_t) :: state                     !! the last accepted point
@@ -89,6 +101,7 @@ module path_run
       type(footing_t), allocatable :: footing    !! to go back to, until a point stands on the coarser mesh
       integer :: kept_meshes = 0                 !! points for which the mesh does not become coarser
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
+      type(arrived_t) :: arrived                 !! at `state`
       type(slopes_t) :: slopes
       type(trail_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
       type(heading_t) :: heading                 !! tangent at the last accepted point, in the sense of the run
@@ -186,7 +199,8 @@ contains
    end function turned_round
 
    !> Keeps the critical point recorded last.
-   subroutine keep_landmark(problem, run, label, state, trial, part, arc_length, pivots, multiplicity, scale, bars, free, released)
+   subroutine keep_landmark(problem, run, label, state, trial, part, arc_length, pivots, multiplicity, scale, bars, free, &
+      & released, corner)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
       character(*), intent(in) :: label
@@ -200,6 +214,7 @@ contains
       type(error_bars_t), allocatable, intent(in), optional :: bars
       type(problem_t), intent(in), optional :: free  !! what leaves it does so without contacts that carry no force: the problem
       type(state_t), intent(in), optional :: released !! and the state there without them
+      logical, intent(in), optional :: corner    !! LP: the load turns at a corner of the path
       type(landmark_t) :: landmark
       landmark%label = label
       call copy_problem(problem, landmark%problem)
@@ -214,6 +229,7 @@ contains
       landmark%control = run%control
       if (present(scale)) landmark%scale = scale
       if (present(bars)) landmark%bars = bars
+      if (present(corner)) landmark%corner = corner
       if (present(free)) then
          landmark%direction = carried_field(problem, state, landmark%direction, free, released)
          landmark%drift = carried_field(problem, state, landmark%drift, free, released)
