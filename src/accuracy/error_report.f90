@@ -58,7 +58,7 @@ contains
       call timing_start(timers, phase_accuracy)
       if (event%kind == event_release) then
          call bars_at_release()
-      else if (event%corner) then
+      else if (event%corner .and. .not. at_law_of_stop(problem, event)) then
          bars = no_error_bars(size(problem%model%monitor), kinks)
       else if (is_at_mesh_nodes(problem, event)) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
@@ -170,6 +170,14 @@ contains
       end if
       call timing_stop(timers, phase_accuracy)
    end subroutine bars_at_point
+
+   !> True for a limit point where a stop gets to a corner of its law: stops stand at the same nodes on all meshes, and gaps tell.
+   pure logical function at_law_of_stop(problem, event) result(at)
+      type(problem_t), intent(in) :: problem
+      type(event_t), intent(in) :: event
+      at = event%law%candidate > 0
+      if (at) at = is_stop(problem, event%law%candidate)
+   end function at_law_of_stop
 
    !> True for a change of contact at nodes that another mesh has elsewhere.
    pure logical function is_at_mesh_nodes(problem, event) result(is)

@@ -3,8 +3,10 @@
 !>
 !> A load that grows up to the corner and falls behind it, or the other way round, has its maximum, or minimum, at the corner: a
 !> limit point, though no rate is zero there and no tangent singular. It is reported beside the change itself, at the same point.
+!> One node more or less at the end of contact at nodes is no event, but the mesh's affair; nor is a load that turns there.
 module corner_limit
    use kinds, only: wp
+   use text, only: to_text
    use model, only: step_t, method_load
    use problem, only: problem_t
    use rod_state, only: state_t
@@ -81,7 +83,7 @@ contains
          return
       end if
       outcome%turns = .true.
-      outcome%why = 'the path turns back where the contact changes: '// &
+      outcome%why = 'the path turns back where the contact changes, at load factor '//to_text(run%arrived%load_factor)//': '// &
          & trim(merge('load control        ', 'displacement control', run%control%method == method_load))//' cannot follow it'
       if (goes_on(problem, run, timers)) outcome%why = outcome%why//' (METHOD=CYLINDRICAL can)'
    end subroutine look_whether_back

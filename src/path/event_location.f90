@@ -13,6 +13,7 @@ module event_location
    use path_events, only: event_t, event_value, note_of_corner, event_bifurcation, event_release, event_contact, event_limit, &
       & event_turning, event_value_reached, event_stop
    use sightings, only: sighting_t, note_balance
+   use law_corners, only: law_corner_t, corner_between
    use smooth_zero, only: locate_smooth
    use zero_at_end, only: take_beginning
    use event_eigenvalue, only: zero_eigenvalue
@@ -37,6 +38,7 @@ contains
       type(sighting_t), intent(inout) :: sighting  !! its event is given
       type(timers_t), intent(inout) :: timers
       type(division_t) :: division
+      type(law_corner_t) :: law
       real(wp) :: before
       division = new_division(problem, run, trial, ahead, sighting%event%load_tells)
       sighting%place = trial
@@ -57,8 +59,9 @@ contains
          sighting%fraction = 0.0_wp
          return
       end if
-      if (sighting%event%kind == event_bifurcation .or. (division%smooth .and. any(sighting%event%kind == [event_limit, &
-         & event_turning]))) then
+      law = corner_between(problem, run%state, trial)
+      if (sighting%event%kind == event_bifurcation .or. (division%smooth .and. (sighting%event%kind == event_turning .or. &
+         & (sighting%event%kind == event_limit .and. law%candidate == 0)))) then
          call locate_smooth(problem, step, run, trial, ahead, division, sighting, timers)
       else
          call bracket_zero(problem, step, run, trial, ahead, division, sighting, timers)
@@ -192,9 +195,9 @@ contains
                sighting%fraction = bracket%high
                ! What is continuous shrinks with its bracket, what jumps does not, and is no event. The force of a contact may
                ! begin with any slope, and the structure may give way by what a node more or less in contact makes.
-               if (event%kind == event_limit .and. .not. alike(problem, below, above)) then
-                  call take_corner()
-               else if (event%kind == event_contact) then
+               if (event%kind == event_limit) call take_corner()
+               if (event%corner) exit search
+               if (event%kind == event_contact) then
                   located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial)
                else
                   located = abs(f_above - f_below) <= sqrt(step%locate_tolerance) * bracket%scale
@@ -242,13 +245,18 @@ contains
 
    contains
 
-      !> The rate of the load jumps where the contact, or the law of a foundation, changes. If the path goes through there the load
-      !> has its extreme at that corner.
+      !> The rate of the load jumps where the contact changes, or what pushes gets to a corner of its law. If the path goes through
+      !> there the load has its extreme at that corner.
       subroutine take_corner()
+         type(law_corner_t) :: law
+         law = corner_between(problem, below, above)
+         if (alike(problem, below, above) .and. law%candidate == 0) return
          sighting%located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial) .and. &
             & is_extreme(step, run%state%load_factor, trial%load_factor, sighting)
          sighting%event%corner = sighting%located
-         if (sighting%located) sighting%event%note = note_of_corner
+         if (.not. sighting%located) return
+         sighting%event%law = law
+         sighting%event%note = note_of_corner
       end subroutine take_corner
    end subroutine bracket_zero
 

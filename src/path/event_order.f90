@@ -57,16 +57,15 @@ contains
    end function told_otherwise
 
    !> The change of contact at whose corner each limit point lies: the place of both is one. 0: there is none.
-   pure function beside(seen, told) result(change)
+   pure function beside(seen) result(change)
       type(sighting_t), intent(in) :: seen(:)
-      logical, intent(in) :: told(:)
       integer :: change(size(seen))
       integer :: i, k
       change = 0
       do i = 1, size(seen)
          if (.not. (seen(i)%event%corner .and. seen(i)%located)) cycle
          do k = 1, size(seen)
-            if (seen(k)%event%kind /= event_contact .or. told(k) .or. .not. seen(k)%located) cycle
+            if (seen(k)%event%kind /= event_contact .or. .not. seen(k)%located) cycle
             if (abs(seen(k)%fraction - seen(i)%fraction) <= same_place) change(i) = k
          end do
       end do

@@ -79,8 +79,8 @@ contains
             if (passed == curve%limit_point) exit
          end do
          if (passed < curve%limit_point) then
-            trouble = 'the path has '//to_text(passed)//' limit point(s) that a curve can follow, not '// &
-               & to_text(curve%limit_point)//' (where the load turns at a corner of the path none begins)'
+            trouble = 'the path has '//to_text(passed)//' limit point(s), not '//to_text(curve%limit_point)
+            if (any(own%list%corner)) trouble = trouble//'; those at corners of the path do not count: no rate is zero there'
             return
          end if
          call copy_problem(own%list(i)%problem, follower%base)

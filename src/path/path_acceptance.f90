@@ -73,8 +73,8 @@ contains
       if (allocated(run%wanted)) deallocate (run%wanted)
       run%unsettled = .false.
       call find_events(problem, step, run, trial, ahead, findings, timers)
+      call find_corners(run, trial, findings)
       findings%told = told_otherwise(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
-      findings%beside = beside(findings%seen, findings%told)
       shorter = arrival%can_cut .and. better_from_nearer(problem, run, trial, findings)
       if (shorter) return
       call begin_asking(problem, step, run, arrival, findings)
@@ -98,6 +98,25 @@ contains
       if (allocated(outcome%why)) return
       call arrive(problem, run, trial, ahead, arrival, findings)
    end subroutine accept
+
+   !> The changes of contact that make corners at which the load turns. Without one what contact at nodes does there is the mesh's
+   !> affair: shorter increments go around such corners.
+   subroutine find_corners(run, trial, findings)
+      type(run_t), intent(in) :: run
+      type(state_t), intent(in) :: trial
+      type(findings_t), intent(inout) :: findings
+      integer :: i
+      findings%beside = beside(findings%seen)
+      if (all(run%state%active .eqv. trial%active)) return
+      do i = 1, size(findings%seen)
+         associate (event => findings%seen(i)%event)
+            if (.not. event%corner .or. event%law%candidate > 0 .or. findings%beside(i) > 0) cycle
+            findings%seen(i)%located = .false.
+            event%corner = .false.
+            event%note = 'limit point of the load'
+         end associate
+      end do
+   end subroutine find_corners
 
    !> What the questions for errors and meshes hang on.
    subroutine begin_asking(problem, step, run, arrival, findings)
@@ -331,6 +350,8 @@ contains
             & seen%fraction >= 1.0_wp - same_place)
       end associate
       call go_to(problem, run, trial, ahead, findings%probe)
+      ! What contact at nodes does between events is the mesh's affair.
+      if (arrival%label == '' .and. allocated(arrival%changing)) return
       run%arrived = arrived_t(point=run%points, load_rate=ahead%load, load_factor=trial%load_factor, &
          & monitor=findings%probe%monitor, changes=(arrival%label /= '' .or. arrival%changes) .and. .not. arrival%bracketed)
       if (allocated(arrival%bars)) then

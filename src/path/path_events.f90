@@ -10,6 +10,7 @@ module path_events
    use contact_regions, only: region_of, resolved_contact
    use gap_profile, only: smallest_gap
    use ground_regions, only: find_ground_regions, taken_along
+   use law_corners, only: law_corner_t, beyond_corner
    use ground_events, only: ground_event_t, find_ground_events, find_roots, ground_event_value
    use path_record, only: region_t
    implicit none
@@ -50,6 +51,7 @@ module path_events
       type(ground_event_t) :: ground          !! contact with a distributed foundation: what happens where
       real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
       logical :: corner = .false.             !! limit point: the rate of the load jumps through zero, as stiffnesses do there
+      type(law_corner_t) :: law               !! limit point: of a law at a node, where that makes the corner
       logical :: jumps = .false.              !! bifurcation: its eigenvalue does so as a line has become a point, and has no zero
       logical :: held = .false.               !! value events: it has been met by prescribing it, to rounding
       logical :: load_tells = .false.         !! the load grows so steadily over the increment that it tells parts of it
@@ -293,6 +295,7 @@ contains
       select case (event%kind)
       case (event_limit)
          value = probe%load_rate
+         if (event%law%candidate > 0) value = beyond_corner(problem, state, event%law) / problem%size
       case (event_bifurcation)
          ! Only its sign; event_location looks at the eigenvalue itself.
          value = merge(-1.0_wp, 1.0_wp, event%number <= probe%negative_pivots)
