@@ -15,6 +15,8 @@ program unilat
    use diagnostics, only: diagnostics_t, diagnostics_report, place_t
    use card_manual, only: write_card_manual
    use deck_summary, only: write_deck_summary
+   use load_sums, only: step_load_sums
+   use start_support, only: why_deck_unheld
    use contact_touch, only: choose_spans
    use blas_threads, only: use_one_thread, blas_threads_text
    use model, only: model_t
@@ -37,7 +39,7 @@ program unilat
    type(outcome_t) :: outcome
    type(timers_t) :: timers
    type(error_t), allocatable :: error
-   character(:), allocatable :: result_file, status, checks, why_nodes
+   character(:), allocatable :: result_file, status, checks, why_nodes, why_unheld
 
    call use_one_thread()
    call read_command_line(options, error)
@@ -68,11 +70,15 @@ program unilat
    call choose_spans(deck_model)
    call timing_stop(timers, phase_reading)
    if (options%check) then
-      if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), '')
+      if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), '', &
+         & step_load_sums(deck_model))
+      why_unheld = why_deck_unheld(deck_model)
+      if (why_unheld /= '') call stop_with(exit_deck_error, source%name//': '//why_unheld)
       call end_program(exit_complete)
    end if
    result_file = name_of_results()
-   if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file)
+   if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file, &
+      & step_load_sums(deck_model))
 
    ! ---- the path ----
    call follow_deck()

@@ -10,8 +10,7 @@ module path_loop
    use rod_state, only: state_t, new_state
    use linear_system, only: new_system
    use bordered_system, only: linearise
-   use support_check, only: unheld_part
-   use bar_check, only: indeterminate_bar
+   use start_support, only: why_unheld, unheld
    use corrector, only: increment_t
    use path_run, only: run_t
    use landmarks, only: landmarks_t
@@ -106,22 +105,16 @@ contains
       type(run_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
       type(timers_t), intent(inout) :: timers
-      character(*), parameter :: unheld = 'supports and touching obstacles do not hold the structure'
-      character(:), allocatable :: part
+      character(:), allocatable :: why
       real(wp) :: stiffness, rounding
       run%step_points = 0
       run%arrived%point = 0
       ! Other loads may well take the structure back.
       if (allocated(run%trail)) deallocate (run%trail)
       if (starts_fresh(problem)) then
-         part = unheld_part(problem, run%state)
-         if (part /= '') then
-            outcome%why = part//': '//unheld
-            return
-         end if
-         part = indeterminate_bar(problem, run%state)
-         if (part /= '') then
-            outcome%why = part
+         why = why_unheld(problem, run%state)
+         if (why /= '') then
+            outcome%why = why
             return
          end if
       end if
