@@ -16,7 +16,7 @@ module corner_limit
    use path_run, only: run_t, heading_of
    use looking_ahead, only: goes_on
    use event_recording, only: announce, new_critical
-   use path_outcome, only: outcome_t, note_bracketed
+   use path_outcome, only: outcome_t
    use path_record, only: recorder_t, critical_t
    use timing, only: timers_t
    implicit none
@@ -45,8 +45,7 @@ contains
          place = run%state
          place%load_factor = arrived%load_factor
          values%monitor = arrived%monitor
-         call announce(problem, run, critical, place, values, arrived%changes, recorder, outcome, timers)
-         if (.not. arrived%changes) call note_bracketed(outcome, note_of_corner, arrived%load_factor, run%state%load_factor)
+         call announce(problem, run, critical, place, values, .true., recorder, outcome, timers)
          arrived%point = 0
       end associate
    end subroutine report_turned_load
@@ -83,7 +82,7 @@ contains
          return
       end if
       outcome%turns = .true.
-      outcome%why = 'the path turns back where the contact changes, at load factor '//to_text(run%arrived%load_factor)//': '// &
+      outcome%why = 'the path turns back where the contact changes, at load factor '//to_text(run%state%load_factor)//': '// &
          & trim(merge('load control        ', 'displacement control', run%control%method == method_load))//' cannot follow it'
       if (goes_on(problem, run, timers)) outcome%why = outcome%why//' (METHOD=CYLINDRICAL can)'
    end subroutine look_whether_back

@@ -351,9 +351,9 @@ contains
       end associate
       call go_to(problem, run, trial, ahead, findings%probe)
       ! What contact at nodes does between events is the mesh's affair.
-      if (arrival%label == '' .and. allocated(arrival%changing)) return
+      if (arrival%bracketed .or. .not. (arrival%label /= '' .or. arrival%changes)) return
       run%arrived = arrived_t(point=run%points, load_rate=ahead%load, load_factor=trial%load_factor, &
-         & monitor=findings%probe%monitor, changes=(arrival%label /= '' .or. arrival%changes) .and. .not. arrival%bracketed)
+         & monitor=findings%probe%monitor)
       if (allocated(arrival%bars)) then
          run%arrived%bars = arrival%bars
       else if (allocated(findings%bars)) then
