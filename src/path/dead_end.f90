@@ -48,7 +48,7 @@ contains
          if (is_arc_length(step%method)) then
             why = why//cut//' of the load factor)'
          else if (points > 0) then
-            why = why//cut//'; METHOD=CYLINDRICAL goes on)'
+            why = why//cut//'; METHOD=CYLINDRICAL goes on from there, to load factor '//to_text(at)//' at least)'
          else
             why = why//cut//')'
          end if
@@ -66,7 +66,7 @@ contains
    subroutine look_ahead(problem, run, at, points, found, timers)
       type(problem_t), intent(in) :: problem
       type(run_t), intent(inout) :: run
-      real(wp), intent(out) :: at               !! load factor there
+      real(wp), intent(out) :: at               !! load factor there, or at the last point
       integer, intent(out) :: points            !! found by arc length
       logical, intent(out) :: found             !! it turns
       type(timers_t), intent(inout) :: timers
@@ -91,8 +91,8 @@ contains
          call linearise(problem, look%here, look%here, run%system, timers)
          rate_there = rate()
          found = rate_here * rate_there < 0.0_wp
-         at = load
-         if ((look%here%load_factor - load) * slope > 0.0_wp) at = look%here%load_factor
+         at = look%here%load_factor
+         if (found .and. (at - load) * slope < 0.0_wp) at = load
          if (found) return
          rate_here = rate_there
       end do

@@ -73,7 +73,8 @@ contains
       type(heading_t), intent(in) :: ahead
       type(findings_t), intent(inout) :: findings
       type(timers_t), intent(inout) :: timers
-      type(event_t), allocatable :: events(:)
+      type(event_t), allocatable :: events(:)     ! up to the limit point
+      type(event_t), allocatable :: beyond_it(:)
       type(state_t) :: place
       type(heading_t) :: heading
       type(probe_t) :: top
@@ -88,7 +89,8 @@ contains
       call linearise(problem, place, place, run%system, timers)
       top = probe_at(problem, run, place, heading)
       call value_events(problem, step, run%probe, top, run%state, place, events)
-      if (size(events) == 0) return
+      call value_events(problem, step, top, findings%probe, place, trial, beyond_it)
+      if (size(events) + size(beyond_it) == 0) return
       call drop_known(run%probe, findings%probe, events)
       n = size(findings%seen)
       call look(problem, step, run, place, heading, events, findings%seen, timers)
@@ -98,10 +100,9 @@ contains
       beyond%heading = heading
       beyond%probe = top
       beyond%fresh = .false.
-      call value_events(problem, step, top, findings%probe, beyond%state, trial, events)
-      call drop_known(run%probe, findings%probe, events)
+      call drop_known(run%probe, findings%probe, beyond_it)
       n = size(findings%seen)
-      call look(problem, step, beyond, trial, ahead, events, findings%seen, timers)
+      call look(problem, step, beyond, trial, ahead, beyond_it, findings%seen, timers)
       findings%seen(n + 1:)%fraction = part + (1.0_wp - part) * findings%seen(n + 1:)%fraction
    end subroutine find_hidden_values
 

@@ -60,9 +60,10 @@ module path_run
       real(wp) :: at = 0.0_wp                    !! arc length where it was
    end type since_change_t
 
-   !> The last accepted point, where the contact changes, as the path arrived there: it leaves in another direction (corner_limit).
+   !> The last accepted point, where the contact changes, as the path arrived there: it leaves in another direction
+   !> (corner_limit).
    type :: arrived_t
-      integer :: point = 0                       !! its row in the results; 0: the contact does not change there, or no more to report
+      integer :: point = 0                       !! its row in the results; 0: the contact stays there, or all is reported
       real(wp) :: load_rate = 0.0_wp             !! d(load factor)/d(arc length) of the path up to it
       real(wp) :: load_factor = 0.0_wp
       real(wp), allocatable :: monitor(:)
