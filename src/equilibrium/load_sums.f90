@@ -24,13 +24,14 @@ contains
       type(state_t) :: state
       type(node_push_t), allocatable :: push(:)
       class(rod_element_t), pointer :: rod
-      real(wp) :: force(3), rate(3), size_of(3)
+      real(wp) :: force(3), rate(3), size_of(3), reach
       integer :: k, e, i, node
       total = 0.0_wp
       if (size(model%step) == 0) return
       problem = new_problem(model)
       state = new_state(problem)
       state%load_factor = 1.0_wp
+      reach = maxval(norm2(model%mesh%x, 1))
       do k = 1, size(model%step)
          problem%step = k
          size_of = 0.0_wp
@@ -70,6 +71,7 @@ contains
          real(wp), intent(in) :: f(3)
          total(:, k) = total(:, k) + f
          size_of = size_of + abs(f)
+         size_of(3) = size_of(3) + reach * sum(abs(f(1:2)))
       end subroutine take
    end function step_load_sums
 end module load_sums
