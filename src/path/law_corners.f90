@@ -4,7 +4,7 @@ module law_corners
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_opening
-   use force_law, only: law_segment
+   use force_law, only: law_segment, first_corner
    implicit none
    private
    public :: law_corner_t, corner_between, beyond_corner
@@ -30,12 +30,9 @@ contains
                first = law_segment(law, penetration(problem, from, c))
                last = law_segment(law, penetration(problem, to, c))
                if (first == last) cycle
-               ! The corner that comes first on the way from the first segment to the last one.
-               k = abs(first)
-               if (abs(last) > abs(first) .and. .not. (abs(first) > 1 .and. first * last < 0)) k = k + 1
+               k = first_corner(first, last)
                corner%candidate = c
-               corner%penetration = law%penetration(k)
-               if (merge(last, first, abs(first) == 1) < 0) corner%penetration = -corner%penetration
+               corner%penetration = sign(law%penetration(abs(k)), real(k, wp))
             end associate
          end associate
          return
