@@ -131,6 +131,15 @@ def test_the_end_of_a_step_just_below_the_corner(part):
     assert labels(behind) == ["LP", "EP"]
 
 
+def test_the_end_of_a_step_just_behind_a_smooth_limit_point():
+    """The same where no corner is: the load passes its bound upwards and downwards within one increment."""
+    text = dr.on_given_mesh("lee-frame")
+    top = dr.run_deck(text).labelled("LP")[0].load_factor
+    run = dr.run_deck(dr.changed(text, ("LOAD, ABOVE, 40.", f"LOAD, BELOW, {0.9999999 * top!r}")))
+    assert [c.label for c in run.results.critical] == ["LP", "EP"]
+    dr.assert_close(run.column("load_factor")[-1], 0.9999999 * top, relative=1e-10)
+
+
 def test_values_on_both_sides_of_the_corner():
     value = 0.9999 * at_yield()
     run = yielding(more=f"*LOCATE\nLOAD, {value!r}\n")
