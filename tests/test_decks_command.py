@@ -206,6 +206,13 @@ LOAD, ABOVE, 1.
         assert "sum of all loads at load factor 1: force (0, -3.14159), moment about the origin -4" in told, told
 
 
+def test_springs_are_listed():
+    springs = "*SPRING\n2, 2, 5.\n3, 2, 5.\n4, 6, 7.\n"
+    told = dr.run_deck(RULER.format(supports=CLAMP + springs, node=3), "--check").stdout
+    assert "springs       at 3 nodes: 0 u, 2 v, 1 rotations" in told
+    assert "  spring on nodes 2, 3: each (0, 5)\n" in told and "  spring on node 4 at (150, 0): rotation 7\n" in told
+
+
 @pytest.mark.parametrize("supports, part", [
     ("", "the part with node 1 can move as a rigid body"), ("*BOUNDARY\n1, PINNED\n", "the part with node 1 can move as a rigid body"),
     ("*BOUNDARY\n1, 1\n2, 1\n", "the part with node 1 can move as a rigid body"), ("*BOUNDARY\n1, PINNED\n2, 2\n", ""),

@@ -6,7 +6,7 @@ module deck_summary
       & method_load, method_displacement
    use element_families, only: family_name
    use model_words, only: monitor_description, method_name, side_name, kind_name, parameter_name, parameter_object
-   use load_words, only: words_t, load_lines, support_lines
+   use load_words, only: words_t, load_lines, support_lines, spring_lines
    use columns, only: brief, whole, left
    use text, only: plural
    implicit none
@@ -37,9 +37,11 @@ contains
       call write_supports(unit, model)
       if (allocated(model%spring)) then
          associate (springs => model%spring > 0.0_wp)
-            if (any(springs)) call line(unit, 'springs', 'at '//plural(count(any(springs, 1)), 'node')//': '// &
-               & whole(count(springs(1, :)))//' u, '//whole(count(springs(2, :)))//' v, '// &
-               & whole(count(springs(3, :)))//' rotations')
+            if (any(springs)) then
+               call line(unit, 'springs', 'at '//plural(count(any(springs, 1)), 'node')//': '//whole(count(springs(1, :)))// &
+                  & ' u, '//whole(count(springs(2, :)))//' v, '//whole(count(springs(3, :)))//' rotations')
+               call write_lines(unit, spring_lines(model))
+            end if
          end associate
       end if
       call write_sections(unit, model)
