@@ -1,0 +1,106 @@
+!> Why a path has no further point, in words that are true, with a way out where one was tried.
+!>
+!> Load and displacement control end at limit and turning points. Whether one lies ahead is not guessed from a failure but
+!> looked up: the path is followed on by its arc length, off the record, until the load, or the monitor, turns back.
+module stop_reasons
+   use kinds, only: wp
+   use text, only: to_text
+   use model, only: step_t, method_load, method_displacement
+   use problem, only: problem_t
+   use bordered_system, only: linearise
+   use path_control, only: is_arc_length
+   use monitor_rows, only: monitor_change
+   use path_state, only: path_state_t
+   use looking_ahead, only: look_t, look_from, look_on
+   use corrector, only: increment_t
+   implicit none
+   private
+   public :: why_stuck
+
+   integer, parameter :: most_points = 40       !! to be looked ahead
+   character(*), parameter :: arc_length_can = ' (METHOD=CYLINDRICAL can)'
+
+contains
+
+   !> The reason, one sentence. The run's system is factored at its last point on entry, anywhere on return.
+   subroutine why_stuck(problem, step, run, report, why, turns)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(increment_t), intent(in) :: report   !! of the last try
+      character(:), allocatable, intent(out) :: why
+      logical, intent(out) :: turns             !! the path goes on, but not for this strategy
+      character(:), allocatable :: cut
+      real(wp) :: at
+      integer :: points
+      turns = .false.
+      why = 'no further point at load factor '//to_text(run%state%load_factor)//': '//report%message
+      cut = ' (increments were cut to '//to_text(abs(run%control%increment))
+      if (is_arc_length(run%control%method)) then
+         why = why//cut//'; *STATIC sets the smallest, *CONTROLS the iterations)'
+         return
+      end if
+      call look_ahead(problem, run, at, points, turns)
+      if (.not. turns) then
+         ! A step by arc length begins with an increment of the load.
+         if (is_arc_length(step%method)) then
+            why = why//cut//' of the load factor)'
+         else if (points > 0) then
+            why = why//cut//'; METHOD=CYLINDRICAL goes on from there, to load factor '//to_text(at)//' at least)'
+         else
+            why = why//cut//')'
+         end if
+      else if (step%method == method_displacement) then
+         why = 'displacement control cannot pass the turning point of '//trim(problem%model%monitor(step%monitor)%name)// &
+            & ' ahead, near load factor '//to_text(at)//arc_length_can//': '//why
+      else if (step%method == method_load) then
+         why = 'load control cannot pass the limit point ahead, near load factor '//to_text(at)//arc_length_can//': '//why
+      else
+         why = 'the first increment cannot pass the limit point near load factor '//to_text(at)//' (a smaller one can): '//why
+      end if
+   end subroutine why_stuck
+
+   !> Goes on by arc length until what the strategy prescribes turns back.
+   subroutine look_ahead(problem, run, at, points, found)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run
+      real(wp), intent(out) :: at               !! load factor there, or at the last point
+      integer, intent(out) :: points            !! found by arc length
+      logical, intent(out) :: found             !! it turns
+      type(look_t) :: look
+      real(wp) :: rate_here, rate_there, load, slope
+      logical :: ahead
+      found = .false.
+      points = 0
+      at = run%state%load_factor
+      call linearise(problem, run%state, run%state, run%system)
+      if (.not. run%system%ok) return
+      look = look_from(run)
+      rate_here = rate()
+      ! What goes against the increments from the start has turned behind the run.
+      if (.not. rate_here * run%control%increment > 0.0_wp) return
+      do while (points < most_points)
+         load = look%here%load_factor
+         slope = look%heading%load
+         call look_on(problem, run, look, ahead)
+         if (.not. ahead) return
+         points = points + 1
+         call linearise(problem, look%here, look%here, run%system)
+         rate_there = rate()
+         found = rate_here * rate_there < 0.0_wp
+         at = look%here%load_factor
+         if (found .and. (at - load) * slope < 0.0_wp) at = load
+         if (found) return
+         rate_here = rate_there
+      end do
+
+   contains
+
+      !> Of what the strategy prescribes, along the path, where the system is factored now.
+      real(wp) function rate()
+         rate = look%heading%load
+         if (run%control%method == method_displacement) rate = look%heading%load * monitor_change(problem, run%control%monitor, &
+            & look%here, run%system, run%system%tangent, 1.0_wp)
+      end function rate
+   end subroutine look_ahead
+end module stop_reasons
