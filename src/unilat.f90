@@ -15,6 +15,9 @@ program unilat
    use diagnostics, only: diagnostics_t, diagnostics_report, place_t
    use card_manual, only: write_card_manual
    use deck_summary, only: write_deck_summary
+   use load_sums, only: step_load_sums
+   use start_support, only: why_deck_unheld
+   use contact_spans, only: choose_spans
    use blas_threads, only: use_one_thread, blas_threads_text
    use model, only: model_t
    use problem, only: problem_t, new_problem
@@ -35,7 +38,7 @@ program unilat
    type(run_recorder_t) :: recorder
    type(outcome_t) :: outcome
    type(error_t), allocatable :: error
-   character(:), allocatable :: result_file, status, checks, why_nodes
+   character(:), allocatable :: result_file, status, checks, why_nodes, why_unheld
 
    call use_one_thread()
    call read_command_line(options, error)
@@ -65,11 +68,15 @@ program unilat
    call end_with_errors()
    call timing_stop(phase_reading)
    if (options%check) then
-      if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), '')
+      if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), '', &
+         & step_load_sums(deck_model))
+      why_unheld = why_deck_unheld(deck_model)
+      if (why_unheld /= '') call stop_with(exit_deck_error, source%name//': '//why_unheld)
       call end_program(exit_complete)
    end if
    result_file = name_of_results()
-   if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file)
+   if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file, &
+      & step_load_sums(deck_model))
 
    ! ---- the path ----
    call follow_deck()

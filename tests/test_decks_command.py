@@ -1,6 +1,7 @@
 """The command line with whole decks: exit codes, names of result files, what is printed and what is not."""
 import os
 import pathlib
+import re
 import subprocess
 
 import h5py
@@ -132,6 +133,100 @@ def test_check_of_a_deck_without_steps():
     model = dr.on_given_mesh("cantilever").split("*STEP")[0]
     assert dr.run_deck(model, "--check").files == ["deck.inp"]
     dr.run_deck(model, code=1)
+
+
+RULER = """*NODE
+1, 0., 0.
+2, 300., 0.
+*LINE, ELSET=RULER
+1, 2, 4
+*BEAM SECTION, ELSET=RULER, SECTION=STIFFNESS
+5250000., 437500., , 0.2
+{supports}*STEP
+*STATIC, METHOD=LOAD
+0.1
+*CLOAD
+{node}, 2, -10.
+2, 6, 40.
+*END STEP
+*STEP
+*STATIC, METHOD=LOAD
+0.1
+*DLOAD
+RULER, GRAV, 3., 0., -1.
+*POLE LOAD
+2, 5., 300., -7.
+*END STEP
+"""
+CLAMP = "*BOUNDARY\n1, ENCASTRE\n"
+
+
+@pytest.mark.parametrize("options", [["--check"], []])
+def test_supports_and_loads_are_listed(options):
+    """A force on a node that *LINE has made stands where it acts; each step with the sums of its own loads."""
+    run = dr.run_deck(RULER.format(supports=CLAMP, node=3), *options)
+    lines = [line.strip() for line in run.stdout.splitlines()]
+    assert "node 1 at (0, 0): u, v, rotation" in lines
+    first, second = (k for k, line in enumerate(lines) if re.match(r"step \d ", line))
+    end = next((k for k, line in enumerate(lines) if line.startswith("Step 1")), len(lines))
+    assert [line for line in lines[first:second] if "load" in line.split() or "loads" in line][-3:] == [
+        "load on node 2 at (300, 0): moment 40", "load on node 3 at (75, 0): (0, -10)",
+        f"sum of all loads at load factor 1: force (0, -10), moment about the origin {40 - 75 * 10}"]
+    # The weight is 0.2 x 3 per length; the pole pulls straight down. Nothing stays of the first step.
+    assert [line for line in lines[second:end] if "load" in line.split() or "loads" in line][-3:] == [
+        "load on node 2 at (300, 0): (0, -5) at the start, turning as the node moves", "load on 4 elements: force (0, -0.6) per length",
+        f"sum of all loads at load factor 1: force (0, {-5 - 180}), moment about the origin {-5 * 300 - 180 * 150}"]
+
+
+def test_sums_of_loads_along_an_arc():
+    """Pressure on a quarter of a circle, by closed form: as if on its chord. And what it weighs, at its centroid."""
+    arc = """*NODE
+1, 2., 0.
+2, 0., 2.
+*ARC, ELSET=RING{count}
+*BEAM SECTION, ELSET=RING, SECTION=STIFFNESS
+1e6, 1., , 1.
+*BOUNDARY
+1, ENCASTRE
+*STEP
+*STATIC
+0.1
+*DLOAD
+RING, {load}
+*STOP
+LOAD, ABOVE, 1.
+*END STEP
+"""
+    for count in ("\n1, 2, 0., 0.", "\n1, 2, 0., 0., 8", ", TYPE=GE4\n1, 2, 0., 0., 40"):
+        told = dr.run_deck(arc.format(count=count, load="P, 3."), "--check").stdout
+        # To the left of the arc is its centre: the force on it is towards this, and has no moment about it.
+        assert "sum of all loads at load factor 1: force (-6, -6), moment about the origin 0" in told, told
+        told = dr.run_deck(arc.format(count=count, load="GRAV, 1., 0., -1."), "--check").stdout
+        # pi down, at x = 4/pi.
+        assert "sum of all loads at load factor 1: force (0, -3.14159), moment about the origin -4" in told, told
+
+
+def test_springs_are_listed():
+    springs = "*SPRING\n2, 2, 5.\n3, 2, 5.\n4, 6, 7.\n"
+    told = dr.run_deck(RULER.format(supports=CLAMP + springs, node=3), "--check").stdout
+    assert "springs       at 3 nodes: 0 u, 2 v, 1 rotations" in told
+    assert "  spring on nodes 2, 3: each (0, 5)\n" in told and "  spring on node 4 at (150, 0): rotation 7\n" in told
+
+
+@pytest.mark.parametrize("supports, part", [
+    ("", "the part with node 1 can move as a rigid body"), ("*BOUNDARY\n1, PINNED\n", "the part with node 1 can move as a rigid body"),
+    ("*BOUNDARY\n1, 1\n2, 1\n", "the part with node 1 can move as a rigid body"), ("*BOUNDARY\n1, PINNED\n2, 2\n", ""),
+    ("*BOUNDARY\n1, 1\n*GAP, NAME=FEET\n1\n2\n", ""), ("*BOUNDARY\n1, 1\n*GAP, NAME=FEET\n1\n2, 0.1\n", "can move as a rigid body")])
+def test_check_of_supports(supports, part):
+    """A check says what a run would say; and a deck without steps is judged, too."""
+    text = RULER.format(supports=supports, node=3)
+    for deck in (text, text.split("*STEP")[0]):
+        checked = dr.run_deck(deck, "--check", code=1 if part else 0)
+        assert part in checked.stderr and bool(checked.stderr) == bool(part)
+        assert "supports      " in checked.stdout and checked.files == ["deck.inp"]
+    if part:
+        run = dr.run_deck(text, code=2)
+        assert checked.stderr.split("deck.inp: ")[1] in run.stderr
 
 
 def test_quiet():

@@ -409,6 +409,8 @@ LOAD, ABOVE, 25.
     load, pivots = run.column("load_factor"), run.column("negative_pivots")
     row = contact.point - 1
     dr.assert_close(np.min(load[row - 3:]), load[row], relative=1e-6)
+    least = run.labelled("LP")[-1]
+    assert least.point == contact.point and least.load_factor == contact.load_factor and least.error == contact.error
     assert pivots[row - 1] == 1 and np.all(pivots[row + 2:] == 0)
 
 

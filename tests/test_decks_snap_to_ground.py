@@ -57,7 +57,9 @@ def test_a_load_on_a_contact_of_its_own(half_angle, depth, method, mesh):
     run = dr.run_deck(arch(half_angle, depth, method=method, **mesh))
     touch, end = run.only("C+"), run.only("EP")
     assert abs(touch.load_factor - free.only("EP").load_factor) <= touch.error + free.only("EP").error
-    assert [c.load_factor for c in run.labelled("LP")] == pytest.approx([c.load_factor for c in free.labelled("LP")], rel=1e-5)
+    # Where the load of the free arch falls it is least at the touch.
+    least = [touch.load_factor] if (half_angle, depth) == FALLING else []
+    assert [c.load_factor for c in run.labelled("LP")] == pytest.approx([c.load_factor for c in free.labelled("LP")] + least, rel=1e-5)
     dr.assert_close(end.load_factor, 40.0, relative=1e-12)
     pressed = slice(touch.point, None)
     v, push, load = (run.column(name)[pressed] for name in ("v", "push", "load_factor"))

@@ -109,7 +109,7 @@ def test_a_path_back_at_its_own_bifurcation():
     text = COLUMN.format(nodes=HALVES, waves="0.0014, 1\n-0.0004, 3", increments="0.1", across="", accuracy="", stop=20.0,
                          supports="1, ENCASTRE\n3, YSYMM", unit=-4.0 * math.pi**2)
     run = dr.run_deck(dr.changed(text, ("OBSTACLE=LOWER, NSET=COLUMN", "OBSTACLE=LOWER, NSET=LEFT")), code=2)
-    assert events(run) == ["C+", "BP", "C+", "LP", "C-"]
+    assert events(run) == ["C+", "BP", "C+", "LP", "C-", "LP"]
     told = re.search(r"comes back to a bifurcation of its own at load factor (\S+):", run.stderr)
     dr.assert_close(float(told.group(1)), run.only("BP").load_factor, relative=1e-9)
     assert "POINTS=NODES" not in run.stderr
@@ -175,11 +175,14 @@ def test_increments_that_land_on_another_path():
     of a path of complementarity problems), and without events it stays: a column with one wave lies down on the wall as it came.
     """
     run = dr.run_deck(BETWEEN)
-    assert events(run) == ["C+", "C-", "LP", "C-", "C-", "EP"]
+    assert events(run) == ["C+", "C-", "LP", "C-", "LP", "C-", "EP"]
     # The same on 60 elements, and with increments of 0.0005.
     dr.assert_close(run.labelled("C-")[-1].load_factor, 206.94927, relative=1e-7)
     row, load, pivots = np.arange(run.results.n_points - 1), run.column("load_factor"), run.column("negative_pivots")
     assert np.all(np.sign(np.diff(load)) == (-1)**pivots[row + 1])
+    # Wherever the load turns there is a limit point, and nowhere else.
+    turns = np.sign(np.diff(load)[1:]) != np.sign(np.diff(load)[:-1])
+    assert [c.point for c in run.labelled("LP")] == list(np.flatnonzero(turns) + 2)
     stays = column("clamped", "0.00001, 1")
     assert not np.any(stays.column("negative_pivots"))
     # Free parts are (Pcr/P)^(1/2) long but for the square of their slopes, 0.3 at the most.

@@ -248,7 +248,9 @@ contains
       type(zero_t), intent(in) :: zero
       integer, intent(in) :: kind                !! event_...
       zero_is = .false.
-      if (allocated(zero%event)) zero_is = zero%event%kind == kind
+      if (.not. allocated(zero%event)) return
+      ! At a corner of a law the load does not turn smoothly.
+      zero_is = zero%event%kind == kind .and. zero%event%law%candidate == 0
    end function zero_is
 
    !> Finds the event on the enriched problem's path: from a point by the value of the event function divided by its slope.

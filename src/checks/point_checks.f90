@@ -6,7 +6,8 @@ module point_checks
    use ground_segments, only: followed_part
    use balance, only: measure_balance
    use mesh_adequacy, only: verdict_t, judge_mesh, verdict_words
-   use run_accuracy, only: accuracy_t, place_t, note_worst
+   use run_accuracy, only: accuracy_t, place_t, note_worst, begin_point, take_point
+   use own_checks, only: failed_words
    use path_record, only: point_t
    use displacement_functional, only: left_open
    use columns, only: whole, brief, scientific
@@ -23,8 +24,8 @@ module point_checks
 
 contains
 
-   !> Raises the worst values by those of a point, and adds a warning to the point at which mesh or rounding become inadequate.
-   subroutine check_point(problem, state, system, at, touches_in, point, accuracy)
+   !> Raises the worst values by those of a point, which gets a warning where mesh or numbers begin to carry too little.
+   subroutine check_point(problem, state, system, at, touches_in, point, accuracy, wrong)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(system_t), intent(in) :: system       !! assembled and factored at `state`
@@ -32,12 +33,17 @@ contains
       integer, intent(in) :: touches_in          !! element in which a contact span begins at this point; 0: none
       type(point_t), intent(inout) :: point      !! with its residual
       type(accuracy_t), intent(inout) :: accuracy
+      character(:), allocatable, intent(out) :: wrong !! why the point is no equilibrium; '': it is one
+      type(accuracy_t) :: here
       type(verdict_t) :: verdict
       associate (step => problem%model%step(problem%step))
          accuracy%asked = max(accuracy%asked, max(step%asked, step%asked_of_path) * maxval(norm2(state%u(1:2, :), 1)) / &
             & problem%size)
       end associate
-      call measure_balance(problem, state, at, point%residual, accuracy, touches_in)
+      here = begin_point(accuracy)
+      call measure_balance(problem, state, at, point%residual, here, touches_in)
+      wrong = failed_words(here)
+      call take_point(accuracy, here)
       call judge_mesh(problem, state, verdict)
       if (size(verdict%element) > 0) call note_worst(accuracy%mesh, verdict%ratio, at, element=verdict%element(1))
       if (verdict%ratio > 1.0_wp) call warn('the mesh is too coarse', verdict_words(verdict), accuracy%mesh_words)

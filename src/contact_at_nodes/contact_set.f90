@@ -19,7 +19,7 @@ module contact_set
    integer, parameter :: largest_lcp = 400                !! more uncertain candidates are switched by sign, without LCP
    integer, parameter :: max_rounds = 20
    character(*), parameter :: singular_border = 'the bordered system is singular: the structure cannot follow what the '// &
-      & 'increment prescribes; another METHOD may (SPHERICAL)'
+      & 'increment prescribes'
 
    !> A solved increment and the contact set after it.
    type :: contact_step_t

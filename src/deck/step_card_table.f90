@@ -194,7 +194,8 @@ contains
          'obstacle; factor on the amplitudes of an IMPERFECTION; EA, EI of a section; factor on the CONSTANT LOAD, '// &
          'which the steps before left behind', words='MODULUS|GAP|IMPERFECTION|EA|EI|CONSTANT LOAD')
       call param(t, 'NAME', kind_name, 'each once; left out: Curve-1, Curve-2 ...', optional=.true.)
-      call param(t, 'LIMIT', kind_integer, 'the k-th point LP of the step''s own path', default='1', bound=positive)
+      call param(t, 'LIMIT', kind_integer, 'the k-th point LP of the step''s own path but for those at corners', &
+         & default='1', bound=positive)
       call param(t, 'OBSTACLE', kind_name, 'the obstacle', only='PARAMETER=MODULUS|GAP')
       call param(t, 'ELSET', kind_name, 'the set on the card of the section or imperfection', &
          only='PARAMETER=IMPERFECTION|EA|EI')

@@ -7,6 +7,7 @@ module deck_summary
       & ground_pasternak
    use element_families, only: family_name
    use model_words, only: monitor_description, method_name, side_name, kind_name, parameter_name, parameter_object
+   use load_words, only: words_t, load_lines, support_lines, spring_lines
    use columns, only: brief, whole, left
    use text, only: plural
    implicit none
@@ -17,13 +18,14 @@ module deck_summary
 
 contains
 
-   !> Writes heading and summary: mesh, supports, sections, obstacles, contacts, monitors, steps.
-   subroutine write_deck_summary(unit, model, version, deck, results)
+   !> Writes heading and summary: mesh, supports, sections, obstacles, contacts, monitors, steps with their loads.
+   subroutine write_deck_summary(unit, model, version, deck, results, load_sum)
       integer, intent(in) :: unit                 !! open for formatted writing
       type(model_t), intent(in) :: model
       character(*), intent(in) :: version         !! of the program
       character(*), intent(in) :: deck            !! name of the deck, or <stdin>
       character(*), intent(in) :: results         !! name of the result file; blank: none
+      real(wp), intent(in) :: load_sum(:, :)      !! (3, steps) of all loads: force in x and y, moment about the origin
       character(:), allocatable :: text
       integer :: i
       call line(unit, '', 'unilat '//trim(version))
@@ -33,12 +35,14 @@ contains
       if (results /= '') call line(unit, 'results', results)
       call line(unit, '', '')
       call write_mesh(unit, model)
-      call write_supports(unit, model%fixed)
+      call write_supports(unit, model)
       if (allocated(model%spring)) then
          associate (springs => model%spring > 0.0_wp)
-            if (any(springs)) call line(unit, 'springs', 'at '//plural(count(any(springs, 1)), 'node')//': '// &
-               & whole(count(springs(1, :)))//' u, '//whole(count(springs(2, :)))//' v, '// &
-               & whole(count(springs(3, :)))//' rotations')
+            if (any(springs)) then
+               call line(unit, 'springs', 'at '//plural(count(any(springs, 1)), 'node')//': '//whole(count(springs(1, :)))// &
+                  & ' u, '//whole(count(springs(2, :)))//' v, '//whole(count(springs(3, :)))//' rotations')
+               call write_lines(unit, spring_lines(model))
+            end if
          end associate
       end if
       call write_sections(unit, model)
@@ -56,6 +60,7 @@ contains
       end do
       do i = 1, size(model%step)
          call write_step(unit, model, model%step(i), i)
+         call write_lines(unit, load_lines(model, model%step(i)%load, load_sum(:, i)))
       end do
       flush (unit)
    end subroutine write_deck_summary
@@ -108,12 +113,25 @@ contains
       end associate
    end subroutine write_mesh
 
-   subroutine write_supports(unit, fixed)
+   subroutine write_supports(unit, model)
       integer, intent(in) :: unit
-      logical, intent(in) :: fixed(:, :)
-      call line(unit, 'supports', 'at '//plural(count(any(fixed, 1)), 'node')//': '//whole(count(fixed(1, :)))//' u, ' &
-         & //whole(count(fixed(2, :)))//' v, '//whole(count(fixed(3, :)))//' rotations')
+      type(model_t), intent(in) :: model
+      associate (fixed => model%fixed)
+         call line(unit, 'supports', 'at '//plural(count(any(fixed, 1)), 'node')//': '//whole(count(fixed(1, :)))//' u, ' &
+            & //whole(count(fixed(2, :)))//' v, '//whole(count(fixed(3, :)))//' rotations')
+      end associate
+      call write_lines(unit, support_lines(model))
    end subroutine write_supports
+
+   !> Lines without a word at their left.
+   subroutine write_lines(unit, lines)
+      integer, intent(in) :: unit
+      type(words_t), intent(in) :: lines(:)
+      integer :: i
+      do i = 1, size(lines)
+         call line(unit, '', repeat(' ', margin)//lines(i)%text)
+      end do
+   end subroutine write_lines
 
    subroutine write_sections(unit, model)
       integer, intent(in) :: unit

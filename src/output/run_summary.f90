@@ -3,15 +3,11 @@ module run_summary
    use kinds, only: wp
    use timing, only: timing_seconds, timing_calls, timing_total, counted, n_phases, phase_name, n_counters, &
       & counter_name
-   use run_accuracy, only: accuracy_t, worst_t, place_t
-   use columns, only: scientific, fixed, whole, brief, left, right
+   use run_accuracy, only: accuracy_t
+   use columns, only: scientific, fixed, whole, left, right
    implicit none
    private
    public :: write_accuracy, write_cost, failed_checks
-
-   ! What no converged point comes near to.
-   real(wp), parameter :: unbalanced = 1.0e-4_wp     !! over the largest force
-   real(wp), parameter :: misplaced = 1.0e-7_wp      !! over the size
 
 contains
 
@@ -43,32 +39,16 @@ contains
       end subroutine write_value
    end subroutine write_accuracy
 
-   !> Why the answer is not to be trusted, in words; '' when all checks are good.
+   !> Why the answer is not to be trusted beside what ends a step (own_checks), in words; '' where there is no reason.
    pure function failed_checks(accuracy) result(text)
       type(accuracy_t), intent(in) :: accuracy
       character(:), allocatable :: text
       text = ''
-      call look('balance of forces', accuracy%force_balance, unbalanced)
-      call look('balance of moments', accuracy%moment_balance, unbalanced)
-      call look('balance of every node', accuracy%node_balance, unbalanced)
-      call look('penetration', accuracy%penetration, max(misplaced, accuracy%asked))
-      call look('tension', accuracy%tension, unbalanced)
-      call look('complementarity', accuracy%complementarity, max(misplaced, accuracy%asked))
-      call look('reactions and law of foundations', accuracy%foundation, unbalanced)
-      if (text /= '') text = 'its own checks found it wrong: '//text
       if (allocated(accuracy%mesh_words)) call add(accuracy%mesh_words)
       if (allocated(accuracy%rounding_words)) call add(accuracy%rounding_words)
       if (allocated(accuracy%hanging_words)) call add(accuracy%hanging_words)
 
    contains
-
-      pure subroutine look(name, worst, bound)
-         character(*), intent(in) :: name
-         type(worst_t), intent(in) :: worst
-         real(wp), intent(in) :: bound
-         if (worst%value <= bound) return
-         call add(name//' '//scientific(worst%value, 2)//' '//place_in_words(worst%at))
-      end subroutine look
 
       pure subroutine add(words)
          character(*), intent(in) :: words
@@ -76,17 +56,6 @@ contains
          text = text//words
       end subroutine add
    end function failed_checks
-
-   !> "at point 12 (load factor 1.5), node 7"
-   pure function place_in_words(at) result(text)
-      type(place_t), intent(in) :: at
-      character(:), allocatable :: text
-      text = 'at point '//whole(at%point)
-      if (at%branch > 0) text = text//' of branch '//whole(at%branch)
-      text = text//' (load factor '//brief(at%load_factor)//')'
-      if (at%node > 0) text = text//', node '//whole(at%node)
-      if (at%element > 0) text = text//', element '//whole(at%element)
-   end function place_in_words
 
    !> Seconds and calls of every phase that was used, and the counters that are not zero.
    subroutine write_cost(unit)

@@ -11,8 +11,7 @@ module path_loop
    use rod_state, only: state_t, new_state
    use linear_system, only: new_system
    use bordered_system, only: linearise
-   use support_check, only: unheld_part
-   use bar_check, only: indeterminate_bar
+   use start_support, only: why_unheld, unheld
    use corrector, only: increment_t
    use path_state, only: path_state_t
    use critical_points, only: critical_points_t
@@ -89,7 +88,7 @@ contains
          call freeze_loads(problem, run%state)
       end do steps
       outcome%stop_reasons = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
-         & outcome%used_up)
+         & outcome%wrong .or. outcome%used_up)
       outcome%sampled = problem%is_sampled()
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))
       if (allocated(outcome%trouble)) then
@@ -104,21 +103,16 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
-      character(*), parameter :: unheld = 'supports and touching obstacles do not hold the structure'
-      character(:), allocatable :: part
+      character(:), allocatable :: why
       real(wp) :: stiffness, rounding
       run%step_points = 0
-      ! Other loads may well retrace the path of the previous step.
+      run%arrived%point = 0
+      ! Other loads may well take the structure back.
       if (allocated(run%trail)) deallocate (run%trail)
       if (starts_fresh(problem)) then
-         part = unheld_part(problem, run%state)
-         if (part /= '') then
-            outcome%why = part//': '//unheld
-            return
-         end if
-         part = indeterminate_bar(problem, run%state)
-         if (part /= '') then
-            outcome%why = part
+         why = why_unheld(problem, run%state)
+         if (why /= '') then
+            outcome%why = why
             return
          end if
       end if

@@ -3,7 +3,7 @@ module run_accuracy
    use kinds, only: wp
    implicit none
    private
-   public :: accuracy_t, worst_t, place_t, note_worst
+   public :: accuracy_t, worst_t, place_t, note_worst, begin_point, take_point
 
    !> Where something was measured. Labels are the deck's; 0: the whole structure.
    type :: place_t
@@ -61,4 +61,44 @@ contains
       if (present(node)) worst%at%node = node
       if (present(element)) worst%at%element = element
    end subroutine note_worst
+
+   !> A copy that measures one point: what forces are measured against is that of the run so far, the measured values begin anew.
+   pure function begin_point(accuracy) result(here)
+      type(accuracy_t), intent(in) :: accuracy
+      type(accuracy_t) :: here
+      type(worst_t) :: none
+      here = accuracy
+      here%residual = none
+      here%penetration = none
+      here%tension = none
+      here%complementarity = none
+      here%force_balance = none
+      here%moment_balance = none
+      here%node_balance = none
+      here%foundation = none
+   end function begin_point
+
+   !> Raises the worst values by those of a point that was measured with such a copy.
+   pure subroutine take_point(accuracy, here)
+      type(accuracy_t), intent(inout) :: accuracy
+      type(accuracy_t), intent(in) :: here
+      accuracy%force = here%force
+      accuracy%reaction = here%reaction
+      call raise(accuracy%residual, here%residual)
+      call raise(accuracy%penetration, here%penetration)
+      call raise(accuracy%tension, here%tension)
+      call raise(accuracy%complementarity, here%complementarity)
+      call raise(accuracy%force_balance, here%force_balance)
+      call raise(accuracy%moment_balance, here%moment_balance)
+      call raise(accuracy%node_balance, here%node_balance)
+      call raise(accuracy%foundation, here%foundation)
+
+   contains
+
+      pure subroutine raise(worst, by)
+         type(worst_t), intent(inout) :: worst
+         type(worst_t), intent(in) :: by
+         if (by%value > worst%value) worst = by
+      end subroutine raise
+   end subroutine take_point
 end module run_accuracy

@@ -8,7 +8,7 @@ module force_law
    use obstacle_types, only: obstacle_t
    implicit none
    private
-   public :: foundation_reaction, law_segment, segment_slope, carries, segment_open, segment_unknown
+   public :: foundation_reaction, law_segment, first_corner, segment_slope, carries, segment_open, segment_unknown
 
    integer, parameter :: segment_open = 0               !! no contact
    integer, parameter :: segment_unknown = -huge(1)     !! from the gap
@@ -55,6 +55,16 @@ contains
       end do
       if (penetration < 0.0_wp .and. segment > 1) segment = -segment
    end function law_segment
+
+   !> The corner of a law that comes first on the way from one segment to another one: the number of its point, negative where what
+   !> is pulled gets there.
+   pure integer function first_corner(from, to) result(corner)
+      integer, intent(in) :: from, to          !! segments that carry, not the same
+      logical :: outwards
+      outwards = abs(to) > abs(from) .and. (from * to > 0 .or. abs(from) == 1)
+      corner = abs(from) + merge(1, 0, outwards)
+      if (merge(to, from, outwards) < 0) corner = -corner
+   end function first_corner
 
    !> Derivative of the force by the penetration on a segment.
    pure real(wp) function segment_slope(law, segment) result(slope)

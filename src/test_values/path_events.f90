@@ -11,17 +11,19 @@ module path_events
    use contact_regions, only: region_of, resolved_contact
    use gap_profile, only: smallest_gap
    use ground_regions, only: find_ground_regions, taken_along
+   use law_corners, only: law_corner_t, beyond_corner
    use ground_events, only: ground_event_t, find_ground_events, find_roots, ground_event_value
    use path_record, only: region_t
    implicit none
    private
-   public :: test_values_t, event_t, new_test_values, detect_events, value_events, event_value
+   public :: test_values_t, event_t, new_test_values, detect_events, value_events, event_value, note_of_corner
    public :: event_limit, event_bifurcation, event_release, event_turning, event_contact, event_value_reached, event_stop
 
    integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5, &
       & event_turning = 6, event_release = 7
 
-   real(wp), parameter :: at_rest = 1.0e-6_wp !! part of a contact event's function after the increment
+   character(*), parameter :: note_of_corner = 'limit point of the load, at a corner of the path'
+   real(wp), parameter :: at_rest = 1.0e-6_wp !! of a contact event's function after the increment
 
    !> Numbers compared from point to point.
    type :: test_values_t
@@ -46,15 +48,17 @@ module path_events
       integer :: least = 0, most = 0          !! smaller and larger number of negative pivots at the two ends
       integer :: pivots = 0                   !! number of negative pivots at the located point
       logical, allocatable :: marked(:)       !! contact: the candidates concerned
-      logical :: divided = .false.            !! contact: a region splits, or two merge
-      type(ground_event_t) :: ground          !! contact change with a distributed foundation
-      real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: scale both branches of the function
-      logical :: jumps = .false. !! bifurcation: the eigenvalue jumps without a zero, where a line contact has become a point
-      logical :: held = .false.               !! value events: the value was prescribed, and is met up to rounding
-      logical :: load_tells = .false.         !! the load rises or falls steadily over the increment and can divide it
-      real(wp) :: scale = 1.0_wp              !! reference magnitude of the event function
-      real(wp) :: before = 0.0_wp, after = 0.0_wp !! event function at both ends of the increment
-      character(:), allocatable :: note          !! words for the results
+      logical :: divided = .false.            !! contact: a region splits there, or two merge
+      type(ground_event_t) :: ground          !! contact with a distributed foundation: what happens where
+      real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
+      logical :: corner = .false.             !! limit point: the rate of the load jumps through zero, as stiffnesses do there
+      type(law_corner_t) :: law               !! limit point: of a law at a node, where that makes the corner
+      logical :: jumps = .false.              !! bifurcation: its eigenvalue does so as a line has become a point, and has no zero
+      logical :: held = .false.               !! value events: it has been met by prescribing it, to rounding
+      logical :: load_tells = .false.         !! the load grows so steadily over the increment that it tells parts of it
+      real(wp) :: scale = 1.0_wp              !! what the zero of its function was measured against
+      real(wp) :: before = 0.0_wp, after = 0.0_wp !! its function at both ends of the increment
+      character(:), allocatable :: note
    end type event_t
 
 contains
@@ -294,6 +298,7 @@ contains
       select case (event%kind)
       case (event_limit)
          value = probe%load_rate
+         if (event%law%candidate > 0) value = beyond_corner(problem, state, event%law) / problem%size
       case (event_bifurcation)
          ! Only the sign is available; event_location computes the eigenvalue.
          value = merge(-1.0_wp, 1.0_wp, event%number <= probe%negative_pivots)

@@ -131,12 +131,17 @@ def smoothed(results: Path, x: Column, y: Column, first: int = 0, root: tuple[fl
 
 
 def bends(results: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Where the path has a kink, and where it has none for sure: contact and new loads make kinks, limit points do not."""
+    """Where the path has a kink, and where it has none for sure: contact and new loads make kinks, limit points do not.
+
+    A limit point without a rate of the load is one at a kink: what a stop pushes with comes to a corner of its law.
+    """
     n = results.n_points
     labels = results.path["label"].values if "label" in results.path else np.full(n, "")
     steps = results.path["step"].values if "step" in results.path else np.ones(n, dtype=int)
     ends = np.append(steps[1:] != steps[:-1], False)
-    return ends | np.isin(labels, ("C+", "C-")), np.isin(labels, ("LP", "TP"))
+    rate = results.path["load_factor"].rate
+    kinks = (labels == "LP") & (False if rate is None else ~np.isfinite(rate[:n]))
+    return ends | np.isin(labels, ("C+", "C-")) | kinks, np.isin(labels, ("LP", "TP")) & ~kinks
 
 
 def draw_marks(axes, results: Path, wanted: list[str], place, colour: str, value_of=None,

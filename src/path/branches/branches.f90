@@ -76,6 +76,7 @@ contains
       real(wp) :: distance
       integer :: i, at, passed
 
+      outcome%wrong = .false.
       called = 'branch '//trim(branch%name)//trim(merge(' (plus) ', ' (minus)', branch%side > 0))
       at = 0
       passed = 0
@@ -125,7 +126,8 @@ contains
       call linearise(problem, run%state, run%state, run%system)
       run%system%negative_pivots = home%list(at)%pivots
       call record(problem, run, run%state, 'BP', nothing, recorder, outcome)
-      if (allocated(outcome%why)) return
+      call note_wrong()
+      if (allocated(outcome%why) .or. outcome%wrong) return
       distance = branch%increment
       if (.not. distance > 0.0_wp) then
          distance = first_distance
@@ -137,12 +139,22 @@ contains
          return
       end if
       call record(problem, run, run%state, '', report, recorder, outcome)
-      if (allocated(outcome%why)) return
+      call note_wrong()
+      if (allocated(outcome%why) .or. outcome%wrong) return
       run%step_points = 1
       call follow_points(problem, as_branch, run, recorder, outcome)
       if (allocated(outcome%why)) then
          call note_trouble(outcome, called//': '//outcome%why)
          deallocate (outcome%why)
       end if
+
+   contains
+
+      !> A point that is no equilibrium ends its branch only.
+      subroutine note_wrong()
+         if (.not. outcome%wrong) return
+         call note_trouble(outcome, called//': '//outcome%why)
+         deallocate (outcome%why)
+      end subroutine note_wrong
    end subroutine follow_branch
 end module branches

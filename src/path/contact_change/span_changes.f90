@@ -24,6 +24,7 @@ module span_changes
    use path_events, only: event_t, new_test_values, value_events, event_stop
    use path_state, only: path_state_t, copy_path_state
    use path_acceptance, only: arrival_t, accept
+   use corner_limit, only: look_whether_back
    use remeshing, only: wants_another
    use path_outcome, only: outcome_t
    use step_control, only: smallest
@@ -78,6 +79,8 @@ contains
          call pass_opening(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
       end select
       if (result == set_changed) run%since_change%at = run%arc_length
+      if (result == set_changed .and. .not. (finished .or. allocated(outcome%why) .or. allocated(run%stuck))) &
+         & call look_whether_back(problem, step, run, outcome)
       if (allocated(run%stuck)) result = no_set
    end subroutine pass_change
 
@@ -247,6 +250,7 @@ contains
       call ask_nodes(problem, run, reach, next, changed)
       if (changed) then
          call go_to_next(problem, step, run, next, recorder, finished, outcome)
+         if (.not. (finished .or. allocated(outcome%why))) call look_whether_back(problem, step, run, outcome)
       else
          call linearise(problem, run%state, run%state, run%system)
       end if

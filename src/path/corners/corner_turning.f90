@@ -2,18 +2,18 @@
 !> new contact set.
 module corner_turning
    use kinds, only: wp
-   use model, only: step_t, method_load
+   use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
    use bordered_system, only: linearise
    use contact_corner, only: find_corner, leave_corner
    use contact_regions, only: find_regions
-   use path_continuity, only: path_tangent_t
    use path_control, only: is_arc_length
    use corrector, only: increment_t
    use path_state, only: path_state_t, path_tangent_of
    use path_events, only: new_test_values
    use path_acceptance, only: arrival_t, accept
+   use corner_limit, only: look_whether_back
    use remeshing, only: wants_another
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
@@ -72,7 +72,7 @@ contains
          ! A structure that has become stiff at the corner must not be loaded faster than before.
          if (load < abs(run%heading%load) * run%control%increment) run%control%increment = load / abs(run%heading%load)
       else
-         call look_whether_back(problem, run, outcome)
+         call look_whether_back(problem, step, run, outcome)
       end if
    end subroutine turn_corner
 
@@ -91,17 +91,4 @@ contains
       if (regions > 0) label = 'C+'
       if (regions < 0) label = 'C-'
    end function corner_label
-
-   !> Ends the run if the path continues against the direction that the control prescribes.
-   subroutine look_whether_back(problem, run, outcome)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! at the corner, with the tangent behind the corner
-      type(outcome_t), intent(inout) :: outcome
-      type(path_tangent_t) :: prescribed
-      prescribed = path_tangent_of(problem, run, run%state)
-      outcome%turns = run%heading%load * prescribed%load < 0.0_wp
-      if (outcome%turns) outcome%why = 'the path turns back where the contact set changes: '// &
-         & trim(merge('load control        ', 'displacement control', run%control%method == method_load))// &
-         & ' cannot follow it (an arc-length METHOD can)'
-   end subroutine look_whether_back
 end module corner_turning

@@ -10,9 +10,10 @@ module event_location
    use path_continuity, only: path_tangent_t, lies_between, alike, largest_distance
    use increment_points, only: division_t, new_division, point_within, chord_fraction
    use corrector, only: increment_t, correct
-   use path_events, only: event_t, event_value, event_bifurcation, event_release, event_contact, event_limit, event_turning, &
-      & event_value_reached, event_stop
+   use path_events, only: event_t, event_value, note_of_corner, event_bifurcation, event_release, event_contact, event_limit, &
+      & event_turning, event_value_reached, event_stop
    use located_events, only: located_event_t, note_balance
+   use law_corners, only: law_corner_t, corner_between
    use smooth_zero, only: locate_smooth
    use zero_at_end, only: take_beginning
    use event_eigenvalue, only: zero_eigenvalue
@@ -35,6 +36,7 @@ contains
       type(path_tangent_t), intent(in) :: ahead         !! path tangent at the trial
       type(located_event_t), intent(inout) :: sighting  !! its event is given
       type(division_t) :: division
+      type(law_corner_t) :: law
       real(wp) :: before
       division = new_division(problem, run, trial, ahead, sighting%event%load_tells)
       sighting%place = trial
@@ -55,8 +57,9 @@ contains
          sighting%fraction = 0.0_wp
          return
       end if
-      if (sighting%event%kind == event_bifurcation .or. (division%smooth .and. any(sighting%event%kind == [event_limit, &
-         & event_turning]))) then
+      law = corner_between(problem, run%state, trial)
+      if (sighting%event%kind == event_bifurcation .or. (division%smooth .and. (sighting%event%kind == event_turning .or. &
+         & (sighting%event%kind == event_limit .and. law%candidate == 0)))) then
          call locate_smooth(problem, step, run, trial, ahead, division, sighting)
       else
          call bracket_zero(problem, step, run, trial, ahead, division, sighting)
@@ -187,9 +190,10 @@ contains
                sighting%place = above
                sighting%heading = heading_above
                sighting%fraction = bracket%high
-               ! Across the final bracket a continuous function changes little, and a jump, which is no event, does not. For contact
-               ! the two states are compared instead: the contact force may begin with any slope, and one node more or less in
-               ! contact may displace the structure.
+               ! What is continuous shrinks with its bracket, what jumps does not, and is no event. The force of a contact may
+               ! begin with any slope, and the structure may give way by what a node more or less in contact makes.
+               if (event%kind == event_limit) call take_corner()
+               if (event%corner) exit search
                if (event%kind == event_contact) then
                   located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial)
                else
@@ -235,6 +239,22 @@ contains
          ! Eigenvalues may jump without a bifurcation if the contact set changes.
          if (releases .and. located) located = all(below%active .eqv. above%active)
       end associate
+
+   contains
+
+      !> The rate of the load jumps where the contact changes, or what pushes gets to a corner of its law. If the path goes through
+      !> there the load has its extreme at that corner.
+      subroutine take_corner()
+         type(law_corner_t) :: law
+         law = corner_between(problem, below, above)
+         if (alike(problem, below, above) .and. law%candidate == 0) return
+         sighting%located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial) .and. &
+            & is_extreme(step, run%state%load_factor, trial%load_factor, sighting)
+         sighting%event%corner = sighting%located
+         if (.not. sighting%located) return
+         sighting%event%law = law
+         sighting%event%note = note_of_corner
+      end subroutine take_corner
    end subroutine bracket_zero
 
    !> Corrects the located state to the prescribed value itself. If the value cannot be prescribed or the corrector fails, the state
@@ -268,19 +288,28 @@ contains
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead
       type(located_event_t), intent(in) :: sighting
-      real(wp) :: noise
       right = run%fresh .or. .not. alike(problem, run%state, sighting%place)
       if (.not. right) right = lies_between(problem, run%state, trial, run%heading, ahead, sighting%place)
-      if (sighting%event%kind /= event_limit) return
-      associate (top => sighting%place%load_factor, first => run%state%load_factor, last => trial%load_factor)
-         ! The load is stationary at a limit point: its error is the square of the location error; the loads of the two ends have
-         ! the error left by the iteration.
+      if (sighting%event%kind == event_limit) right = right .and. is_extreme(step, run%state%load_factor, trial%load_factor, &
+         & sighting)
+   end function is_what_it_says
+
+   !> True for a limit point whose load is above, or below, those of both ends of the increment.
+   pure logical function is_extreme(step, first, last, sighting) result(right)
+      type(step_t), intent(in) :: step
+      real(wp), intent(in) :: first, last          !! load factors of the ends
+      type(located_event_t), intent(in) :: sighting
+      real(wp) :: noise
+      right = .true.
+      associate (top => sighting%place%load_factor)
+         ! The load is flat there: it errs by the square of what the place does, those of the points beside it by what the iteration
+         ! leaves.
          noise = step%locate_tolerance * max(abs(top - first), abs(top - last)) + 4.0_wp * spacing(top) + &
             & step%tolerance * max(abs(first), abs(last))
          if (sighting%event%before > 0.0_wp) right = right .and. top >= max(first, last) - noise
          if (sighting%event%before < 0.0_wp) right = right .and. top <= min(first, last) + noise
       end associate
-   end function is_what_it_says
+   end function is_extreme
 
    !> True if gaps and reactions of all unmarked candidates have the right sign, and the reactions of the marked ones do not have
    !> opposite signs.

@@ -7,16 +7,16 @@ module event_order
    use located_events, only: located_event_t
    implicit none
    private
-   public :: duplicates_of, one_sided, count_before, by_fraction, same_place
+   public :: duplicates_of, beside, one_sided, count_before, by_fraction, same_place
 
    real(wp), parameter :: same_place = 1.0e-5_wp !! of an increment: located events closer than that coincide
 
 contains
 
-   !> Marks events that duplicate another one or are spurious. Bifurcations: the eigenvalue of a limit point, further eigenvalues of
-   !> a multiple bifurcation, jumps due to contact changes inside the increment, rounding at a point that is a bifurcation itself.
-   !> Limit points: those not located if a contact change is, because the load turns there. If the contact set is constant up to the
-   !> trial, an inertia change without an event means another path and is not suppressed.
+   !> Changes of the pivot count that are no bifurcations of their own: a limit point's change of sign, further eigenvalues of
+   !> a multiple bifurcation, jumps where the contact set changes on the way, and rounding at a point that is a bifurcation itself.
+   !> And limit points that were not located beside a contact that is gained or lost. Where the set stays up to the trial
+   !> there are no jumps: a count that changes without an event is that of another path.
    function duplicates_of(run, trial, changes, seen) result(told)
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
@@ -55,8 +55,23 @@ contains
       end do
    end function duplicates_of
 
-   !> True if the load turns with a constant contact set but no eigenvalue is seen to change its sign: a second, undetected one
-   !> changes its sign, too.
+   !> The change of contact at whose corner each limit point lies: the place of both is one. 0: there is none.
+   pure function beside(seen) result(change)
+      type(located_event_t), intent(in) :: seen(:)
+      integer :: change(size(seen))
+      integer :: i, k
+      change = 0
+      do i = 1, size(seen)
+         if (.not. (seen(i)%event%corner .and. seen(i)%located)) cycle
+         do k = 1, size(seen)
+            if (seen(k)%event%kind /= event_contact .or. .not. seen(k)%located) cycle
+            if (abs(seen(k)%fraction - seen(i)%fraction) <= same_place) change(i) = k
+         end do
+      end do
+   end function beside
+
+   !> True for a limit point where the contact set stays and no eigenvalue is seen to change its sign there: another one does, too,
+   !> and goes unseen.
    pure logical function one_sided(run, trial, probe, seen)
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial

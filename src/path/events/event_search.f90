@@ -21,14 +21,15 @@ module event_search
    !> Results of the search for events, before anything is recorded.
    type :: findings_t
       type(test_values_t) :: probe                   !! at the trial
-      type(located_event_t), allocatable :: seen(:) !! events, located or not
-      logical :: comes_home = .false.          !! one of the events is the closure of a branch on its parent path
-      logical, allocatable :: told(:)          !! (seen) duplicates another event, or spurious
-      type(system_t), allocatable :: at_trial  !! system factored at the trial, which the search overwrites; not allocated: no
-      !! events
-      logical :: stops = .false.               !! the trial satisfies the stop condition
-      logical :: as_it_is = .false.            !! true: the mesh will not be refined for error bars
-      type(error_bars_t), allocatable :: bars  !! error bars of the trial; not allocated: none requested
+      type(located_event_t), allocatable :: seen(:)
+      logical :: comes_home = .false.          !! one of them is where its branch comes back to the path that it left
+      logical, allocatable :: told(:)          !! (seen) by another one, or nothing to tell
+      integer, allocatable :: beside(:)        !! (seen) limit point at a corner: the change of contact that makes it; 0: none
+      type(system_t), allocatable :: at_trial  !! the run's system there, which looking at events changes; not allocated where there
+      !! are none
+      logical :: stops = .false.               !! the trial meets the stop condition
+      logical :: as_it_is = .false.            !! no other mesh will be made for the sake of errors
+      type(error_bars_t), allocatable :: bars  !! of the trial; not allocated where they are not to be shown
    end type findings_t
 
 contains
@@ -69,7 +70,8 @@ contains
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead
       type(findings_t), intent(inout) :: findings
-      type(event_t), allocatable :: events(:)
+      type(event_t), allocatable :: events(:)     ! up to the limit point
+      type(event_t), allocatable :: beyond_it(:)
       type(state_t) :: place
       type(path_tangent_t) :: heading
       type(test_values_t) :: top
@@ -84,7 +86,8 @@ contains
       call linearise(problem, place, place, run%system)
       top = test_values_at(problem, run, place, heading)
       call value_events(problem, step, run%probe, top, run%state, place, events)
-      if (size(events) == 0) return
+      call value_events(problem, step, top, findings%probe, place, trial, beyond_it)
+      if (size(events) + size(beyond_it) == 0) return
       call drop_known(run%probe, findings%probe, events)
       n = size(findings%seen)
       call look(problem, step, run, place, heading, events, findings%seen)
@@ -94,10 +97,9 @@ contains
       beyond%heading = heading
       beyond%probe = top
       beyond%fresh = .false.
-      call value_events(problem, step, top, findings%probe, beyond%state, trial, events)
-      call drop_known(run%probe, findings%probe, events)
+      call drop_known(run%probe, findings%probe, beyond_it)
       n = size(findings%seen)
-      call look(problem, step, beyond, trial, ahead, events, findings%seen)
+      call look(problem, step, beyond, trial, ahead, beyond_it, findings%seen)
       findings%seen(n + 1:)%fraction = part + (1.0_wp - part) * findings%seen(n + 1:)%fraction
    end subroutine find_hidden_values
 

@@ -17,6 +17,7 @@ module path_follower
    use step_recovery, only: try_recovery
    use increment_retries, only: retry_refined, retry_by_nodes, retry_closer
    use path_acceptance, only: arrival_t, accept
+   use corner_limit, only: report_turned_load
    use remeshing, only: wants_another
    use path_outcome, only: outcome_t
    use span_changes, only: pass_change, set_changed, go_nearer, other_mesh
@@ -31,10 +32,21 @@ module path_follower
 
 contains
 
-   !> Follows the path from the last accepted point, with the control set, to the stop condition.
+   !> Point after point, from where the run stands with its control set, to the stop condition. The last point may be a corner.
    subroutine follow_points(problem, step, run, recorder, outcome)
       type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
       type(step_t), intent(in) :: step           !! step of the deck, or its copy for a branch
+      type(path_state_t), intent(inout) :: run
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      call go_to_end(problem, step, run, recorder, outcome)
+      call report_turned_load(problem, step, run, recorder, outcome)
+   end subroutine follow_points
+
+   !> Point after point.
+   subroutine go_to_end(problem, step, run, recorder, outcome)
+      type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
+      type(step_t), intent(in) :: step           !! of the deck, or as a branch has it
       type(path_state_t), intent(inout) :: run
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
@@ -88,7 +100,7 @@ contains
             if (ended(attempt, outcome)) return
          end if
       end do
-   end subroutine follow_points
+   end subroutine go_to_end
 
    !> Makes a contact change that, on a new mesh, lies before the last accepted point: at that point.
    subroutine catch_up(problem, step, run, attempt, recorder, outcome)

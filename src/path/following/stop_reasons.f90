@@ -1,25 +1,24 @@
-!> Reason why a path has no further point, and a remedy for the user.
+!> Why a path has no further point, in words that are true, with a way out where one was tried.
 !>
 !> Load and displacement control end at limit and turning points. Whether such a point lies ahead is verified: the path is followed
 !> by arc length, without recording, until the load or the monitor turns back.
 module stop_reasons
    use kinds, only: wp
    use text, only: to_text
-   use model, only: step_t, method_load, method_displacement, method_cylindrical
+   use model, only: step_t, method_load, method_displacement
    use problem, only: problem_t
-   use rod_state, only: state_t
    use bordered_system, only: linearise
-   use path_control, only: control_t, set_tangent, is_arc_length, displacement_between
+   use path_control, only: is_arc_length
    use displacement_functional, only: monitor_change
-   use path_continuity, only: path_tangent_t, path_tangent_at, relate, same_path
    use path_state, only: path_state_t
-   use corrector, only: increment_t, take_increment
-   use span_tests, only: spans_hold
+   use looking_ahead, only: look_t, look_from, look_on
+   use corrector, only: increment_t
    implicit none
    private
    public :: why_stuck
 
-   integer, parameter :: most_points = 40       !! points followed ahead at most
+   integer, parameter :: most_points = 40       !! to be looked ahead
+   character(*), parameter :: arc_length_can = ' (METHOD=CYLINDRICAL can)'
 
 contains
 
@@ -30,91 +29,78 @@ contains
       type(path_state_t), intent(inout) :: run
       type(increment_t), intent(in) :: report   !! of the last increment tried
       character(:), allocatable, intent(out) :: why
-      logical, intent(out) :: turns             !! the path continues, but this strategy cannot follow it
+      logical, intent(out) :: turns             !! the path goes on, but not for this strategy
+      character(:), allocatable :: cut
       real(wp) :: at
+      integer :: points
       turns = .false.
       why = 'no further point at load factor '//to_text(run%state%load_factor)//': '//report%message
+      cut = ' (increments were cut to '//to_text(abs(run%control%increment))
       if (is_arc_length(run%control%method)) then
-         why = why//' (increments were cut to '//to_text(abs(run%control%increment))// &
-            & '; *STATIC sets the smallest, *CONTROLS the iterations)'
+         why = why//cut//'; *STATIC sets the smallest, *CONTROLS the iterations)'
          return
       end if
-      call look_ahead(problem, run, at, turns)
+      call look_ahead(problem, run, at, points, turns)
       if (.not. turns) then
-         why = why//' (increments were cut to '//to_text(abs(run%control%increment))// &
-            & '; an arc-length METHOD may go on)'
+         ! A step by arc length begins with an increment of the load.
+         if (is_arc_length(step%method)) then
+            why = why//cut//' of the load factor)'
+         else if (points > 0) then
+            why = why//cut//'; METHOD=CYLINDRICAL goes on from there, to load factor '//to_text(at)//' at least)'
+         else
+            why = why//cut//')'
+         end if
       else if (step%method == method_displacement) then
          why = 'displacement control cannot pass the turning point of '//trim(problem%model%monitor(step%monitor)%name)// &
-            & ' ahead, near load factor '//to_text(at)//' (an arc-length METHOD can): '//why
+            & ' ahead, near load factor '//to_text(at)//arc_length_can//': '//why
       else if (step%method == method_load) then
-         why = 'load control cannot pass the limit point ahead, near load factor '//to_text(at)//' (an arc-length METHOD can): '// &
-            & why
+         why = 'load control cannot pass the limit point ahead, near load factor '//to_text(at)//arc_length_can//': '//why
       else
          why = 'the first increment cannot pass the limit point near load factor '//to_text(at)//' (a smaller one can): '//why
       end if
    end subroutine why_stuck
 
-   !> Follows the path by arc length until the quantity prescribed by the strategy turns back.
-   subroutine look_ahead(problem, run, at, found)
+   !> Goes on by arc length until what the strategy prescribes turns back.
+   subroutine look_ahead(problem, run, at, points, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      real(wp), intent(out) :: at               !! load factor at the turn
-      logical, intent(out) :: found
-      integer, parameter :: most_cuts = 10
-      type(state_t) :: here, next
-      type(path_tangent_t) :: heading, ahead
-      type(control_t) :: control
-      type(increment_t) :: report
-      real(wp) :: rate_here
-      integer :: point, cuts
+      real(wp), intent(out) :: at               !! load factor there, or at the last point
+      integer, intent(out) :: points            !! found by arc length
+      logical, intent(out) :: found             !! it turns
+      type(look_t) :: look
+      real(wp) :: rate_here, rate_there, load, slope
+      logical :: ahead
       found = .false.
+      points = 0
       at = run%state%load_factor
-      ! Arc length of the last increment, or of the failed one by the load rate.
-      control%method = method_cylindrical
-      control%increment = run%last_length
-      if (.not. control%increment > 0.0_wp) &
-         & control%increment = abs(run%control%increment) / max(abs(run%heading%load), tiny(1.0_wp))
-      here = run%state
-      heading = run%heading
-      cuts = 0
-      point = 0
-      do while (point < most_points .and. cuts <= most_cuts)
-         call linearise(problem, here, here, run%system)
-         if (.not. run%system%ok) return
-         rate_here = rate(here, heading)
-         call set_tangent(problem, run%system, heading%u, heading%load, control)
-         call take_increment(problem, here, control, next, run%system, report)
-         if (report%converged) then
-            ahead = path_tangent_at(problem, run%system, displacement_between(problem, here, next), &
-               & next%load_factor - here%load_factor)
-            report%converged = same_path(relate(problem, here, next, heading, ahead, .false.))
-         end if
-         if (.not. report%converged) then
-            cuts = cuts + 1
-            control%increment = 0.5_wp * control%increment
-            cycle
-         end if
-         ! Beyond a contact change the continuation is unknown.
-         if (problem%has_spans()) report%converged = spans_hold(problem, next, run%system%force_scale)
-         if (.not. report%converged) return
-         point = point + 1
-         found = rate_here * rate(next, ahead) < 0.0_wp
-         at = here%load_factor
-         if (abs(next%load_factor) > abs(at)) at = next%load_factor
+      call linearise(problem, run%state, run%state, run%system)
+      if (.not. run%system%ok) return
+      look = look_from(run)
+      rate_here = rate()
+      ! What goes against the increments from the start has turned behind the run.
+      if (.not. rate_here * run%control%increment > 0.0_wp) return
+      do while (points < most_points)
+         load = look%here%load_factor
+         slope = look%heading%load
+         call look_on(problem, run, look, ahead)
+         if (.not. ahead) return
+         points = points + 1
+         call linearise(problem, look%here, look%here, run%system)
+         rate_there = rate()
+         found = rate_here * rate_there < 0.0_wp
+         at = look%here%load_factor
+         if (found .and. (at - load) * slope < 0.0_wp) at = load
          if (found) return
-         here = next
-         heading = ahead
+         rate_here = rate_there
       end do
 
    contains
 
-      !> Derivative of the controlled quantity (load or monitor) by arc length, at the state at which the system is factored.
-      real(wp) function rate(state, along)
-         type(state_t), intent(in) :: state
-         type(path_tangent_t), intent(in) :: along
-         rate = along%load
-         if (run%control%method == method_displacement) &
-            & rate = along%load * monitor_change(problem, run%control%monitor, state, run%system, run%system%tangent, 1.0_wp)
+      !> Of what the strategy prescribes, along the path, where the system is factored now.
+      real(wp) function rate()
+         rate = look%heading%load
+         if (run%control%method == method_displacement) rate = look%heading%load * monitor_change(problem, run%control%monitor, &
+            & look%here, run%system, run%system%tangent, 1.0_wp)
       end function rate
    end subroutine look_ahead
 end module stop_reasons

@@ -71,12 +71,13 @@ contains
       associate (curve => step%limit_curve(number))
          passed = 0
          do i = 1, size(own%list)
-            if (own%list(i)%label /= 'LP') cycle
+            if (own%list(i)%label /= 'LP' .or. own%list(i)%corner) cycle
             passed = passed + 1
             if (passed == curve%limit_point) exit
          end do
          if (passed < curve%limit_point) then
             trouble = 'the path has '//to_text(passed)//' limit point(s), not '//to_text(curve%limit_point)
+            if (any(own%list%corner)) trouble = trouble//'; those at corners of the path do not count: no rate is zero there'
             return
          end if
          call copy_problem(own%list(i)%problem, follower%base)

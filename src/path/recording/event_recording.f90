@@ -49,6 +49,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(critical_t) :: critical
       type(test_values_t) :: probe
+      type(path_tangent_t), allocatable :: tangent    ! not allocated at a corner, which has two
       logical :: smooth
       finished = .false.
       associate (event => sighting%event, place => sighting%place)
@@ -61,8 +62,9 @@ contains
          if (outcome%home) return
          critical = new_critical(event%label, event%note, sighting%bars)
          if (smooth) run%system%negative_pivots = pivots
+         if (.not. event%corner) tangent = sighting%heading
          call record(problem, run, place, event%label, sighting%report, recorder, outcome, first_touch(problem, event, &
-            & place), sighting%bars, sighting%heading)
+            & place), sighting%bars, tangent)
          if (allocated(outcome%why)) return
          call count_up(counter_located)
          probe = new_test_values(problem, place, run%system, sighting%heading%load)
@@ -117,7 +119,7 @@ contains
             call keep_critical_point(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, &
                & free=free, released=released)
          case (event_limit)
-            call keep_critical_point(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
+            call keep_critical_point(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0, corner=event%corner)
          end select
       end associate
    end subroutine keep_start
@@ -138,6 +140,7 @@ contains
       run%probe = probe
       run%fresh = .false.
       run%since_change%shrunk = .false.
+      run%arrived%point = 0
    end subroutine go_to
 
    !> (candidates) true for the candidate with the smallest gap, the first to carry force, if contact at nodes is gained.
@@ -163,11 +166,11 @@ contains
       if (nearest > 0) touching(nearest) = .true.
    end function first_touch
 
-   !> Reports the point recorded last as a critical point, and checks its error bars.
+   !> Reports a point as a critical one: the one recorded last, or the one whose row it has already.
    subroutine announce(problem, run, point, state, values, exact, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(critical_t), intent(in) :: point      !! its label, note and null vectors
+      type(critical_t), intent(in) :: point      !! label, note and null vectors; its row where it is not the last one
       type(state_t), intent(in) :: state
       type(test_values_t), intent(in) :: values
       logical, intent(in) :: exact               !! located, not only bracketed
@@ -178,12 +181,12 @@ contains
       type(error_t), allocatable :: error
       full = point
       full%step = problem%step
-      full%point = run%points
+      if (full%point == 0) full%point = run%points
       full%load_factor = state%load_factor
       full%located = exact
       full%monitor = values%monitor
       if (allocated(full%bars)) then
-         at = place_t(run%branch, problem%step, run%points, state%load_factor)
+         at = place_t(run%branch, problem%step, full%point, state%load_factor)
          associate (step => problem%model%step(problem%step))
             call note_error(problem, step, full%bars, sizes_there(problem, step, run, state, asked_at(problem, step, full%label), &
                & outcome), full%label, at, outcome%accuracy)

@@ -12,18 +12,19 @@ module path_acceptance
    use path_control, only: path_length
    use path_continuity, only: path_tangent_t
    use corrector, only: increment_t
-   use path_state, only: path_state_t, keep_critical_point
+   use path_state, only: path_state_t, arrived_t, keep_critical_point
    use step_control, only: stop_met
-   use path_events, only: event_stop, event_bifurcation
+   use path_events, only: new_test_values, event_stop, event_bifurcation
    use branch_closure, only: check_closure
    use event_search, only: findings_t, find_events
    use spurious_events, only: better_from_nearer, hides_release, turns_by_rounding, doubt_limit, doubt_bifurcation
-   use event_order, only: duplicates_of, count_before, by_fraction, same_place
+   use event_order, only: duplicates_of, beside, count_before, by_fraction, same_place
    use event_recording, only: record_event, announce, new_critical, go_to
    use path_outcome, only: outcome_t, note_bracketed
    use point_recording, only: record
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_event, bars_at_point, note_error, asked_at
+   use corner_limit, only: report_turned_load
    use remeshing, only: wants_another, ask_at_event, ask_for_mesh, ask_for_less, sizes_there
    use path_record, only: recorder_t
    use run_accuracy, only: place_t
@@ -69,6 +70,7 @@ contains
       if (allocated(run%wanted)) deallocate (run%wanted)
       run%unsettled = .false.
       call find_events(problem, step, run, trial, ahead, findings)
+      call find_corners(run, trial, findings)
       findings%told = duplicates_of(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
       shorter = arrival%can_cut .and. better_from_nearer(problem, run, trial, findings)
       if (shorter) return
@@ -77,6 +79,8 @@ contains
       if (shorter .or. wants_another(run)) return
       call settle_trial(problem, step, run, trial, ahead, arrival, findings, outcome)
       if (wants_another(run)) return
+      call report_turned_load(problem, step, run, recorder, outcome)
+      if (allocated(outcome%why)) return
       call record_events(problem, step, run, trial, findings, recorder, finished, outcome)
       if (finished .or. allocated(outcome%why)) return
       finished = findings%stops
@@ -89,10 +93,29 @@ contains
       if (finished) call announce(problem, run, new_critical('EP', 'end of the step', findings%bars), trial, findings%probe, &
          & .true., recorder, outcome)
       if (allocated(outcome%why)) return
-      call arrive(problem, run, trial, ahead, findings)
+      call arrive(problem, run, trial, ahead, arrival, findings)
    end subroutine accept
 
-   !> Determines the conditions for error bars and mesh requests of this increment.
+   !> The changes of contact that make corners at which the load turns. Without one what contact at nodes does there is the mesh's
+   !> affair: shorter increments go around such corners.
+   subroutine find_corners(run, trial, findings)
+      type(path_state_t), intent(in) :: run
+      type(state_t), intent(in) :: trial
+      type(findings_t), intent(inout) :: findings
+      integer :: i
+      findings%beside = beside(findings%seen)
+      if (all(run%state%active .eqv. trial%active)) return
+      do i = 1, size(findings%seen)
+         associate (event => findings%seen(i)%event)
+            if (.not. event%corner .or. event%law%candidate > 0 .or. findings%beside(i) > 0) cycle
+            findings%seen(i)%located = .false.
+            event%corner = .false.
+            event%note = 'limit point of the load'
+         end associate
+      end do
+   end subroutine find_corners
+
+   !> What the questions for errors and meshes hang on.
    subroutine begin_asking(problem, step, run, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -120,7 +143,7 @@ contains
       integer :: i
       shorter = .false.
       do i = 1, size(findings%seen)
-         if (findings%told(i) .or. .not. findings%seen(i)%located) cycle
+         if (findings%told(i) .or. findings%beside(i) > 0 .or. .not. findings%seen(i)%located) cycle
          call settle_event(problem, step, run, trial, arrival, i, findings, shorter, outcome)
          if (shorter .or. wants_another(run)) return
       end do
@@ -207,15 +230,33 @@ contains
       order = by_fraction(findings%seen%fraction)
       do i = 1, size(order)
          k = order(i)
-         if (findings%told(k) .or. .not. findings%seen(k)%located) cycle
+         if (findings%told(k) .or. findings%beside(k) > 0 .or. .not. findings%seen(k)%located) cycle
          call record_event(problem, step, run, trial, findings%seen(k), count_before(run, findings%seen, findings%told, &
             & findings%seen(k)%fraction), recorder, finished, outcome)
+         if (.not. allocated(outcome%why)) call announce_beside(problem, run, findings, k, recorder, outcome)
          if (finished .or. allocated(outcome%why)) return
       end do
       if (allocated(findings%at_trial)) run%system = findings%at_trial
    end subroutine record_events
 
-   !> Records the trial as a point of the path.
+   !> A limit point at the corner that a change of contact makes, which is the point recorded last.
+   subroutine announce_beside(problem, run, findings, change, recorder, outcome)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run             !! its system is factored at the change
+      type(findings_t), intent(in) :: findings
+      integer, intent(in) :: change              !! which of those seen
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      integer :: i
+      associate (seen => findings%seen)
+         i = findloc(findings%beside, change, 1)
+         if (i == 0) return
+         call announce(problem, run, new_critical(seen(i)%event%label, seen(i)%event%note, seen(change)%bars), &
+            & seen(change)%place, new_test_values(problem, seen(change)%place, run%system, 0.0_wp), .true., recorder, outcome)
+      end associate
+   end subroutine announce_beside
+
+   !> Records the trial as a point.
    subroutine record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run          !! its system is factored at the trial
@@ -278,12 +319,13 @@ contains
          & trial), findings%probe%negative_pivots, 0)
    end subroutine announce_contact
 
-   !> Moves the path state to the trial. Bifurcations behind the trial are removed from its pivot count.
-   subroutine arrive(problem, run, trial, ahead, findings)
+   !> The run goes to the trial. Bifurcations that come after it are not among its pivots yet.
+   subroutine arrive(problem, run, trial, ahead, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead
+      type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
       integer :: i
       associate (seen => findings%seen, pivots => findings%probe%negative_pivots)
@@ -296,5 +338,14 @@ contains
             & seen%fraction >= 1.0_wp - same_place)
       end associate
       call go_to(problem, run, trial, ahead, findings%probe)
+      ! What contact at nodes does between events is the mesh's affair.
+      if (arrival%bracketed .or. .not. (arrival%label /= '' .or. arrival%changes)) return
+      run%arrived = arrived_t(point=run%points, load_rate=ahead%load, load_factor=trial%load_factor, &
+         & monitor=findings%probe%monitor)
+      if (allocated(arrival%bars)) then
+         run%arrived%bars = arrival%bars
+      else if (allocated(findings%bars)) then
+         run%arrived%bars = findings%bars
+      end if
    end subroutine arrive
 end module path_acceptance

@@ -27,7 +27,7 @@ module point_recording
 
 contains
 
-   !> Completes the record of a converged point, runs the independent checks, and passes the record on.
+   !> Hands a converged point to the recorder and to the independent measures. One that these find wrong is the last: outcome%why.
    subroutine record(problem, run, state, label, report, recorder, outcome, touching, bars, heading)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -43,6 +43,7 @@ contains
       type(state_t) :: shown
       type(error_t), allocatable :: error
       type(path_tangent_t) :: tangent
+      character(:), allocatable :: wrong
       integer :: m
       logical :: weak
       shown = state
@@ -69,11 +70,16 @@ contains
       if (allocated(run%beginning) .and. label == 'C+') point%region = [point%region, run%beginning]
       if (allocated(point%bars) .and. allocated(point%region)) call tell_places(point%bars, point%region)
       call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), &
-         & merge(run%beginning_in, 0, label == 'C+'), point, outcome%accuracy)
+         & merge(run%beginning_in, 0, label == 'C+'), point, outcome%accuracy, wrong)
       call note_load(problem%step, state%load_factor, outcome%accuracy)
       call count_up(counter_points)
       if (.not. problem%is_sampled()) call count_largest(counter_largest, problem%model%mesh%n_elements)
       call recorder%point(point, error)
-      if (allocated(error)) outcome%why = error%message
+      if (allocated(error)) then
+         outcome%why = error%message
+      else if (wrong /= '') then
+         outcome%why = wrong
+         outcome%wrong = .true.
+      end if
    end subroutine record
 end module point_recording

@@ -12,19 +12,20 @@ module critical_points
 
    !> A critical point, with the data that branch switching and the closure check need.
    type :: critical_point_t
-      character(2) :: label = ''                 !! label of the event, such as LP or BP
-      type(problem_t) :: problem                 !! problem on the mesh in use at that point
-      type(state_t) :: state                     !! state at the point, on that mesh
-      integer :: point = 0                       !! row of the point in the results of its path, from 1
-      integer :: pivots = 0                      !! negative pivots just before the point, on the side from which its path arrives
-      integer :: multiplicity = 0                !! BP: number of null vectors
-      real(wp) :: scale = 1.0_wp                 !! BP: reference eigenvalue of the event, see event_t
-      type(error_bars_t), allocatable :: bars    !! BP: error bars, if the deck requests them
-      real(wp) :: arc_length = 0.0_wp            !! arc length since the start of the run
-      real(wp), allocatable :: direction(:, :)   !! (3, nodes) displacement from the previous accepted point to this one
-      real(wp) :: direction_load = 0.0_wp        !! load factor change over the same chord
-      real(wp), allocatable :: drift(:, :) !! (3, nodes) displacements minus their interpolation between both neighbours: rounding
-      type(control_t) :: control                 !! control of the increment that contained the point
+      character(2) :: label = ''
+      type(problem_t) :: problem                 !! on the mesh of that point
+      type(state_t) :: state
+      integer :: point = 0                       !! its row in the results of its path, from 1
+      integer :: pivots = 0                      !! negative ones on the side that its path comes from
+      integer :: multiplicity = 0                !! BP: how many null vectors
+      real(wp) :: scale = 1.0_wp                 !! BP: that of its event
+      logical :: corner = .false.                !! LP: the load turns at a corner of the path; no rate is zero there
+      type(error_bars_t), allocatable :: bars    !! BP: where the deck wants them
+      real(wp) :: arc_length = 0.0_wp
+      real(wp), allocatable :: direction(:, :)   !! of its path: displacements
+      real(wp) :: direction_load = 0.0_wp        !! and load factor
+      real(wp), allocatable :: drift(:, :)       !! displacements less those between its neighbours: rounding
+      type(control_t) :: control
    end type critical_point_t
 
    !> The critical points of one path, in the order of the path.

@@ -34,6 +34,7 @@ module error_report
 
    character(*), parameter :: hidden = 'lines without pressure beside others hide what lets go', &
       & at_nodes = 'contact at nodes begins and ends with the nodes of the mesh', &
+      & kinks = 'the load turns at a corner of the path, where no rate is zero', &
       & waves = 'elements too coarse for the gap between their nodes tell where contact with a foundation changes'
 
 contains
@@ -56,6 +57,8 @@ contains
       call timing_start(phase_accuracy)
       if (event%kind == event_release) then
          call bars_at_release()
+      else if (event%corner .and. .not. at_law_of_stop(problem, event)) then
+         bars = no_error_bars(size(problem%model%monitor), kinks)
       else if (is_at_mesh_nodes(problem, event)) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (event%jumps) then
@@ -168,7 +171,15 @@ contains
       call timing_stop(phase_accuracy)
    end subroutine bars_at_point
 
-   !> True for a contact change at nodes, whose position depends on the mesh.
+   !> True for a limit point where a stop gets to a corner of its law: stops stand at the same nodes on all meshes, and gaps tell.
+   pure logical function at_law_of_stop(problem, event) result(at)
+      type(problem_t), intent(in) :: problem
+      type(event_t), intent(in) :: event
+      at = event%law%candidate > 0
+      if (at) at = is_stop(problem, event%law%candidate)
+   end function at_law_of_stop
+
+   !> True for a change of contact at nodes that another mesh has elsewhere.
    pure logical function is_at_mesh_nodes(problem, event) result(is)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event

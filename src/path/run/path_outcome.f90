@@ -10,10 +10,11 @@ module path_outcome
    !> How a run ended.
    type :: outcome_t
       logical :: complete = .false.
-      character(:), allocatable :: why           !! reason for the early stop, one sentence; not allocated: none
-      logical :: sampled = .false.               !! contact at the start is still at nodes; it has not become contact spans
-      logical :: turns = .false.                 !! stopped at a turning point that the strategy cannot pass
-      logical :: home = .false.                  !! stopped because the path returns to one of its critical points
+      character(:), allocatable :: why           !! the run cannot go on: the reason, one sentence
+      logical :: sampled = .false.               !! contact at the start is at nodes still: it has not become spans
+      logical :: turns = .false.                 !! stopped where the path turns back for a strategy that cannot follow it
+      logical :: home = .false.                  !! stopped where the path comes back to a bifurcation of its own
+      logical :: wrong = .false.                 !! stopped at a point that the run's own checks found wrong
       logical :: used_up = .false.               !! stopped after the number of points that the deck allows
       logical :: stop_reasons = .false.              !! stopped without further increment, for none of the reasons above
       integer :: deck_line = 0                   !! line of the card if the deck is at fault; 0: not

@@ -18,8 +18,8 @@ module path_state
    use path_events, only: test_values_t, new_test_values
    implicit none
    private
-   public :: path_state_t, copy_path_state, checkpoint_t, path_tangent_of, test_values_at, keep_critical_point, leave_trail, &
-      & turned_back, forget_mesh, rest_of_mesh
+   public :: path_state_t, copy_path_state, checkpoint_t, arrived_t, path_tangent_of, test_values_at, keep_critical_point, &
+      & leave_trail, turned_back, forget_mesh, rest_of_mesh
 
    integer, parameter :: rest_of_mesh = 10       !! accepted points after a refinement during which no coarser mesh is tried
 
@@ -60,7 +60,17 @@ module path_state
       real(wp) :: at = 0.0_wp                    !! arc length of that change
    end type since_change_t
 
-   !> The state of a path, in one type so that the procedures of the path loop have short argument lists.
+   !> The last accepted point, where the contact changes, as the path arrived there: it leaves in another direction
+   !> (corner_limit).
+   type :: arrived_t
+      integer :: point = 0                       !! its row in the results; 0: the contact stays there, or all is reported
+      real(wp) :: load_rate = 0.0_wp             !! d(load factor)/d(arc length) of the path up to it
+      real(wp) :: load_factor = 0.0_wp
+      real(wp), allocatable :: monitor(:)
+      type(error_bars_t), allocatable :: bars    !! not allocated where they are not known
+   end type arrived_t
+
+   !> Kept together so that the procedures of the path loop have short argument lists.
    type :: path_state_t
       type(state_t) :: state                     !! the last accepted point
       type(system_t) :: system                   !! factored at the point named by each procedure
@@ -77,26 +87,27 @@ module path_state
       logical :: on_bifurcation = .false.        !! the last point is a recorded bifurcation: its pivots have the sign of rounding
       type(since_change_t) :: since_change       !! consequences of the last contact change that are still active
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
-      type(enriched_problem_t) :: finer             !! enriched problem of the error estimates, kept as long as the mesh
-      type(refinement_t) :: refinement           !! record of the refinements made at this point
-      logical :: unsettled = .false.             !! the last trial needs a smaller residual; nothing was recorded
-      type(mesh_density_t), allocatable :: wanted(:)   !! (rod segments) mesh density that the last trial requests; nothing was
-      !! recorded; not allocated: the mesh satisfies the deck's tolerance
-      logical :: from_point = .false. !! the request is for the path from the last point: the trial's interface points are not on it
-      logical :: has_events = .false.            !! events on the way to the last trial were located from the last point
-      type(mesh_density_t), allocatable :: before(:)   !! (rod segments) mesh density before the refinement for the trial
-      type(mesh_density_t), allocatable :: spare(:)    !! (rod segments) coarser density sufficient for the last point
-      logical :: behind_flat = .false.           !! on the present mesh a point contact became a line before the last point
-      type(checkpoint_t), allocatable :: footing    !! checkpoint, kept until a point is accepted on the coarser mesh
-      integer :: kept_meshes = 0                 !! points left during which the mesh is not coarsened
-      real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load factor change of the last increment
-      type(slopes_t) :: slopes                   !! derivatives of the tests of contact spans
-      type(recent_path_t), allocatable :: trail(:)   !! recent path up to the last accepted point, latest first
-      type(path_tangent_t) :: heading                 !! path tangent at the last accepted point, in the direction of travel
-      logical :: fresh = .false. !! unloaded start: the last point's contacts carry no force and are kept in its tangent
-      type(critical_points_t), pointer :: home => null() !! critical points of the parent path of a branch, or of the path itself
-      real(wp) :: left_at = 0.0_wp               !! arc length at which the branch left its parent, or the step began
-      type(critical_points_t), pointer :: critical_points => null() !! critical points of this step or branch, in order
+      type(enriched_problem_t) :: finer             !! what errors on the mesh are told by
+      type(refinement_t) :: refinement           !! what the meshes of the point have been worth
+      logical :: unsettled = .false.             !! the last trial wants smaller residuals, and nothing was recorded
+      type(mesh_density_t), allocatable :: wanted(:)   !! (stretches) the mesh that the last trial asks for, of which nothing was
+      !! recorded; not allocated: it is as good as the deck asks
+      logical :: from_point = .false.            !! it is for the way from the run's point: kinks of the trial are not there
+      logical :: has_events = .false.            !! on the way to the last trial, located from the run's point
+      type(mesh_density_t), allocatable :: before(:)   !! (stretches) the mesh of the way, before it was made for the trial
+      type(mesh_density_t), allocatable :: spare(:)    !! (stretches) a coarser mesh that would have done for the last point
+      logical :: behind_flat = .false.           !! on the mesh that it has got a point has become a line before the run's point
+      type(checkpoint_t), allocatable :: footing    !! to go back to, until a point stands on the coarser mesh
+      integer :: kept_meshes = 0                 !! points for which the mesh does not become coarser
+      real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
+      type(arrived_t) :: arrived                 !! at `state`
+      type(slopes_t) :: slopes
+      type(recent_path_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
+      type(path_tangent_t) :: heading                 !! tangent at the last accepted point, in the sense of the run
+      logical :: fresh = .false.                 !! that point is a start whose contacts carry nothing: held in its tangent
+      type(critical_points_t), pointer :: home => null() !! the critical points of the path that a branch left, or its own
+      real(wp) :: left_at = 0.0_wp               !! arc_length where the branch left, or the step began
+      type(critical_points_t), pointer :: critical_points => null() !! of this step or branch, in order
    end type path_state_t
 
 contains
@@ -190,7 +201,7 @@ contains
 
    !> Keeps the critical point recorded last.
    subroutine keep_critical_point(problem, run, label, state, trial, part, arc_length, pivots, multiplicity, scale, bars, free, &
-      & released)
+      & released, corner)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       character(*), intent(in) :: label
@@ -202,8 +213,9 @@ contains
       integer, intent(in) :: multiplicity
       real(wp), intent(in), optional :: scale    !! scale of the event, see event_t
       type(error_bars_t), allocatable, intent(in), optional :: bars
-      type(problem_t), intent(in), optional :: free  !! detachment: the reduced problem without force-free contact
-      type(state_t), intent(in), optional :: released !! detachment: its state there
+      type(problem_t), intent(in), optional :: free  !! what leaves it does so without contacts that carry no force: the problem
+      type(state_t), intent(in), optional :: released !! and the state there without them
+      logical, intent(in), optional :: corner    !! LP: the load turns at a corner of the path
       type(critical_point_t) :: landmark
       landmark%label = label
       call copy_problem(problem, landmark%problem)
@@ -218,6 +230,7 @@ contains
       landmark%control = run%control
       if (present(scale)) landmark%scale = scale
       if (present(bars)) landmark%bars = bars
+      if (present(corner)) landmark%corner = corner
       if (present(free)) then
          landmark%direction = carried_field(problem, state, landmark%direction, free, released)
          landmark%drift = carried_field(problem, state, landmark%drift, free, released)

@@ -1,0 +1,52 @@
+!> The verdict of a run's own checks on one point: a point that fails is no equilibrium, and none is to follow it.
+module own_checks
+   use kinds, only: wp
+   use run_accuracy, only: accuracy_t, worst_t, place_t
+   use columns, only: scientific, whole, brief
+   implicit none
+   private
+   public :: failed_words
+
+   ! What no converged point comes near to.
+   real(wp), parameter :: unbalanced = 1.0e-4_wp     !! over the largest force
+   real(wp), parameter :: misplaced = 1.0e-7_wp      !! over the size
+
+contains
+
+   !> Which checks a point fails, by how much and where; '' where it passes all of them.
+   pure function failed_words(here) result(text)
+      type(accuracy_t), intent(in) :: here       !! of that point alone
+      character(:), allocatable :: text
+      text = ''
+      call look('balance of forces', here%force_balance, unbalanced)
+      call look('balance of moments', here%moment_balance, unbalanced)
+      call look('balance of every node', here%node_balance, unbalanced)
+      call look('penetration', here%penetration, max(misplaced, here%asked))
+      call look('tension', here%tension, unbalanced)
+      call look('complementarity', here%complementarity, max(misplaced, here%asked))
+      call look('reactions and law of foundations', here%foundation, unbalanced)
+      if (text /= '') text = 'its own checks found it wrong: '//text
+
+   contains
+
+      pure subroutine look(name, worst, bound)
+         character(*), intent(in) :: name
+         type(worst_t), intent(in) :: worst
+         real(wp), intent(in) :: bound
+         if (worst%value <= bound) return
+         if (text /= '') text = text//'; '
+         text = text//name//' '//scientific(worst%value, 2)//' '//place_in_words(worst%at)
+      end subroutine look
+   end function failed_words
+
+   !> "at point 12 (load factor 1.5), node 7"
+   pure function place_in_words(at) result(text)
+      type(place_t), intent(in) :: at
+      character(:), allocatable :: text
+      text = 'at point '//whole(at%point)
+      if (at%branch > 0) text = text//' of branch '//whole(at%branch)
+      text = text//' (load factor '//brief(at%load_factor)//')'
+      if (at%node > 0) text = text//', node '//whole(at%node)
+      if (at%element > 0) text = text//', element '//whole(at%element)
+   end function place_in_words
+end module own_checks

@@ -1,0 +1,161 @@
+!> Loads and supports in words, for the first part of the listing: what acts where, so that a load on a wrong node is seen at once.
+module load_words
+   use kinds, only: wp
+   use model, only: model_t, load_t
+   use columns, only: brief, whole
+   use text, only: plural
+   implicit none
+   private
+   public :: words_t, load_lines, support_lines, spring_lines
+
+   integer, parameter :: most_labels = 6        !! of nodes that are listed one by one
+   integer, parameter :: most_lines = 12        !! of one kind
+
+   !> A line of words.
+   type :: words_t
+      character(:), allocatable :: text
+   end type words_t
+
+contains
+
+   !> All loads of a step at load factor 1, one line for those that are alike, and their sums.
+   function load_lines(model, load, total) result(lines)
+      type(model_t), intent(in) :: model
+      type(load_t), intent(in) :: load
+      real(wp), intent(in) :: total(3)          !! force in x and y, moment about the origin
+      type(words_t), allocatable :: lines(:)
+      real(wp) :: force(3), stiffness(3, 3)
+      integer :: i
+      logical :: sound
+      lines = [node_lines(model, load%node_force, any(abs(load%node_force) > 0.0_wp, 1), 'load', 'moment')]
+      do i = 1, load%n_points()
+         associate (point => load%point(i)%load)
+            call point%push([model%mesh%x(:, point%node), 0.0_wp], force, stiffness, sound)
+            lines = [lines, words_t('load on '//nodes_text(model, [point%node])//': '//vector_text(point%magnitude * force, &
+               & 'moment')//' at the start, turning as the node moves')]
+         end associate
+      end do
+      lines = [lines, element_lines(load)]
+      lines = [lines, node_lines(model, load%displacement, any(abs(load%displacement) > 0.0_wp, 1), &
+         & 'prescribed displacement', 'rotation')]
+      if (size(lines) == 0) return
+      lines = [lines, words_t('sum of all loads at load factor 1: force ('//brief(total(1))//', '//brief(total(2))// &
+         & '), moment about the origin '//brief(total(3)))]
+   end function load_lines
+
+   !> The supports, one line for nodes that are held alike.
+   function support_lines(model) result(lines)
+      type(model_t), intent(in) :: model
+      type(words_t), allocatable :: lines(:)
+      character(*), parameter :: name(3) = [character(8) :: 'u', 'v', 'rotation']
+      character(:), allocatable :: held
+      logical :: left(model%mesh%n_nodes), alike(model%mesh%n_nodes)
+      integer :: node, i
+      allocate (lines(0))
+      left = any(model%fixed, 1)
+      do node = 1, size(left)
+         if (.not. left(node)) cycle
+         alike = left .and. [(all(model%fixed(:, i) .eqv. model%fixed(:, node)), i=1, size(left))]
+         left = left .and. .not. alike
+         held = ''
+         do i = 1, 3
+            if (model%fixed(i, node)) held = held//', '//trim(name(i))
+         end do
+         lines = [lines, words_t(nodes_text(model, pack([(i, i=1, size(left))], alike))//': '//held(3:))]
+      end do
+   end function support_lines
+
+   !> The springs to the ground, one line for nodes that have the same.
+   function spring_lines(model) result(lines)
+      type(model_t), intent(in) :: model        !! with springs
+      type(words_t), allocatable :: lines(:)
+      lines = node_lines(model, model%spring, any(model%spring > 0.0_wp, 1), 'spring', 'rotation')
+   end function spring_lines
+
+   !> Values at nodes, one line for nodes that have the same.
+   function node_lines(model, value, has, what, turn) result(lines)
+      type(model_t), intent(in) :: model
+      real(wp), intent(in) :: value(:, :)       !! (3, nodes)
+      logical, intent(in) :: has(:)             !! (nodes) there is one
+      character(*), intent(in) :: what          !! it is
+      character(*), intent(in) :: turn          !! and what its third component is
+      type(words_t), allocatable :: lines(:)
+      logical :: left(size(has)), alike(size(has))
+      integer :: node, i
+      allocate (lines(0))
+      left = has
+      do node = 1, size(left)
+         if (.not. left(node)) cycle
+         if (size(lines) == most_lines) then
+            lines = [lines, words_t('and '//what//' on '//plural(count(left), 'node')//' more')]
+            return
+         end if
+         alike = left .and. [(all(abs(value(:, i) - value(:, node)) <= 0.0_wp), i=1, size(left))]
+         left = left .and. .not. alike
+         lines = [lines, words_t(what//' on '//nodes_text(model, pack([(i, i=1, size(left))], alike))//': '// &
+            & repeat('each ', merge(1, 0, count(alike) > 1))//vector_text(value(:, node), turn))]
+      end do
+   end function node_lines
+
+   !> What acts along elements, one line for those that have the same.
+   function element_lines(load) result(lines)
+      type(load_t), intent(in) :: load
+      type(words_t), allocatable :: lines(:)
+      real(wp) :: value(5, size(load%pressure)) ! force in x and y per length, pressure, strain, curvature
+      logical :: left(size(load%pressure)), alike(size(load%pressure))
+      character(:), allocatable :: text
+      integer :: e, i
+      allocate (lines(0))
+      value(1:2, :) = load%line_force
+      value(3, :) = load%pressure
+      value(4, :) = load%strain
+      value(5, :) = load%curvature
+      left = any(abs(value) > 0.0_wp, 1)
+      do e = 1, size(left)
+         if (.not. left(e)) cycle
+         if (size(lines) == most_lines) then
+            lines = [lines, words_t('and load on '//plural(count(left), 'element')//' more')]
+            return
+         end if
+         alike = left .and. [(all(abs(value(:, i) - value(:, e)) <= 0.0_wp), i=1, size(left))]
+         left = left .and. .not. alike
+         text = ''
+         if (any(abs(value(1:2, e)) > 0.0_wp)) text = ', force ('//brief(value(1, e))//', '//brief(value(2, e))//') per length'
+         if (abs(value(3, e)) > 0.0_wp) text = text//', pressure '//brief(value(3, e))//' to the left'
+         if (abs(value(4, e)) > 0.0_wp) text = text//', strain '//brief(value(4, e))//' of heat'
+         if (abs(value(5, e)) > 0.0_wp) text = text//', curvature '//brief(value(5, e))//' of heat'
+         lines = [lines, words_t('load on '//plural(count(alike), 'element')//': '//text(3:))]
+      end do
+   end function element_lines
+
+   !> "node 3 at (150, 0)", "nodes 1, 5, 9", "nodes 1, 2, 3, 4, 5, 6 and 20 more".
+   function nodes_text(model, node) result(text)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: node(:)            !! one at least
+      character(:), allocatable :: text
+      integer :: i
+      associate (label => model%mesh%node_label(node), x => model%mesh%x(:, node(1)))
+         text = whole(label(1))
+         if (size(node) == 1) then
+            text = 'node '//text//' at ('//brief(x(1))//', '//brief(x(2))//')'
+            return
+         end if
+         do i = 2, min(size(node), most_labels)
+            text = text//', '//whole(label(i))
+         end do
+         text = 'nodes '//text
+         if (size(node) > most_labels) text = text//' and '//whole(size(node) - most_labels)//' more'
+      end associate
+   end function nodes_text
+
+   !> What is not zero of two components along the axes and one that turns.
+   pure function vector_text(value, turn) result(text)
+      real(wp), intent(in) :: value(3)
+      character(*), intent(in) :: turn          !! what that is
+      character(:), allocatable :: text
+      text = ''
+      if (any(abs(value(1:2)) > 0.0_wp)) text = '('//brief(value(1))//', '//brief(value(2))//')'
+      if (abs(value(3)) > 0.0_wp .and. text /= '') text = text//', '
+      if (abs(value(3)) > 0.0_wp) text = text//turn//' '//brief(value(3))
+   end function vector_text
+end module load_words

@@ -1,0 +1,50 @@
+!> Whether supports and what touches hold the structure where a path begins.
+module start_support
+   use model, only: model_t, step_t, new_load
+   use problem, only: problem_t, new_problem
+   use rod_state, only: state_t, new_state
+   use support_check, only: unheld_part
+   use bar_check, only: indeterminate_bar
+   use span_mesh, only: prepare_mesh
+   implicit none
+   private
+   public :: why_unheld, why_deck_unheld, unheld
+
+   character(*), parameter :: unheld = 'supports and touching obstacles do not hold the structure'
+
+contains
+
+   !> What can move at the stress-free start, or has no determinate force there, in words; '' where all is held.
+   function why_unheld(problem, state) result(why)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state       !! the start, its contact set included
+      character(:), allocatable :: why
+      why = unheld_part(problem, state)
+      if (why /= '') then
+         why = why//': '//unheld
+      else
+         why = indeterminate_bar(problem, state)
+      end if
+   end function why_unheld
+
+   !> The same of a deck, which need not have steps.
+   function why_deck_unheld(model) result(why)
+      type(model_t), intent(in) :: model
+      character(:), allocatable :: why
+      type(model_t) :: followed
+      type(problem_t) :: problem
+      type(state_t) :: start
+      followed = model
+      if (size(model%step) == 0) then
+         if (allocated(followed%step)) deallocate (followed%step)
+         allocate (followed%step(1))
+         associate (mesh => model%mesh)
+            followed%step(1)%load = new_load(mesh%n_nodes, mesh%n_elements, size(model%obstacle))
+         end associate
+      end if
+      problem = new_problem(followed)
+      call prepare_mesh(problem)
+      start = new_state(problem)
+      why = why_unheld(problem, start)
+   end function why_deck_unheld
+end module start_support

@@ -1,0 +1,77 @@
+!> What the loads of a step come to: the sum of their forces and the moment about the origin.
+module load_sums
+   use kinds, only: wp
+   use model, only: model_t
+   use problem, only: problem_t, new_problem
+   use rod_state, only: state_t, new_state, node_position
+   use node_loads, only: node_push_t, dead_node_load, node_pushes
+   use rod_element, only: rod_element_t
+   use rod_elements, only: rod_at
+   implicit none
+   private
+   public :: step_load_sums
+
+   real(wp), parameter :: negligible = 1.0e-12_wp !! of the sum of the sizes of what is added
+
+contains
+
+   !> Of every step: force in x and y, and moment about the origin (anticlockwise), of its own loads at load factor 1 on the
+   !> stress-free structure. Heat, and what supports or obstacles prescribe, are no forces and count for nothing.
+   function step_load_sums(model) result(total)
+      type(model_t), intent(in) :: model           !! of the deck
+      real(wp) :: total(3, size(model%step))
+      type(problem_t) :: problem
+      type(state_t) :: state
+      type(node_push_t), allocatable :: push(:)
+      class(rod_element_t), pointer :: rod
+      real(wp) :: force(3), rate(3), size_of(3), reach
+      integer :: k, e, i, node
+      total = 0.0_wp
+      if (size(model%step) == 0) return
+      problem = new_problem(model)
+      state = new_state(problem)
+      state%load_factor = 1.0_wp
+      reach = maxval(norm2(model%mesh%x, 1))
+      do k = 1, size(model%step)
+         problem%step = k
+         size_of = 0.0_wp
+         associate (load => problem%model%step(k)%load)
+            load%strain = 0.0_wp
+            load%curvature = 0.0_wp
+         end associate
+         do e = 1, model%mesh%n_elements
+            rod => rod_at(problem, e)
+            call take(rod%load_sum(problem, state, e, [0.0_wp, 0.0_wp]))
+         end do
+         do node = 1, model%mesh%n_nodes
+            call dead_node_load(problem, state, node, force, rate)
+            call add(node, force)
+         end do
+         push = node_pushes(problem, state)
+         do i = 1, size(push)
+            call add(push(i)%node, push(i)%force)
+         end do
+         ! What cancels but for rounding is zero.
+         where (abs(total(:, k)) <= negligible * size_of) total(:, k) = 0.0_wp
+      end do
+
+   contains
+
+      !> Adds a force and couple at a node.
+      subroutine add(at, f)
+         integer, intent(in) :: at
+         real(wp), intent(in) :: f(3)
+         real(wp) :: x(2)
+         x = node_position(state, at)
+         call take([f(1:2), f(3) + x(1) * f(2) - x(2) * f(1)])
+      end subroutine add
+
+      !> Adds a force and its moment about the origin.
+      subroutine take(f)
+         real(wp), intent(in) :: f(3)
+         total(:, k) = total(:, k) + f
+         size_of = size_of + abs(f)
+         size_of(3) = size_of(3) + reach * sum(abs(f(1:2)))
+      end subroutine take
+   end function step_load_sums
+end module load_sums

@@ -1,0 +1,58 @@
+!> Corners of the laws that stops and foundations at nodes follow: a penetration passes from one segment to the next, and the
+!> stiffness there jumps.
+module law_corners
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, candidate_opening
+   use force_law, only: law_segment, first_corner
+   implicit none
+   private
+   public :: law_corner_t, corner_between, beyond_corner
+
+   !> One of them.
+   type :: law_corner_t
+      integer :: candidate = 0                   !! 0: there is none
+      real(wp) :: penetration = 0.0_wp           !! at the corner, negative where the law pulls
+   end type law_corner_t
+
+contains
+
+   !> The first candidate whose penetrations at two states lie on different segments of its law, with the corner nearest to the
+   !> first state.
+   type(law_corner_t) function corner_between(problem, from, to) result(corner)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      integer :: c, first, last, k
+      do c = 1, problem%candidates%n
+         associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c)))
+            if (obstacle%law == 0) cycle
+            associate (law => problem%model%law(obstacle%law))
+               first = law_segment(law, penetration(problem, from, c))
+               last = law_segment(law, penetration(problem, to, c))
+               if (first == last) cycle
+               k = first_corner(first, last)
+               corner%candidate = c
+               corner%penetration = sign(law%penetration(abs(k)), real(k, wp))
+            end associate
+         end associate
+         return
+      end do
+   end function corner_between
+
+   !> How far a state is beyond a corner, as a length; zero at the corner.
+   real(wp) function beyond_corner(problem, state, corner) result(beyond)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(law_corner_t), intent(in) :: corner   !! one that is there
+      beyond = penetration(problem, state, corner%candidate) - corner%penetration
+   end function beyond_corner
+
+   !> How deep a node is in what it touches; 0 where it is free, unless that pulls, too.
+   real(wp) function penetration(problem, state, candidate) result(depth)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      depth = -candidate_opening(problem, state, candidate)
+      if (.not. problem%candidates%bilateral(candidate)) depth = max(depth, 0.0_wp)
+   end function penetration
+end module law_corners

@@ -1,0 +1,125 @@
+"""What a run says where it ends before its time: of what is ahead, and of METHODs that have been tried."""
+import math
+import re
+
+import pytest
+
+import deck_runner as dr
+
+# Half of a pipe on a rock of 0.5 m, with a bed below: it takes its weight, and then heat.
+ON_A_ROCK = """*HEADING
+Half of a steel pipeline on a rock
+*NODE
+1, 0., 0.
+2, 3., 0.
+3, 200., 0.
+*LINE, ELSET=PIPE, NSET=CROWN
+1, 2, 6
+*LINE, ELSET=PIPE, NSET=REST
+2, 3, 60, 10
+*NSET, NSET=PIPE
+CROWN, REST
+*MATERIAL, NAME=STEEL
+*ELASTIC
+207e9, 0.3
+*EXPANSION
+1.17e-5
+*DENSITY
+7850.
+*BEAM SECTION, ELSET=PIPE, SECTION=PIPE, MATERIAL=STEEL
+0.16, 0.016
+*BOUNDARY
+1, XSYMM
+3, 1
+*OBSTACLE, NAME=BED, TYPE=LINE
+0., -0.5, 10., -0.5
+*OBSTACLE, NAME=ROCK, TYPE=CIRCLE, SIDE=OUTSIDE
+0., -1., 1.
+*CONTACT, OBSTACLE=BED, NSET=PIPE
+*CONTACT, OBSTACLE=ROCK, NSET=CROWN
+*MONITOR, NAME=crown
+1, U2
+*STEP
+*STATIC, METHOD=LOAD
+1e-6, , 0.1
+*DLOAD
+PIPE, GRAV, 9.81, 0., -1.
+*END STEP
+*STEP
+*STATIC, METHOD={method}
+0.02{largest}
+*TEMPERATURE
+PIPE, 80.
+{stop}*END STEP
+"""
+
+
+def test_the_load_turns_where_the_run_stands():
+    """The pipe lifts off its rock, and the load falls from there on: no limit point ahead, but the maximum here."""
+    run = dr.run_deck(ON_A_ROCK.format(method="LOAD", largest="", stop=""), code=2)
+    top, lost = run.only("LP"), run.only("C-")
+    assert top.point == lost.point == run.results.n_points
+    assert "turns back where the contact changes" in run.stderr and "ahead" not in run.stderr
+    # What the message says of another METHOD is true.
+    assert "(METHOD=CYLINDRICAL can)" in run.stderr
+    other = dr.run_deck(ON_A_ROCK.format(method="CYLINDRICAL", largest=", , 0.01", stop="*STOP\ncrown, ABOVE, 1.\n"))
+    assert [c.label for c in other.results.critical if c.step == 2] == ["C-", "LP", "LP", "EP"]
+    dr.assert_close(other.labelled("LP")[0].load_factor, top.load_factor, relative=1e-8)
+    assert other.column("crown")[-1] > 0.99
+
+
+@pytest.mark.parametrize("first", ["0.2, 1E-4, 0.5", "1., 1E-4, 2."])
+def test_a_limit_point_is_ahead(first):
+    text = dr.on_given_mesh("lee-frame")
+    run = dr.run_deck(dr.with_static(text, "METHOD=LOAD", first), code=2)
+    told = re.search(r"limit point ahead, near load factor (\S+) \(METHOD=CYLINDRICAL can\)", run.stderr)
+    near, last = float(told.group(1)), run.column("load_factor")[-1]
+    limit = dr.run_deck(text).labelled("LP")[0].load_factor
+    assert last <= near <= limit * (1.0 + 1e-9)
+    dr.assert_close(near, limit, relative=1e-3)
+
+
+def in_a_host_of_splines():
+    """A liner in a round host that is drawn as half a spline: where this has no curvature, at its ends, the host bulges in."""
+    host = "\n".join(f"{-math.sin(a)!r}, {math.cos(a)!r}" for a in (math.radians(6.0 * k) for k in range(31)))
+    return f"""*NODE
+1, 0., 1.
+2, 0., -1.
+*ARC, ELSET=LINER, NSET=LINER
+1, 2, 0., 0., 24
+*BEAM SECTION, ELSET=LINER, SECTION=STIFFNESS
+19200., 1.
+*BOUNDARY
+1, XSYMM
+2, ENCASTRE
+*OBSTACLE, NAME=HOST, TYPE=SPLINE
+{host}
+*CONTACT, OBSTACLE=HOST, NSET=LINER, GAP=0.0005
+*MONITOR, NAME=v
+1, U2, -1.
+*STEP
+*STATIC
+0.5, , 0.005
+*DLOAD
+LINER, P, 1.
+*CLOAD
+1, 2, -0.002
+*STOP
+v, ABOVE, 0.2
+*END STEP
+"""
+
+
+def test_no_method_that_the_deck_has():
+    """Spans fail on the first increment, which is one of the load in a step by arc length, too."""
+    run = dr.run_deck(in_a_host_of_splines(), code=2)
+    assert "METHOD" not in run.stderr and "arc" not in run.stderr, run.stderr
+    assert "increments were cut to" in run.stderr and "of the load factor" in run.stderr
+
+
+def test_no_method_that_leads_nowhere():
+    """One iteration is not enough for increments as long as these, by load or by arc length."""
+    text = dr.with_static(dr.on_given_mesh("lee-frame"), "METHOD=LOAD", "15., 14., 20.").replace(
+        "*STOP", "*CONTROLS, ITERATIONS=1, DESIRED=1\n*STOP")
+    run = dr.run_deck(text, code=2)
+    assert run.results.n_points == 1 and "METHOD" not in run.stderr, run.stderr
