@@ -25,8 +25,8 @@ foreach(page IN ITEMS unilat unilat-plot unilat-sweep)
   install(FILES "${parts}/unilat.bash" DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions" RENAME "${page}")
 endforeach()
 
-install(FILES input/README.md input/theory.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
-install(DIRECTORY input/pictures DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(FILES input/README.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(DIRECTORY input/manual input/pictures DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(DIRECTORY input/ DESTINATION "${CMAKE_INSTALL_DOCDIR}/examples"
   FILES_MATCHING PATTERN "*.inp" PATTERN "*.toml" PATTERN "pictures" EXCLUDE PATTERN "paper" EXCLUDE)
 

@@ -14,7 +14,7 @@ from unilat import guide
 from unilat.results import read_results
 from unilat.sweep.quantities import read_quantity
 
-PAGE = pathlib.Path(__file__).parent.parent / "input" / "README.md"
+PAGE = pathlib.Path(__file__).parent.parent / "input" / "manual" / "tutorial.md"
 LESSONS = guide.lessons(PAGE.read_text(encoding="utf-8"))
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d*)?(?:E[-+]\d+)?$")
 # Numbers of the page that are formulas: lesson, text, value.
@@ -69,7 +69,7 @@ def test_a_lesson_as_it_stands(done, number):
     lesson = LESSONS[number - 1]
     name = next(iter(lesson.files))
     for picture in lesson.pictures:
-        assert 0.002 < drawn_share(folder / picture) < 0.9 and (PAGE.parent / "pictures" / picture).exists(), picture
+        assert 0.002 < drawn_share(folder / picture) < 0.9 and (PAGE.parent.parent / "pictures" / picture).exists(), picture
     results = read_results(str(folder / name.replace(".inp", ".h5")))
     assert results.complete
     for word, value in lesson.quantities:

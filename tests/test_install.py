@@ -53,9 +53,10 @@ def tried(prefix: pathlib.Path, folder: pathlib.Path):
     assert "tip" in run("unilat-plot", "csv", "rod.h5", "-o", "-")
     assert "2 of 2 runs complete" in run("unilat-sweep", "run", "rods.toml", "-j", "1")
     document = prefix / "share/doc/unilat"
-    for page in ("README.md", "theory.md"):
-        text = (document / page).read_text(encoding="utf-8")
-        assert all((document / name).exists() for name in re.findall(r"\]\(([^)#:]+)[)#]", text))
+    pages = [document / "README.md", *document.glob("manual/*.md")]
+    assert len(pages) > 6
+    for page in pages:
+        assert all((page.parent / name).exists() for name in re.findall(r"\]\(([^)#:]+)[)#]", page.read_text(encoding="utf-8")))
     for deck in ("ring", "liner", "sweeps/column-random"):
         run("unilat", "--check", str(document / "examples" / f"{deck}.inp"))
     for command in ("unilat", "unilat-plot", "unilat-sweep"):

@@ -1,4 +1,4 @@
-"""The manual, input/README.md: its card reference is what the program prints, its decks are good decks.
+"""The manual, input/README.md and the pages in input/manual: its card reference is what the program prints, its decks are good decks.
 
 UNILAT names the program.
 """
@@ -7,7 +7,15 @@ import pathlib
 import re
 import subprocess
 
-MANUAL = pathlib.Path(__file__).parent.parent / "input" / "README.md"
+INPUT = pathlib.Path(__file__).parent.parent / "input"
+PAGES = {path.relative_to(INPUT).as_posix(): path.read_text(encoding="utf-8") for path in [INPUT / "README.md", *sorted(INPUT.glob("manual/*.md"))]}
+
+
+def page(name: str) -> str:
+    """The text of a page of the manual."""
+    return PAGES[f"manual/{name}.md"]
+
+
 BEGIN = "<!-- cards: begin; written by `unilat --cards` -->\n"
 END = "<!-- cards: end -->\n"
 
@@ -18,7 +26,7 @@ def unilat(*arguments, stdin=""):
 
 
 def test_card_reference_is_the_programs_own():
-    text = MANUAL.read_text(encoding="utf-8")
+    text = page("cards")
     assert text.count(BEGIN) == 1 and text.count(END) == 1
     reference = text.split(BEGIN)[1].split(END)[0]
     printed = unilat("--cards")
@@ -35,7 +43,7 @@ def test_links_of_the_index_lead_to_a_card():
 
 
 def test_decks_of_the_manual_are_good():
-    decks = re.findall(r"```inp\n(.*?)```", MANUAL.read_text(encoding="utf-8"), re.DOTALL)
+    decks = [deck for text in PAGES.values() for deck in re.findall(r"```inp\n(.*?)```", text, re.DOTALL)]
     assert decks
     for deck in decks:
         run = unilat("--check", stdin=deck)
@@ -47,64 +55,61 @@ def test_help_is_in_the_manual():
     told = re.findall(r"([0-3]) ((?:path complete|error in the deck|stopped early|internal error))",
                       unilat("--help").stdout)
     assert [code for code, _ in told] == ["0", "1", "2", "3"]
-    text = MANUAL.read_text(encoding="utf-8")
+    text = page("output")
     for code, meaning in told:
         assert re.search(rf"^\| {code} \| {meaning}", text, re.MULTILINE)
 
 
 def test_what_the_page_on_the_paper_names_is_there():
     """Decks and routines of the table "from the paper to the program"."""
-    page = MANUAL.read_text(encoding="utf-8").split("## From the paper to the program")[1].split("\n## ")[0]
-    rows = [row.split("|")[1:-1] for row in page.splitlines() if row.startswith("| ") and "routine" not in row]
+    chapter = page("verification").split("## From the paper to the program")[1].split("\n## ")[0]
+    rows = [row.split("|")[1:-1] for row in chapter.splitlines() if row.startswith("| ") and "routine" not in row]
     assert len(rows) > 15
     decks = [deck for row in rows for deck in re.findall(r"`([a-z0-9-]+\.inp)`", row[1])]
     routines = [routine for row in rows for routine in re.findall(r"`([a-z]+/[a-z0-9_]+)`", row[3])]
-    assert decks and all((MANUAL.parent / deck).exists() for deck in decks)
+    assert decks and all((INPUT / deck).exists() for deck in decks)
     assert all(re.search(r"`[a-z]+/", row[3]) for row in rows)
-    assert all((MANUAL.parent.parent / "src" / f"{routine}.f90").exists() for routine in routines), routines
+    assert all((INPUT.parent / "src" / f"{routine}.f90").exists() for routine in routines), routines
 
 
 def test_sweep_file_of_the_manual_is_good(tmp_path):
     import sys
-    sys.path.insert(0, str(MANUAL.parent.parent / "postproc"))
+    sys.path.insert(0, str(INPUT.parent / "postproc"))
     from unilat.sweep.sweep_file import read_sweep
-    (text,) = re.findall(r"```toml\n(.*?)```", MANUAL.read_text(encoding="utf-8"), re.DOTALL)
+    (text,) = re.findall(r"```toml\n(.*?)```", page("output"), re.DOTALL)
     (tmp_path / "column-random.inp").write_text("*HEADING\n${gap} ${EI} ${a1} ${a2}\n")
     (tmp_path / "a.toml").write_text(text)
     assert len(read_sweep(str(tmp_path / "a.toml")).values) == 3 * 5 * 200
 
 
 def test_links_lead_somewhere():
-    """Within a page, to the other page, to pictures."""
-    pages = {name: (MANUAL.parent / name).read_text(encoding="utf-8") for name in ("README.md", "theory.md")}
+    """Within a page, to other pages, to pictures and decks."""
     anchors = {name: {re.sub(r"[^a-z0-9 _-]", "", title.lower()).replace(" ", "-") for title in re.findall(r"^#+ (.*)$", text, re.MULTILINE)}
-               for name, text in pages.items()}
-    for name, text in pages.items():
-        links = re.findall(r"\]\(([^)#:\s]*)(?:#([^)\s]+))?\)", text)
-        assert links
-        for file, anchor in links:
-            assert (MANUAL.parent / (file or name)).exists(), file
-            assert not anchor or anchor in anchors[file or name], anchor
+               for name, text in PAGES.items()}
+    for name, text in PAGES.items():
+        for file, anchor in re.findall(r"\]\(([^)#:\s]*)(?:#([^)\s]+))?\)", text):
+            target = os.path.normpath(os.path.join(os.path.dirname(name), file)) if file else name
+            assert (INPUT / target).exists(), f"{name}: {file}"
+            assert not anchor or anchor in anchors[target], f"{name}: {file}#{anchor}"
 
 
 def test_the_error_that_the_manual_shows():
-    text = MANUAL.read_text(encoding="utf-8")
-    deck = re.search(r"```inp ruler.inp\n(.*?)```", text, re.DOTALL).group(1).replace("\n2, U2, -1\n", "\n20, U2, -1\n")
-    shown = re.search(r"```\n(ruler\.inp:.*?)```", text, re.DOTALL).group(1)
+    deck = re.search(r"```inp ruler.inp\n(.*?)```", page("tutorial"), re.DOTALL).group(1).replace("\n2, U2, -1\n", "\n20, U2, -1\n")
+    shown = re.search(r"```\n(ruler\.inp:.*?)```", page("guide"), re.DOTALL).group(1)
     assert unilat("--check", stdin=deck).stderr.replace("<stdin>", "ruler.inp").startswith(shown)
 
 
 def test_what_is_quoted_of_the_ring_is_its_own(tmp_path):
     """Critical load and bar on the first page, the row in the chapter on error bars: to the last digit but one, bars to a fifth."""
-    printed = subprocess.run([os.environ["UNILAT"], "-o", str(tmp_path / "ring.h5"), str(MANUAL.parent / "ring.inp")],
+    printed = subprocess.run([os.environ["UNILAT"], "-o", str(tmp_path / "ring.h5"), str(INPUT / "ring.inp")],
                              capture_output=True, text=True, encoding="utf-8", timeout=60).stdout
 
     def numbers(line):
         return [float(word) for word in re.findall(r"(?<![\w.])\d+\.\d+(?:E[-+]\d+)?", line)]
 
     own = numbers(re.findall(r"^ LP .*limit point of the load$", printed, re.MULTILINE)[0])
-    quoted = numbers(re.findall(r"^ LP .*limit point of the load$", MANUAL.read_text(encoding="utf-8"), re.MULTILINE)[0])
-    front = re.search(r"critical load ([\d.]+) \+- ([\d.E-]+), exact", (MANUAL.parent.parent / "README.md").read_text(encoding="utf-8"))
+    quoted = numbers(re.findall(r"^ LP .*limit point of the load$", page("guide"), re.MULTILINE)[0])
+    front = re.search(r"critical load ([\d.]+) \+- ([\d.E-]+), exact", (INPUT.parent / "README.md").read_text(encoding="utf-8"))
     assert len(own) == len(quoted) == 6, f"{own} {quoted}"
     for k in (0, 2, 3, 4):
         assert abs(own[k] - quoted[k]) <= 1e-6 * abs(own[k])

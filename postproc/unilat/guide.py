@@ -18,9 +18,9 @@ from . import command
 from .results import ResultsError
 from .sweep.command import main as sweep_main
 
-DESCRIPTION = """Runs the decks of the guide (input/README.md, "Ten decks") and draws its pictures."""
+DESCRIPTION = """Runs the decks of the guide (input/manual/tutorial.md) and draws its pictures."""
 BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-PICTURE = re.compile(r"!\[[^\]]*\]\(pictures/(\S+?)\)")
+PICTURE = re.compile(r"!\[[^\]]*\]\(\.\./pictures/(\S+?)\)")
 QUANTITY = re.compile(r"^\| `([^`]+)` \| (\S+) \|", re.MULTILINE)
 
 
@@ -102,7 +102,7 @@ def _run(words: list[str], program: str, folder: str) -> tuple[int, str]:
 def main(argv=None) -> int:
     """The exit code: 0, or 2 when something fails."""
     parser = argparse.ArgumentParser("python3 -m unilat.guide", description=DESCRIPTION)
-    parser.add_argument("--page", required=True, help="the manual")
+    parser.add_argument("--page", required=True, help="the tutorial, a page of the manual")
     parser.add_argument("--program", required=True, help="unilat")
     parser.add_argument("--folder", required=True, help="where everything goes")
     args = parser.parse_args(argv)
