@@ -38,6 +38,12 @@ contains
       call param(t, 'JOB', kind_name, 'name of the result file, without `.h5`', optional=.true.)
       call lines(t, least=0)
 
+      call card(t, 'UNITS', in_model, 'Names of the units that the numbers of the deck are in. They label axes and tables '// &
+         'and change no number.', once=.true.)
+      call lines(t, most=1)
+      call field(t, 'length', kind_name, 'such as mm')
+      call field(t, 'force', kind_name, 'such as N')
+
       call card(t, 'PARAMETER', anywhere, 'Names with values: `${name}` and formulas such as `${2*pi*EI/L}` in the lines '// &
          'below write them. `--set name=value` on the command line, or a sweep, replaces a value.', free_text=.true.)
       call lines(t)
