@@ -2,10 +2,15 @@
 
 UNILAT names the program.
 """
+import json
 import os
 import pathlib
 import re
 import subprocess
+
+from unilat.manual import book
+from unilat.manual.__main__ import generated
+from unilat.manual.card_table import read_cards
 
 INPUT = pathlib.Path(__file__).parent.parent / "input"
 PAGES = {path.relative_to(INPUT).as_posix(): path.read_text(encoding="utf-8") for path in [INPUT / "README.md", *sorted(INPUT.glob("manual/*.md"))]}
@@ -16,22 +21,51 @@ def page(name: str) -> str:
     return PAGES[f"manual/{name}.md"]
 
 
-BEGIN = "<!-- cards: begin; written by `unilat --cards` -->\n"
-END = "<!-- cards: end -->\n"
-
 
 def unilat(*arguments, stdin=""):
     return subprocess.run([os.environ["UNILAT"], *arguments], input=stdin, capture_output=True, text=True,
                           encoding="utf-8", timeout=60)
 
 
-def test_card_reference_is_the_programs_own():
-    text = page("cards")
-    assert text.count(BEGIN) == 1 and text.count(END) == 1
-    reference = text.split(BEGIN)[1].split(END)[0]
-    printed = unilat("--cards")
-    assert printed.returncode == 0
-    assert reference.strip() == printed.stdout.strip()
+def test_what_is_generated_is_up_to_date():
+    """The page of cards and the grammars for editors; `input/run manual --pages` writes them."""
+    for file, text in generated(INPUT.parent, os.environ["UNILAT"]).items():
+        assert file.read_text(encoding="utf-8") == text, f"{file} is not what the card table makes: input/run manual --pages"
+    there = {path for path in (INPUT.parent / ".editors").rglob("*") if path.is_file()}
+    assert there == {file for file in generated(INPUT.parent, os.environ["UNILAT"]) if ".editors" in file.parts}
+
+
+def test_every_card_has_an_example_from_a_deck_and_the_program_reads_it():
+    """Whatever else is on the page, the deck that is named has the lines, and is a good one."""
+    sections = re.split(r"^## `\*([A-Z ]+)`$", page("cards"), flags=re.MULTILINE)[1:]
+    assert sections[::2] == sorted(card.keyword for card in read_cards(os.environ["UNILAT"])) and len(sections) > 80
+    for keyword, text in zip(sections[::2], sections[1::2]):
+        name, lines = re.search(r"Example, from \[(\S+)\].*?```inp-part\n(.*?)```", text, re.DOTALL).groups()
+        deck = "\n".join(line for line in (INPUT / name).read_text(encoding="utf-8").splitlines() if not line.startswith("**")) + "\n"
+        assert lines in deck and lines.startswith(f"*{keyword}"), keyword
+
+
+def test_grammar_of_vs_code_knows_every_card_line_of_the_decks():
+    grammar = json.loads((INPUT.parent / ".editors/vscode/syntaxes/unilat.tmLanguage.json").read_text(encoding="utf-8"))
+    card, wrong = grammar["patterns"][1]["begin"], grammar["patterns"][2]["match"]
+    lines = [line for deck in INPUT.glob("*.inp") for line in deck.read_text(encoding="utf-8").splitlines() if re.match(r"\*[^*]", line)]
+    assert len(lines) > 500 and all(re.match(card, line) for line in lines)
+    assert re.match(card, "*fieldoutput, every=3") and not re.match(card, "*NODES") and re.match(wrong, "*NODES")
+    names = re.compile(grammar["patterns"][1]["patterns"][0]["match"])
+    assert names.findall("*ARC, ELSET=A, TYPE=GE8, WRONG=1") == ["ELSET", "TYPE"]
+    snippets = json.loads((INPUT.parent / ".editors/vscode/snippets/unilat.json").read_text(encoding="utf-8"))
+    assert snippets["*CONTACT"]["body"] == ["*CONTACT, OBSTACLE=${1:name}, NSET=${2:name}"]
+
+
+def test_the_book_tells_headings_of_the_same_name_from_each_other():
+    html = ('role="main"><section id="a"><h1>A</h1><a href="#document-manual/guide#contact">x</a></section>'
+            '<span id="document-manual/guide"><section id="contact"><a href="#contact">y</a></section>'
+            '<span id="document-manual/cards"><section id="contact"><a href="#document-manual/guide">z</a></section>'
+            '<div class="clearer"><div class="sphinxsidebarwrapper"><ul><li><a href="#document-manual/cards#contact">w</a></li></ul>')
+    made = book.book(html, "1.0")
+    anchors = re.findall(r'id="([^"]+)"', made)
+    assert len(set(anchors)) == len(anchors) and {"guide--contact", "cards--contact", "guide--"} <= set(anchors)
+    assert re.findall(r'href="#([^"]+)"', made) == ["cards--contact", "guide--contact", "guide--contact", "guide--"]
 
 
 def test_links_of_the_index_lead_to_a_card():
