@@ -167,7 +167,7 @@ build() {
       rm -rf "$folder"
    fi
    mkdir -p "$folder"
-   [[ -f $folder/.built ]] || say "building in $folder, once: about two minutes of processor time"
+   [[ -x $folder/unilat ]] || say "building in $folder, once: about two minutes of processor time"
    rm -f "$folder/.built"
    echo "$words" > "$folder/.building"  # what is changed from here on is newer
    if ! { cmake -C "$root/.cmake/$preset.cmake" -S "$root" -B "$folder" -DUNILAT_PYTHON="$python" "$@" &&

@@ -8,6 +8,7 @@ import pathlib
 import re
 import subprocess
 
+import pytest
 from unilat.manual import book
 from unilat.manual.__main__ import generated
 from unilat.manual.card_table import read_cards
@@ -141,8 +142,10 @@ def test_what_is_quoted_of_the_ring_is_its_own(tmp_path):
     def numbers(line):
         return [float(word) for word in re.findall(r"(?<![\w.])\d+\.\d+(?:E[-+]\d+)?", line)]
 
-    own = numbers(re.findall(r"^ LP .*limit point of the load$", printed, re.MULTILINE)[0])
-    quoted = numbers(re.findall(r"^ LP .*limit point of the load$", page("guide"), re.MULTILINE)[0])
+    def row(text, start, end):
+        return numbers(re.findall(rf"^ {start} .*{end}$", text, re.MULTILINE)[0])
+
+    own, quoted = (row(text, "LP", "limit point of the load") for text in (printed, page("guide")))
     front = re.search(r"critical load ([\d.]+) \+- ([\d.E-]+), exact", (INPUT.parent / "README.md").read_text(encoding="utf-8"))
     assert len(own) == len(quoted) == 6, f"{own} {quoted}"
     for k in (0, 2, 3, 4):
@@ -150,3 +153,52 @@ def test_what_is_quoted_of_the_ring_is_its_own(tmp_path):
     assert abs(own[0] - float(front[1])) <= 2e-8 * own[0]
     for k, bar in ((1, quoted[1]), (5, quoted[5]), (1, float(front[2]))):
         assert 0.8 < own[k] / bar < 1.25, f"bar {own[k]}, quoted {bar}"
+    own, quoted = (row(text, "UZ .*  62.00000000", "value asked for") for text in (printed, page("guide")))
+    assert len(own) == len(quoted) == 4 and own[:3] == pytest.approx(quoted[:3], rel=1e-6) and 0.8 < own[3] / quoted[3] < 1.25, f"{own} {quoted}"
+    elements = int(re.search(r"^ *elements at the most +(\d+)$", printed, re.MULTILINE)[1])
+    assert f"The ring of `ring.inp` needs {elements}." in page("guide")
+
+
+def sentences(text: str):
+    """Sentences of a page, and cells of its tables: without code, links and pictures."""
+    for pattern, instead in ((r"^```.*?^```$", "\n"), (r"<!--.*?-->", ""), (r"^    .*$", ""), (r"!\[[^\]]*\]\([^)]*\)", ""), (r"\[([^\]]*)\]\([^)]*\)", r"\1"),
+                             (r"`[^`]*`", "CODE"), (r"^#.*$", "")):
+        text = re.sub(pattern, instead, text, flags=re.MULTILINE | re.DOTALL if pattern.startswith(("^```", "<!--")) else re.MULTILINE)
+    for part in re.split(r"\n\s*\n|\n(?=\s*[*-] )|\n(?=\d+\. )", text):
+        table = part.lstrip().startswith("|")
+        for piece in re.split(r"[|\n]", part) if table else [part]:
+            yield from re.split(r"(?<=[.!?])[)*\"]*\s+(?=[A-Z(\"*0-9])", " ".join(piece.split()))
+
+
+@pytest.mark.parametrize("name", sorted(PAGES))
+def test_sentences_are_short(name):
+    """At most 30 words."""
+    long = [sentence for sentence in sentences(PAGES[name]) if len(re.findall(r"\S*[A-Za-z0-9]\S*", sentence)) > 30]
+    assert not long, "\n".join(long)
+
+
+def test_a_long_sentence_would_be_seen():
+    assert max(len(sentence.split()) for sentence in sentences("Short. Word " + "word " * 30 + "`a b`.\n\n| a | " + "b " * 32 + "|")) == 32
+
+
+def test_what_people_search_for_is_there():
+    """What the program is, in the words of the field, on the first screen of the first page and in the guide."""
+    front = (INPUT.parent / "README.md").read_text(encoding="utf-8")
+    first_screen = "\n".join(front.splitlines()[:16])
+    for word in ("plane", "static", "elastic", "frictionless", "unilateral", "plasticity", "dynamics"):
+        assert word in first_screen
+    for name in ("guide", "glossary"):
+        assert "unilateral" in page(name) and "frictionless" in page(name)
+    terms = [row.split("|")[1].strip() for row in page("glossary").splitlines() if row.startswith("| ")][1:]
+    assert terms == sorted(terms, key=lambda term: re.sub(r"[^a-z ]", "", term.lower()).strip()) and len(terms) > 40
+
+
+def test_citation_and_changes_name_this_version():
+    version = re.search(r"VERSION ([\d.]+) DESCRIPTION", (INPUT.parent / "CMakeLists.txt").read_text(encoding="utf-8"))[1]
+    assert f"\nversion: {version}\n" in (INPUT.parent / ".github/CITATION.cff").read_text(encoding="utf-8")
+    assert f"## {version}" in page("changelog")
+
+
+def test_links_of_the_first_page_lead_somewhere():
+    links = re.findall(r"\]\(([^)#]+)\)", (INPUT.parent / "README.md").read_text(encoding="utf-8"))
+    assert len(links) > 5 and all((INPUT.parent / link).exists() for link in links)
