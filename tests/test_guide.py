@@ -74,6 +74,8 @@ def test_a_lesson_as_it_stands(done, number):
     assert results.complete
     for word, value in lesson.quantities:
         assert abs(read_quantity(word, name).of(results) - float(value)) <= 1.01 * digit(value), (word, value)
+    said = guide.compared(lesson, str(folder))
+    assert len(said) == len(lesson.quantities) and all(line.endswith(", as on the page") for line in said)
 
 
 @pytest.mark.parametrize("number", [k for k, lesson in enumerate(LESSONS, start=1) if lesson.listing])
@@ -88,6 +90,12 @@ def test_lines_of_the_listing(done, number):
 @pytest.mark.parametrize("number, text, value", BY_HAND)
 def test_what_is_said_to_come_out_by_hand(number, text, value):
     assert text in LESSONS[number - 1].text and abs(float(text) - value) <= digit(text)
+
+
+def test_a_value_that_is_another_one_is_told_with_that_of_the_page(done):
+    folder, _ = done(1)
+    other = guide.Lesson("1. A ruler", LESSONS[0].text.replace("| `last drop` | 150.44211 |", "| `last drop` | 150.5 |"))
+    assert guide.compared(other, str(folder))[1].endswith(", on the page 150.5")
 
 
 @pytest.mark.parametrize("number, label", [(lesson, label) for lesson, page in enumerate(LESSONS, start=1)

@@ -183,7 +183,7 @@ def test_a_deck_anywhere_and_its_check(machine, copied, tmp_path):
     make_result_file.write_ring(tmp_path / "made.h5")
     mine = tmp_path / "my decks"
     mine.mkdir()
-    (mine / "rod.inp").write_text("*HEADING\n** plot_shape: none\nrod\n")
+    (mine / "rod.inp").write_text("*HEADING\n** plot_path: none\n** plot_shape: none\n** plot_contact: none\nrod\n")
 
     def run_here(*words):
         done = subprocess.run([str(copied / "input/run"), *words], env=environment(machine), cwd=mine, text=True, timeout=120,
@@ -193,7 +193,7 @@ def test_a_deck_anywhere_and_its_check(machine, copied, tmp_path):
     own = tmp_path / "build" / "results" / "own" / "rod"
     for name in ("rod.inp", "../my decks/rod.inp", str(mine / "rod.inp")):
         status, text = run_here(name)
-        assert status == 2 and (own / "rod.h5").exists() and (own / "rod_path.png").exists(), text
+        assert status == 2 and (own / "rod.h5").exists() and (own / "rod.lst").exists(), text
         shutil.rmtree(own)
     fake(tmp_path / "build" / "release", "unilat", 'echo "$@"')
     status, text = run_here("rod.inp", "--check")
@@ -205,7 +205,7 @@ def test_a_deck_anywhere_and_its_check(machine, copied, tmp_path):
 def test_results_stay_until_a_run_has_begun(machine, copied, tmp_path):
     """A call that fails before the run leaves what the last one made; one that begins leaves nothing of it."""
     make_result_file.write_ring(tmp_path / "made.h5")
-    deck = "*HEADING\nrod\n"
+    deck = "*HEADING\n** plot_shape: none\n** plot_contact: none\nrod\n"
     _, _, pictures = run_copied(machine, copied, deck)
     results = tmp_path / "build" / "results" / "rod"
     kept = {path.name: path.stat().st_mtime_ns for path in results.iterdir()}
@@ -215,8 +215,8 @@ def test_results_stay_until_a_run_has_begun(machine, copied, tmp_path):
     status, _, _ = run_copied(machine, copied, deck)
     assert status == 1 and kept == {path.name: path.stat().st_mtime_ns for path in results.iterdir()}
     (tmp_path / "build" / "release" / "unilat").write_text(good)
-    status, _, pictures = run_copied(machine, copied, "*HEADING\n** plot_path: none\nrod\n")
-    assert status == 2 and pictures and "rod_path.png" not in pictures
+    status, _, pictures = run_copied(machine, copied, "*HEADING\n** plot_path: none\n** plot_shape: none\n** plot_contact: none\nrod\n")
+    assert status == 2 and not pictures
 
 
 def test_cmake_runs_only_where_a_source_is_newer(machine, copied, tmp_path):
