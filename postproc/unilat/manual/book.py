@@ -10,7 +10,7 @@ import re
 import subprocess
 import sys
 
-SETTINGS = pathlib.Path(__file__).parent / "site"
+SETTINGS = pathlib.Path(__file__).parent     # of conf.py
 STYLE = """
 @page { size: A4; margin: 22mm 20mm; @bottom-center { content: counter(page); font: 9pt sans-serif } }
 @page :first { @bottom-center { content: none } }
