@@ -16,7 +16,8 @@ function(deck_templates_source file)
     string(APPEND cases "      case ('${name}')\n         write (unit, '(a)') '${text}'\n")
   endforeach()
   string(SUBSTRING "${names}" 2 -1 template_names)
-  set(template_cases "${cases}")
+  string(REGEX REPLACE "\n$" "" cases "${cases}")
+  set(template_cases "one case a template\n${cases}")  # behind a comment, so that the file is Fortran as it stands
   configure_file("${PROJECT_SOURCE_DIR}/src/deck/deck_templates.f90.in" "${file}" @ONLY)
   # A line of a template may be as long as one of a deck.
   set_source_files_properties("${file}" PROPERTIES COMPILE_OPTIONS "$<$<Fortran_COMPILER_ID:GNU>:-ffree-line-length-none>")
