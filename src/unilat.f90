@@ -17,7 +17,6 @@ program unilat
    use deck_templates, only: template_names, is_template, write_template
    use terminal, only: has_colours, painted, standard_error, red
    use deck_summary, only: write_deck_summary
-   use contact_touch, only: choose_spans
    use blas_threads, only: use_one_thread, blas_threads_text
    use model, only: model_t
    use problem, only: problem_t, new_problem
@@ -27,7 +26,7 @@ program unilat
    use listing, only: listing_open, listing_close
    use progress, only: progress_open, progress_close
    use run_summary, only: failed_checks
-   use timing, only: timers_t, timing_start, timing_stop, phase_reading, phase_numbering, phase_output
+   use timing, only: timing_start, timing_stop, phase_reading, phase_numbering, phase_output
    implicit none
    integer, parameter :: exit_complete = 0, exit_deck_error = 1, exit_stopped = 2, exit_internal = 3
    type(command_line_t) :: options
@@ -37,7 +36,6 @@ program unilat
    type(problem_t) :: path_problem
    type(run_recorder_t) :: recorder
    type(outcome_t) :: outcome
-   type(timers_t) :: timers
    type(error_t), allocatable :: error
    character(:), allocatable :: result_file, status, checks, why_nodes
 
@@ -54,7 +52,7 @@ program unilat
    if (options%template /= '') call write_new_deck()
 
    ! ---- the deck ----
-   call timing_start(timers, phase_reading)
+   call timing_start(phase_reading)
    if (options%deck == '') then
       call read_source_unit(input_unit, '<stdin>', source, error)
    else
@@ -69,8 +67,7 @@ program unilat
    end if
    call read_deck(source, deck_model, diagnostics, steps_optional=options%check, settings=options%set)
    call end_with_errors()
-   call choose_spans(deck_model)
-   call timing_stop(timers, phase_reading)
+   call timing_stop(phase_reading)
    if (options%check) then
       if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), '')
       call end_program(exit_complete)
@@ -87,17 +84,18 @@ program unilat
       call follow_deck()
       call note_failure('contact is at the nodes of the deck, where errors are not known, because spans do not get on: '//why_nodes)
    end if
-   if (outcome%dead_end .and. any(deck_model%contact%along)) &
+   if (outcome%stop_reasons .and. any(deck_model%contact%along)) &
       & call note_failure('*CONTACT, POINTS=NODES may go on, as well as the elements of the deck can')
+   call note_contact_at_nodes()
    if (allocated(outcome%accuracy%bar_words)) call note_failure(outcome%accuracy%bar_words)
 
    ! ---- the end ----
    status = 'complete'
    if (.not. outcome%complete) status = 'stopped: '//outcome%why
-   call timing_start(timers, phase_output)
-   call results_close(recorder%results, status, timers, outcome%accuracy, error)
-   call timing_stop(timers, phase_output)
-   if (.not. options%quiet) call listing_close(recorder%listing, status, timers, outcome%accuracy)
+   call timing_start(phase_output)
+   call results_close(recorder%results, status, outcome%accuracy, error)
+   call timing_stop(phase_output)
+   if (.not. options%quiet) call listing_close(recorder%listing, status, outcome%accuracy)
    if (allocated(error)) call stop_with(exit_internal, error%message)
    if (outcome%deck_line > 0) call stop_at_line(outcome%deck_line, outcome%why)
    if (.not. outcome%complete) call stop_with(exit_stopped, status)
@@ -108,10 +106,10 @@ contains
    !> Follows the whole deck and records it.
    subroutine follow_deck()
       integer :: i
-      call timing_start(timers, phase_numbering)
+      call timing_start(phase_numbering)
       path_problem = new_problem(deck_model)
-      call timing_stop(timers, phase_numbering)
-      call timing_start(timers, phase_output)
+      call timing_stop(phase_numbering)
+      call timing_start(phase_output)
       call results_open(recorder%results, result_file, deck_model, source%record, program_version, error)
       if (allocated(error)) call stop_with(exit_internal, error%message)
       do i = 1, size(source%parameter)
@@ -122,8 +120,8 @@ contains
       recorder%quiet = options%quiet
       call progress_open(recorder%progress, listed=.not. options%quiet)
       if (.not. options%quiet) call listing_open(recorder%listing, output_unit, deck_model)
-      call timing_stop(timers, phase_output)
-      call follow_path(path_problem, recorder, outcome, timers)
+      call timing_stop(phase_output)
+      call follow_path(path_problem, recorder, outcome)
       call progress_close(recorder%progress)
       checks = failed_checks(outcome%accuracy)
       if (checks /= '') call note_failure(checks)
@@ -140,12 +138,24 @@ contains
       end if
    end subroutine note_failure
 
+   !> Contact at nodes is another problem than contact along the rod: who has not asked for it is to know.
+   subroutine note_contact_at_nodes()
+      integer :: i
+      do i = 1, size(deck_model%contact)
+         associate (contact => deck_model%contact(i))
+            if (.not. allocated(contact%needs)) cycle
+            call note_failure('*CONTACT with '//trim(deck_model%obstacle(contact%obstacle)%name)// &
+               & ' acts at nodes (POINTS=NODES says that this is meant): along the rod it needs '//contact%needs)
+         end associate
+      end do
+   end subroutine note_contact_at_nodes
+
    !> True where what touches at the start has led nowhere; says so, and closes the results.
    logical function begins_again()
       character(*), parameter :: how = 'with contact at the nodes of the deck'
-      begins_again = outcome%sampled .and. outcome%dead_end
+      begins_again = outcome%sampled .and. outcome%stop_reasons
       if (.not. begins_again) return
-      call results_close(recorder%results, 'begun again '//how, timers, outcome%accuracy, error)
+      call results_close(recorder%results, 'begun again '//how, outcome%accuracy, error)
       if (.not. options%quiet) write (output_unit, '(/a)') 'Contact spans do not get on: '//outcome%why// &
          & '. The path begins again '//how//'.'
    end function begins_again

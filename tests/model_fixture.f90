@@ -3,7 +3,8 @@
 !> Unless a test changes it: EA = 100, EI = 1, shear-rigid, no support, no load, no obstacle, one step.
 module model_fixture
    use kinds, only: wp
-   use model, only: model_t, curve_t, imperfection_t, family_ge, family_ul2, shape_sine, obstacle_circle, new_load
+   use model, only: model_t, curve_t, imperfection_t, family_ge, family_ul2, shape_sine, new_load
+   use obstacle_types, only: obstacle_circle
    use problem, only: problem_t
    use rod_layout, only: layout_t
    use remeshed_model, only: division_t
@@ -11,7 +12,6 @@ module model_fixture
    use linear_system, only: system_t
    use bordered_system, only: linearise, set_path_row, solve_bordered, apply_increment
    use reference_curve, only: curve_point, measure_curves
-   use timing, only: timers_t
    use random_numbers, only: random_t, new_random, next_random
    implicit none
    private
@@ -167,7 +167,6 @@ contains
       integer, intent(in) :: increments
       logical, intent(out) :: ok                  !! the residual fell below the tolerance in every increment
       real(wp), intent(in), optional :: tolerance !! relative; 1e-12 when absent, which only stored forces (GE) can meet
-      type(timers_t) :: timers
       type(state_t) :: base
       real(wp) :: x(problem%n_unknowns), y, row(3, size(state%u, 2)), start, target, enough
       integer :: i, iteration, e
@@ -180,13 +179,13 @@ contains
          base = state
          target = start + (load_factor - start) * i / increments
          do iteration = 1, 30
-            call linearise(problem, state, base, system, timers)
+            call linearise(problem, state, base, system)
             ok = system%ok
             if (.not. ok) return
             ok = iteration > 1 .and. system%force_residual <= enough .and. system%defect_residual <= 1.0e-14_wp
             if (ok) exit
             call set_path_row(problem, system, row, 1.0_wp)
-            call solve_bordered(system, -system%residual, system%value, target - state%load_factor, x, y, ok, timers)
+            call solve_bordered(system, -system%residual, system%value, target - state%load_factor, x, y, ok)
             if (.not. ok) return
             call apply_increment(problem, system, x, y, state)
             ok = .false.

@@ -4,8 +4,8 @@ module output_fixture
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp, pi
    use model, only: model_t, limit_curve_t, family_ge, family_ul2, method_load, quantity_reaction, parameter_modulus, new_load, &
-      & obstacle_circle, &
       & parameter_constant_load
+   use obstacle_types, only: obstacle_circle
    use run_accuracy, only: accuracy_t, worst_t, place_t
    use path_record, only: point_t, critical_t, region_t, buckling_t, limit_point_t
    implicit none

@@ -49,3 +49,45 @@ def test_a_roller_that_comes_by_arc_length(first):
     dr.assert_close(apart.load("C+"), 0.04, relative=1e-7)
     for one, other in zip(near.labelled("UZ"), apart.labelled("UZ"), strict=True):
         dr.assert_close(other.load_factor, one.load_factor + 0.04, absolute=one.error + other.error + 1e-10)
+
+
+# Where nothing but reactions changes ---------------------------------------------------------------------------------------
+
+LEAF = """*PARAMETER
+half = 40
+*HEADING
+Half of a bent leaf on a table, pressed down in the middle until that lies on the table, then on
+*NODE
+1, 0., ${{1 - cos(radians(half))}}
+2, ${{sin(radians(half))}}, 0.
+*ARC, ELSET=LEAF, NSET=LEAF, DIRECTION=CLOCKWISE
+1, 2, 0., ${{-cos(radians(half))}}
+*BEAM SECTION, ELSET=LEAF, SECTION=STIFFNESS
+1e6, 1.
+*BOUNDARY
+1, XSYMM
+*OBSTACLE, NAME=TABLE, TYPE=LINE
+0., 0., 1., 0.
+*CONTACT, OBSTACLE=TABLE, NSET=LEAF
+*MONITOR, NAME=table, OBSTACLE=TABLE
+RF2
+*STEP
+*STATIC, METHOD={method}
+0.02, , 0.05
+*CLOAD
+1, 2, -6.
+*STOP
+LOAD, ABOVE, 1.
+*END STEP
+"""
+LEAF_TOUCHES = 2.1539165  # the load on one half there: the elastica as a boundary-value problem
+
+
+@pytest.mark.parametrize("method", ["LOAD", "CYLINDRICAL", "SPHERICAL", "LINEARISED", "MINIMUM RESIDUAL", "VARIABLE LOAD",
+                                    "GENERALISED DISPLACEMENT", "LARGEST DISPLACEMENT"])
+def test_a_load_that_stands_on_an_obstacle_grows_on(method):
+    """The node that carries the load has come down on the table: more load changes the table's force and nothing else."""
+    run = dr.run_deck(LEAF.format(method=method))
+    dr.assert_close(6.0 * run.load("C+"), LEAF_TOUCHES, relative=1e-7)
+    dr.assert_close(run.column("table")[-1], 6.0, relative=1e-12)
+    dr.assert_close(run.only("EP").load_factor, 1.0, relative=1e-12)

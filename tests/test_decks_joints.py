@@ -765,3 +765,78 @@ def test_a_hinge_that_touches_pushes_once():
     dr.assert_close(begins[0][0], begins[1][0], relative=1e-7)
     ends = [run.results.critical[-1].monitors["t"] for run in (whole, half)]
     dr.assert_close(ends[0], 2.0 * ends[1], relative=1e-6)
+
+
+# Stays that go slack -------------------------------------------------------------------------------------------------------
+
+STAYS = """*PARAMETER
+EA = 29000*0.94
+thin = {thin}
+*HEADING
+Strut held by a stay above it, loaded at its tip; a stay below it goes slack: a thin rod with a small imperfection
+*NODE
+1, 0., 0.
+2, 100., 0.
+3, 0., 10.
+4, 0., -10.
+*LINE, ELSET=STRUT
+1, 2
+*LINE, ELSET=UPPER
+3, 2
+*LINE, ELSET=LOWER
+4, 2
+*BEAM SECTION, ELSET=STRUT, SECTION=STIFFNESS
+${{EA}}, 600000.
+*BEAM SECTION, ELSET=UPPER, SECTION=STIFFNESS
+${{EA}}, ${{thin}}
+*BEAM SECTION, ELSET=LOWER, SECTION=STIFFNESS
+${{EA}}, ${{thin}}
+*IMPERFECTION, ELSET=LOWER, SHAPE=SINE
+0.1, 1.
+*BOUNDARY
+1, PINNED
+3, PINNED
+4, PINNED
+*RELEASE
+2, UPPER
+2, LOWER
+*MONITOR, NAME=down
+2, U2, -1.
+*MONITOR, NAME=upper
+3, RF1, -1.
+*MONITOR, NAME=lower
+4, RF1
+*STEP
+*STATIC, METHOD={method}
+{first}
+*CLOAD
+2, 2, -10.
+{stop}*END STEP
+"""
+
+
+def strut_and_stay(ea=29000 * 0.94, load=10.0, a=100.0, h=10.0):
+    """Tip of a strut of length a that is hinged at its foot, in the direction -y, and the thrust of its one stay there: two bars."""
+    stay = math.hypot(a, h)
+    tip = np.array([a, 0.0])
+    for _ in range(50):
+        length = np.array([math.hypot(*tip), math.hypot(tip[0], tip[1] - h)])
+        unit = np.array([tip / length[0], (tip - [0.0, h]) / length[1]])
+        rest = np.array([a, stay])
+        force = ea * (length - rest) / rest
+        stiffness = sum(ea / rest[i] * np.outer(unit[i], unit[i]) + force[i] / length[i] * (np.eye(2) - np.outer(unit[i], unit[i]))
+                        for i in (0, 1))
+        tip = tip + np.linalg.solve(stiffness, np.array([0.0, -load]) - force @ unit)
+    return -tip[1], force[1] * unit[1][0]
+
+
+@pytest.mark.parametrize("thin", ["1e-2", "1e-3", "1e-5", "1e-7"])
+@pytest.mark.parametrize("method, first, stop", [("LOAD", "0.01", ""), ("CYLINDRICAL", "0.01, , 0.05", "*STOP\nLOAD, ABOVE, 1.\n")])
+def test_stays_of_next_to_no_stiffness(thin, method, first, stop):
+    """The slack stay bends away at less than its Euler load; the taut one turns against its tension alone."""
+    end = dr.run_deck(STAYS.format(thin=thin, method=method, first=first, stop=stop)).only("EP")
+    down, thrust = strut_and_stay()
+    euler = np.pi**2 * float(thin) / 100.0**2
+    assert 0.5 * euler < end.monitors["lower"] < euler
+    dr.assert_close(end.monitors["down"], down, relative=10.0 * euler / thrust + 1e-8)
+    dr.assert_close(end.monitors["upper"], thrust, relative=10.0 * euler / thrust + 1e-8)

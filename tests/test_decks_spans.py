@@ -1,4 +1,5 @@
 """What contact points that lived at nodes could not follow: strips between walls, liners, tubes, fine rings."""
+import functools
 import pathlib
 
 import numpy as np
@@ -330,3 +331,54 @@ def test_two_contacts_that_end_at_once():
     free = dr.run_deck(ARCH_IN_A_CAVITY.replace("*CONTACT, OBSTACLE=CAVITY, NSET=ARCH\n", ""))
     (load,), (alone,) = ([point.load_factor for point in one.labelled("UZ")] for one in (run, free))
     dr.assert_close(load, alone, relative=1e-6)
+
+
+# Contact that cannot be along the rod ---------------------------------------------------------------------------------------
+
+SAGGING = """*HEADING
+Beam over a block, at its middle; contact begins at 384/5 of the gap
+*NODE
+1, 0., 0.
+2, 1., 0.
+*LINE, ELSET=BEAM, NSET=BEAM, TYPE={kind}
+1, 2, 16
+*BEAM SECTION, ELSET=BEAM, SECTION={section}
+*BOUNDARY
+1, PINNED
+2, 2
+*OBSTACLE, NAME=BLOCK, TYPE=CIRCLE, SIDE=OUTSIDE
+0.5, -1.001, 1.
+*CONTACT, OBSTACLE=BLOCK, NSET=BEAM{points}
+{more}*STEP
+*STATIC, METHOD=LOAD
+0.1
+*DLOAD
+BEAM, PY, -1.
+*STOP
+LOAD, ABOVE, 1.
+*END STEP
+"""
+LAW_ACROSS = """*FOUNDATION LAW, NAME=GRIP
+0., 0.
+1., 1.
+*OBSTACLE, NAME=END, TYPE=LINE, FOUNDATION=LAW, LAW=GRIP, WIDTH=1
+2., -1., 2., 1.
+*CONTACT, OBSTACLE=END, NSET=BEAM, POINTS=NODES
+"""
+
+
+@pytest.mark.parametrize("kind, section, more, needs", [
+    ("GE8", "STIFFNESS\n1e6, 1., 1e4", "", "by its *BEAM SECTION element 1 has it"),
+    ("GE2", "STIFFNESS\n1e6, 1.", "", "element 1 is GE2"),
+    ("UL2", "STIFFNESS\n1e6, 1.", "", "GE elements on a *LINE, *ARC or *RING; element 1 is not"),
+    ("GE8", "STIFFNESS\n1e6, 1.", LAW_ACROSS, "*CONTACT with END acts on element 1"),
+], ids=["shear", "GE2", "UL2", "another"])
+def test_contact_at_nodes_that_was_not_asked_for(kind, section, more, needs):
+    """It runs, but is not what it would be along the rod: the listing and the last line say why, and the exit code is 2."""
+    text = functools.partial(SAGGING.format, kind=kind, section=section, more=more)
+    run = dr.run_deck(text(points=""), code=2)
+    assert needs in " ".join(run.stdout.split()) and "BLOCK" in run.stderr and needs in run.stderr
+    assert needs in run.results.status
+    asked = dr.run_deck(text(points=", POINTS=NODES"))
+    assert "it needs" not in asked.stdout
+    assert run.load("EP") == asked.load("EP")

@@ -202,3 +202,14 @@ def test_citation_and_changes_name_this_version():
 def test_links_of_the_first_page_lead_somewhere():
     links = re.findall(r"\]\(([^)#]+)\)", (INPUT.parent / "README.md").read_text(encoding="utf-8"))
     assert len(links) > 5 and all((INPUT.parent / link).exists() for link in links)
+
+
+def test_folders_of_the_page_for_developers_are_those_of_the_source():
+    """All of them, and the modules that one should read first are in them."""
+    source = INPUT.parent / "src"
+    rows = [row.split("|")[1:-1] for row in page("developers").split("| folder in `src` |")[1].split("\n\n")[0].splitlines() if row.startswith("| `")]
+    named = {folder for row in rows for folder in re.findall(r"`(\w+)`", row[0])}
+    assert named == {path.name for path in source.iterdir() if path.is_dir()}
+    for folders, _, modules in rows:
+        there = {path.stem for folder in re.findall(r"`(\w+)`", folders) for path in (source / folder).rglob("*.f90")}
+        assert set(re.findall(r"`(\w+)`", modules)) <= there, folders

@@ -10,14 +10,14 @@ module buckling_errors
    use problem, only: problem_t
    use rod_state, only: state_t
    use path_control, only: control_t
-   use path_continuity, only: heading_t
+   use path_continuity, only: path_tangent_t
    use linear_buckling, only: buckle
    use error_bar, only: new_error_bar
    use accuracy_limits, only: why_not_told
-   use finer_problem, only: finer_problem_t
-   use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point
+   use enriched_problem, only: enriched_problem_t
+   use enriched_path, only: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point
    use path_record, only: buckling_t
-   use timing, only: timers_t, timing_start, timing_stop, phase_accuracy
+   use timing, only: timing_start, timing_stop, phase_accuracy
    implicit none
    private
    public :: add_buckling_bars
@@ -25,17 +25,15 @@ module buckling_errors
 contains
 
    !> Adds the bars to what a buckling step found. The work is not counted as the step's.
-   subroutine add_buckling_bars(problem, state, buckling, timers)
+   subroutine add_buckling_bars(problem, state, buckling)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged, about which it buckles
       type(buckling_t), intent(inout) :: buckling
-      type(timers_t), intent(inout) :: timers
-      type(timers_t) :: own
-      type(finer_problem_t), target :: better
-      type(finer_path_t) :: path
-      type(finer_point_t) :: point
+      type(enriched_problem_t), target :: better
+      type(enriched_path_t) :: path
+      type(enriched_point_t) :: point
       type(control_t) :: control
-      type(heading_t) :: heading
+      type(path_tangent_t) :: heading
       type(buckling_t) :: finer
       type(error_t), allocatable :: error
       real(wp) :: correction, rounding
@@ -43,17 +41,17 @@ contains
       allocate (buckling%bar(size(buckling%load_factor)))
       buckling%unbarred = why_not_told(problem, state)
       if (buckling%unbarred /= '') return
-      call timing_start(timers, phase_accuracy)
+      call timing_start(phase_accuracy)
       control%method = method_load
       allocate (heading%u, mold=state%u)
       heading%u = 0.0_wp
       heading%load = 1.0_wp
       call new_finer_path(problem, better, state, control, heading, [integer ::], path)
       allocate (path%modes(size(problem%weight) * 3, 0))
-      call start_point(path, better, point, own)
-      if (point%ok) call next_point(path, 0.0_wp, point, own)
-      if (point%ok) call buckle(path%problem, point%state, point%system, size(buckling%load_factor), finer, error, own)
-      call timing_stop(timers, phase_accuracy)
+      call start_point(path, better, point)
+      if (point%ok) call next_point(path, 0.0_wp, point)
+      if (point%ok) call buckle(path%problem, point%state, point%system, size(buckling%load_factor), finer, error)
+      call timing_stop(phase_accuracy)
       if (.not. point%ok .or. allocated(error)) then
          buckling%unbarred = 'elements of a higher order do not converge from here'
          return

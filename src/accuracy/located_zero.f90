@@ -7,10 +7,10 @@ module located_zero
    use rod_state, only: state_t
    use linear_system, only: system_t
    use element_products, only: element_deformation
-   use path_events, only: event_t, new_probe, event_value, event_bifurcation
+   use path_events, only: event_t, new_test_values, event_value, event_bifurcation
    use test_kinds, only: span_test_t, test_length
    use span_tests, only: run_span_tests
-   use contact_touch, only: shortest
+   use contact_spans, only: shortest
    use ground_events, only: ground_event_place, ground_event_gap
    use ground_segments, only: told_gap
    use element_gap, only: element_gap_t, gap_value, gap_look
@@ -20,7 +20,6 @@ module located_zero
    use axial_rigidity, only: shrinking_forces
    use bordered_system, only: solve_effective
    use null_directions, only: likeness, times_metric, new_null_directions, leave_out
-   use timing, only: timers_t
    implicit none
    private
    public :: zero_t, new_zero, zero_value, left_of_zero, watched_gap, between_nodes, located_gap, mode_rounding
@@ -38,32 +37,30 @@ module located_zero
 contains
 
    !> An event as its functions are asked of other points: a bifurcation is known by its null vector.
-   subroutine new_zero(problem, event, state, system, zero, timers)
+   subroutine new_zero(problem, event, state, system, zero)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
       type(state_t), intent(in) :: state         !! where it was located
       type(system_t), intent(in) :: system       !! factored there
       type(zero_t), intent(out) :: zero
-      type(timers_t), intent(inout) :: timers
       type(modes_t) :: modes
       type(error_t), allocatable :: error
       integer :: n
       zero%event = event
       if (event%kind /= event_bifurcation) return
-      call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error, timers)
+      call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error)
       ! Next to a singular tangent the iteration may not settle, and has the mode all the same.
       n = max(count(abs(modes%mu) <= as_zero * event%scale), min(modes%n, 1))
       if (n > 0) zero%modes = modes%x(:, :n)
    end subroutine new_zero
 
    !> Its function at a converged point; not a number where it is not to be had.
-   function zero_value(problem, zero, state, system, load_rate, timers) result(value)
+   function zero_value(problem, zero, state, system, load_rate) result(value)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored there
       real(wp), intent(in) :: load_rate          !! of the path there
-      type(timers_t), intent(inout) :: timers
       real(wp) :: value
       type(span_test_t), allocatable :: tests(:)
       value = ieee_value(value, ieee_quiet_nan)
@@ -73,9 +70,9 @@ contains
       else if (.not. allocated(zero%event)) then
          return
       else if (zero%event%kind == event_bifurcation) then
-         if (allocated(zero%modes)) value = eigenvalue_of(problem, zero%modes, state, system, timers)
+         if (allocated(zero%modes)) value = eigenvalue_of(problem, zero%modes, state, system)
       else
-         value = event_value(problem, zero%event, state, new_probe(problem, state, system, load_rate))
+         value = event_value(problem, zero%event, state, new_test_values(problem, state, system, load_rate))
       end if
    end function zero_value
 
@@ -119,8 +116,7 @@ contains
 
    !> Of what an event's function is on the finer problem and is not here, the part that the nodes do not tell: a gap's least
    !> value is inside an element, known as well as its polynomials. Zero for all events but those on foundations.
-   subroutine between_nodes(problem, zero, state, system, load_rate, finer, there, value, element, part, most, doubt, &
-      & timers)
+   subroutine between_nodes(problem, zero, state, system, load_rate, finer, there, value, element, part, most, doubt)
       type(problem_t), intent(in) :: problem, finer
       type(zero_t), intent(in) :: zero
       type(state_t), intent(in) :: state         !! where it was located
@@ -133,7 +129,6 @@ contains
       real(wp), intent(out) :: most              !! what it may be at a place as far from the nodes
       real(wp), intent(out) :: doubt             !! what both problems' profiles may err by there
       type(element_gap_t) :: gap(2)
-      type(timers_t), intent(inout) :: timers
       real(wp) :: tau, factor
       integer :: j
       integer :: candidate
@@ -147,7 +142,7 @@ contains
       element = problem%ground%chain%element(2, candidate)
       gap = [told_gap(problem, state, candidate), told_gap(finer, there, candidate)]
       factor = factor / zero%event%gap_scale
-      part = value - zero_value(problem, zero, state, system, load_rate, timers) + along(tau) * factor
+      part = value - zero_value(problem, zero, state, system, load_rate) + along(tau) * factor
       ! Nothing is unknown at the nodes.
       most = 4.0_wp * tau * (1.0_wp - tau) * maxval([(abs(gap_change(0.125_wp * j) - along(0.125_wp * j)), j=1, 7)]) * factor
       if (gap(1)%profile%mended) doubt = (4.0_wp * tau * (1.0_wp - tau))**4 * &
@@ -184,12 +179,11 @@ contains
    end function located_gap
 
    !> Of the eigenvalues whose modes are mostly combinations of given ones the one that is nearest to zero.
-   function eigenvalue_of(problem, given, state, system, timers) result(value)
+   function eigenvalue_of(problem, given, state, system) result(value)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: given(:, :)
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      type(timers_t), intent(inout) :: timers
       real(wp) :: value
       type(modes_t) :: modes
       type(error_t), allocatable :: error
@@ -198,32 +192,31 @@ contains
       integer :: i, k
       value = ieee_value(value, ieee_quiet_nan)
       if (size(given, 2) == 1 .and. system%rigidity%n == 0) then
-         call iterate_mode(problem, given(:, 1), system, nearby, settled, timers)
+         call iterate_mode(problem, given(:, 1), system, nearby, settled)
          if (settled) then
             held = merge(0.0_wp, nearby, system%fixed)
             call apply_tangent(problem, state, system, held, answer, value)
-            value = value - of_other_modes(problem, state, system, nearby, timers)
+            value = value - of_other_modes(problem, state, system, nearby)
             return
          end if
       end if
-      call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error, timers)
+      call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error)
       ! The nearest come first.
       do i = 1, modes%n
          if (sum([(likeness(problem, given(:, k), modes%x(:, i))**2, k=1, size(given, 2))]) < 0.5_wp) cycle
-         value = modes%mu(i) - of_other_modes(problem, state, system, modes%x(:, i), timers)
+         value = modes%mu(i) - of_other_modes(problem, state, system, modes%x(:, i))
          return
       end do
    end function eigenvalue_of
 
    !> The mode next to a given one, by inverse iteration: where the given one's eigenvalue is much nearer to zero than the others,
    !> as at a bifurcation, it settles at once.
-   subroutine iterate_mode(problem, given, system, mode, settled, timers)
+   subroutine iterate_mode(problem, given, system, mode, settled)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: given(:)           !! (unknowns) node axes
       type(system_t), intent(in) :: system       !! factored
       real(wp), intent(out) :: mode(:)           !! (unknowns) length 1 in the metric
       logical, intent(out) :: settled            !! false: more is to be looked at
-      type(timers_t), intent(inout) :: timers
       integer, parameter :: most = 4
       real(wp) :: before(size(given)), length
       integer :: k
@@ -231,7 +224,7 @@ contains
       mode = given
       do k = 1, most
          before = mode
-         call solve_effective(system, merge(0.0_wp, times_metric(problem, before), system%fixed), mode, timers)
+         call solve_effective(system, merge(0.0_wp, times_metric(problem, before), system%fixed), mode)
          length = sqrt(likeness(problem, mode, mode))
          if (.not. length > 0.0_wp) return
          mode = mode / length
@@ -243,12 +236,11 @@ contains
 
    !> What rounding does to the eigenvalue of a bifurcation's null vector: that of the elements' own deformations, from which its
    !> products are taken (see tangent_modes), and what the iteration leaves of other modes.
-   real(wp) function mode_rounding(problem, state, system, zero, timers) result(rounding)
+   real(wp) function mode_rounding(problem, state, system, zero) result(rounding)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored where the mode is
       type(zero_t), intent(in) :: zero           !! with its mode
-      type(timers_t), intent(inout) :: timers
       real(wp) :: local(6)
       integer :: e
       rounding = 0.0_wp
@@ -256,17 +248,16 @@ contains
          local = abs(element_deformation(problem, system, e, zero%modes(:, 1)))
          rounding = rounding + dot_product(local, matmul(abs(system%ek(:, :, e)), local))**2
       end do
-      rounding = epsilon(rounding) * sqrt(rounding) + abs(of_other_modes(problem, state, system, zero%modes(:, 1), timers))
+      rounding = epsilon(rounding) * sqrt(rounding) + abs(of_other_modes(problem, state, system, zero%modes(:, 1)))
    end function mode_rounding
 
    !> What other modes add to the eigenvalue of a mode that was iterated for. A share c of one with the eigenvalue m adds c^2 m and
    !> leaves the residual r = c m M phi, so that r.K^-1 r is what all of them add.
-   real(wp) function of_other_modes(problem, state, system, mode, timers) result(added)
+   real(wp) function of_other_modes(problem, state, system, mode) result(added)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored
       real(wp), intent(in) :: mode(:)            !! (unknowns) node axes
-      type(timers_t), intent(inout) :: timers
       real(wp), dimension(size(mode)) :: held, weighted, left, answer
       real(wp) :: direction(size(mode), 1), given(2, system%rigidity%n), eigenvalue
       added = 0.0_wp
@@ -274,15 +265,15 @@ contains
       weighted = merge(0.0_wp, times_metric(problem, held), system%fixed)
       call apply_tangent(problem, state, system, held, left, eigenvalue)
       if (system%rigidity%n > 0) then
-         call solve_effective(system, weighted, answer, timers, given)
+         call solve_effective(system, weighted, answer, given)
          if (.not. abs(dot_product(held, answer)) > 0.0_wp) return
          call shrinking_forces(system%rigidity, given * (dot_product(held, held) / dot_product(held, answer)), answer)
          left = left - answer
       end if
       left = merge(0.0_wp, left, system%fixed)
       left = left - dot_product(held, left) * weighted
-      call solve_effective(system, left, answer, timers)
-      direction = new_null_directions(problem, system, spread(held, 2, 1), timers)
+      call solve_effective(system, left, answer)
+      direction = new_null_directions(problem, system, spread(held, 2, 1))
       call leave_out(problem, spread(held, 2, 1), direction, answer)
       added = dot_product(answer, left)
    end function of_other_modes

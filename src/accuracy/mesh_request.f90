@@ -10,7 +10,7 @@ module mesh_request
    use rod_state, only: state_t
    use linear_system, only: system_t
    use span_division, only: present_demand
-   use mesh_demand, only: demand_t, new_demands, as_mirrored, with_smooth_density, in_whole_parts
+   use mesh_density, only: mesh_density_t, new_demands, as_mirrored, with_smooth_density, in_whole_parts
    use ground_segments, only: is_cut
    use error_bar, only: error_bar_t, error_bars_t, largest_unseen, allowed_part, lacks_bound
    implicit none
@@ -24,7 +24,7 @@ module mesh_request
       real(wp) :: ratio_before = huge(1.0_wp)    !! the same of the mesh before, whether or not it was of use
       integer :: elements_before = 0
       integer :: doublings = 0                   !! for want of any errors, here and at points before that wanted some, too
-      type(demand_t), allocatable :: demand(:)   !! (stretches) the mesh before all that
+      type(mesh_density_t), allocatable :: demand(:)   !! (stretches) the mesh before all that
       logical :: in_vain = .false.               !! finer ones are no better: it is not their number
    end type refinement_t
 
@@ -60,8 +60,8 @@ contains
       type(refinement_t), intent(inout) :: last  !! what these were worth
       logical, intent(in) :: can_settle          !! the iteration can go on
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
-      type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
-      type(demand_t) :: here(size(problem%layout%stretch))
+      type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (stretches)
+      type(mesh_density_t) :: here(size(problem%layout%stretch))
       integer :: k
       call mesh_for_bars(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, demand)
       if (unsettled .or. .not. allocated(bars%may_open)) return
@@ -94,7 +94,7 @@ contains
       type(refinement_t), intent(inout) :: last  !! what these were worth
       logical, intent(in) :: can_settle          !! the iteration can go on
       logical, intent(out) :: unsettled          !! the iteration has left more than its part: it is to go on first
-      type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
+      type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (stretches)
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
       logical :: free(problem%model%mesh%n_elements), known, bounded, cut, helps, on_its_way
       integer :: now, k
@@ -194,7 +194,7 @@ contains
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) what errors are measured against
       integer, intent(in) :: counted(:)          !! monitors, 0: the load factor
       real(wp), intent(in) :: asked              !! relative error
-      type(demand_t), allocatable, intent(out) :: demand(:) !! (stretches)
+      type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (stretches)
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
       logical :: free(problem%model%mesh%n_elements), known, bounded, unsettled
       free = problem%layout%stretch(problem%stretch)%placed
@@ -304,7 +304,7 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: wanted             !! elements
       real(wp), intent(in) :: g(:)               !! (elements of the present mesh) their parts
-      type(demand_t) :: demand(size(problem%layout%stretch))
+      type(mesh_density_t) :: demand(size(problem%layout%stretch))
       integer :: k
       demand = present_demand(problem, state)
       do k = 1, size(demand)
@@ -318,8 +318,8 @@ contains
    function laid_out(problem, state, wanted) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(demand_t), intent(in) :: wanted(:)    !! (stretches)
-      type(demand_t) :: demand(size(wanted))
+      type(mesh_density_t), intent(in) :: wanted(:)    !! (stretches)
+      type(mesh_density_t) :: demand(size(wanted))
       integer :: k
       if (bent_alike(problem, state)) then
          demand = as_mirrored(wanted, huge(1.0_wp), problem%model%step(problem%step)%asked)

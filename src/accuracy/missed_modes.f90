@@ -13,11 +13,10 @@ module missed_modes
    use conforming_span, only: excess_curvature
    use mesh_adequacy, only: compression
    use tangent_modes, only: modes_t, lowest_modes, apply_tangent
-   use weak_lines, only: release_lines
-   use finer_problem, only: new_finer_problem, new_finer_state
-   use finer_path, only: finer_path_t, finer_point_t
+   use force_free_contact, only: remove_force_free_lines
+   use enriched_problem, only: new_finer_problem, new_finer_state
+   use enriched_path, only: enriched_path_t, enriched_point_t
    use located_zero, only: zero_t, mode_rounding
-   use timing, only: timers_t
    implicit none
    private
    public :: unstable_difference, sign_in_doubt
@@ -28,29 +27,27 @@ contains
 
    !> Unstable directions of the finer problem less those of the problem's own, or those that elements hide; 0 where an eigenvalue
    !> next to zero leaves it open.
-   integer function unstable_difference(problem, state, system, path, point, allowed, timers) result(difference)
+   integer function unstable_difference(problem, state, system, path, point, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored there
-      type(finer_path_t), intent(in) :: path
-      type(finer_point_t), intent(in) :: point   !! the same point of it
+      type(enriched_path_t), intent(in) :: path
+      type(enriched_point_t), intent(in) :: point   !! the same point of it
       integer, intent(in) :: allowed             !! differences that an event at the point explains
-      type(timers_t), intent(inout) :: timers
       difference = 0
       if (size(problem%hinge) > 0) return
-      difference = certain_difference(problem, state, system, path%problem, point%state, point%system, allowed, timers)
+      difference = certain_difference(problem, state, system, path%problem, point%state, point%system, allowed)
       if (difference == 0) difference = hidden_directions(problem, state, system)
-      if (difference == 0 .and. any(problem%touch%line)) difference = released_difference(problem, state, system, allowed, timers)
+      if (difference == 0 .and. any(problem%touch%line)) difference = released_difference(problem, state, system, allowed)
    end function unstable_difference
 
    !> True where the mesh errs by as much as the eigenvalue nearest to zero, or more: its sign may not be that of the rod.
-   logical function sign_in_doubt(problem, state, system, path, point, timers) result(doubt)
+   logical function sign_in_doubt(problem, state, system, path, point) result(doubt)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored there
-      type(finer_path_t), intent(in) :: path
-      type(finer_point_t), intent(in) :: point   !! the same point of it
-      type(timers_t), intent(inout) :: timers
+      type(enriched_path_t), intent(in) :: path
+      type(enriched_point_t), intent(in) :: point   !! the same point of it
       type(modes_t) :: modes
       type(error_t), allocatable :: error
       type(zero_t) :: zero
@@ -58,13 +55,13 @@ contains
       doubt = .false.
       if (size(problem%hinge) > 0) return
       if (.not. points_tell(problem, state, path%problem, point%state)) return
-      call lowest_modes(problem, state, system, 1, modes, error, timers)
+      call lowest_modes(problem, state, system, 1, modes, error)
       if (allocated(error) .or. modes%n < 1) return
       held = merge(0.0_wp, modes%x(:, 1), system%fixed)
       call apply_tangent(path%problem, point%state, point%system, held, answer, finer)
       zero%modes = modes%x(:, :1)
       doubt = abs(finer - modes%mu(1)) > abs(finer)
-      if (doubt) doubt = abs(modes%mu(1)) > beyond_rounding * mode_rounding(problem, state, system, zero, timers)
+      if (doubt) doubt = abs(modes%mu(1)) > beyond_rounding * mode_rounding(problem, state, system, zero)
    end function sign_in_doubt
 
    !> Unstable directions that no pivot counts, at least: those of elements between nodes that stand still (Wittrick and
@@ -87,46 +84,44 @@ contains
    end function hidden_directions
 
    !> The same of a problem and a finer one; 0 where the signs do not tell.
-   integer function certain_difference(problem, state, system, finer, better, linear, allowed, timers) result(difference)
+   integer function certain_difference(problem, state, system, finer, better, linear, allowed) result(difference)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, better
       type(system_t), intent(in) :: system, linear  !! factored there
       integer, intent(in) :: allowed
-      type(timers_t), intent(inout) :: timers
       integer :: zeros(2)                        ! of the event's eigenvalues, that rounding makes negative
       difference = linear%negative_pivots - system%negative_pivots
       if (abs(difference) <= allowed) difference = 0
       if (difference == 0) return
       if (.not. points_tell(problem, state, finer, better)) difference = 0
       if (difference == 0) return
-      if (.not. signs_tell(problem, state, system, allowed, zeros(1), timers)) difference = 0
+      if (.not. signs_tell(problem, state, system, allowed, zeros(1))) difference = 0
       if (difference == 0) return
-      if (.not. signs_tell(finer, better, linear, allowed, zeros(2), timers)) difference = 0
+      if (.not. signs_tell(finer, better, linear, allowed, zeros(2))) difference = 0
       if (difference /= 0) difference = difference - (zeros(2) - zeros(1))
    end function certain_difference
 
    !> The same without lines that carry no force: a straight rod that lies on a straight wall is exact on any mesh, and held.
-   integer function released_difference(problem, state, system, allowed, timers) result(difference)
+   integer function released_difference(problem, state, system, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored there
       integer, intent(in) :: allowed
-      type(timers_t), intent(inout) :: timers
       type(problem_t) :: free, finer
       type(state_t) :: released, better
       type(system_t) :: loose, linear
       logical :: any_weak
       difference = 0
-      call release_lines(problem, state, system, free, released, any_weak)
+      call remove_force_free_lines(problem, state, system, free, released, any_weak)
       if (.not. any_weak) return
       loose = new_system(free)
-      call linearise(free, released, released, loose, timers)
+      call linearise(free, released, released, loose)
       call new_finer_problem(free, finer)
       call new_finer_state(free, released, finer, better)
       linear = new_system(finer)
-      call linearise(finer, better, better, linear, timers)
+      call linearise(finer, better, better, linear)
       if (.not. (loose%ok .and. linear%ok)) return
-      difference = certain_difference(free, released, loose, finer, better, linear, allowed, timers)
+      difference = certain_difference(free, released, loose, finer, better, linear, allowed)
       if (difference == 0) difference = hidden_directions(free, released, loose)
    end function released_difference
 
@@ -147,24 +142,23 @@ contains
    end function points_tell
 
    !> True where no eigenvalue is zero as far as rounding tells, but those of an event.
-   logical function signs_tell(problem, state, system, zeros, negative, timers)
+   logical function signs_tell(problem, state, system, zeros, negative)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       integer, intent(in) :: zeros               !! eigenvalues of the event
       integer, intent(out) :: negative           !! of these
-      type(timers_t), intent(inout) :: timers
       type(modes_t) :: modes
       type(error_t), allocatable :: error
       type(zero_t) :: zero
       integer :: k
       negative = 0
       k = 1 + zeros
-      call lowest_modes(problem, state, system, k, modes, error, timers)
+      call lowest_modes(problem, state, system, k, modes, error)
       signs_tell = .not. allocated(error) .and. modes%n >= k
       if (.not. signs_tell) return
       negative = count(modes%mu(:zeros) < 0.0_wp)
       zero%modes = modes%x(:, k:k)
-      signs_tell = abs(modes%mu(k)) > beyond_rounding * mode_rounding(problem, state, system, zero, timers)
+      signs_tell = abs(modes%mu(k)) > beyond_rounding * mode_rounding(problem, state, system, zero)
    end function signs_tell
 end module missed_modes

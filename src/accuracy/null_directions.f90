@@ -10,7 +10,6 @@ module null_directions
    use linear_system, only: system_t
    use bordered_system, only: solve_effective
    use small_dense, only: solve_small
-   use timing, only: timers_t
    implicit none
    private
    public :: new_null_directions, leave_out, free_of, likeness, times_metric
@@ -18,16 +17,15 @@ module null_directions
 contains
 
    !> K^-1 M v of every null vector, with length 1 along it.
-   function new_null_directions(problem, system, modes, timers) result(direction)
+   function new_null_directions(problem, system, modes) result(direction)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, any number) null vectors, orthonormal in the metric, node axes
-      type(timers_t), intent(inout) :: timers
       real(wp), allocatable :: direction(:, :)   !! (unknowns, as many)
       integer :: k
       allocate (direction, mold=modes)
       do k = 1, size(modes, 2)
-         call solve_effective(system, merge(0.0_wp, times_metric(problem, modes(:, k)), system%fixed), direction(:, k), timers)
+         call solve_effective(system, merge(0.0_wp, times_metric(problem, modes(:, k)), system%fixed), direction(:, k))
          direction(:, k) = direction(:, k) / norm2([tiny(1.0_wp), direction(:, k)])
       end do
    end function new_null_directions

@@ -8,7 +8,7 @@ module path_errors
    use rod_state, only: state_t
    use linear_system, only: system_t
    use path_control, only: control_t, metric, is_arc_length
-   use path_continuity, only: heading_t, normal_plane
+   use path_continuity, only: path_tangent_t, normal_plane
    use path_events, only: event_limit, event_turning
    use monitors, only: monitor_values
    use monitor_rows, only: left_open
@@ -16,15 +16,15 @@ module path_errors
    use tangent_rounding, only: path_stiffness
    use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars
    use accuracy_limits, only: why_not_told
-   use finer_problem, only: finer_problem_t
-   use finer_path, only: finer_path_t, finer_point_t, new_finer_path, start_point, next_point, values_beside
-   use element_shares, only: shares_t, find_shares, eigenvalue_shares
-   use touch_places, only: moving_ends, places_at, named_place
+   use enriched_problem, only: enriched_problem_t
+   use enriched_path, only: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point, values_beside
+   use bordered_system, only: with_stretch
+   use error_contributions, only: contributions_t, find_contributions, eigenvalue_shares
+   use contact_places, only: moving_ends, places_at, named_place
    use mesh_request, only: value_sizes, motion_sizes
    use missed_modes, only: unstable_difference, sign_in_doubt
    use hidden_openings, only: may_be_open
    use located_zero, only: zero_t, zero_value, left_of_zero, watched_gap, between_nodes, located_gap, mode_rounding
-   use timing, only: timers_t
    implicit none
    private
    public :: point_errors, event_errors
@@ -55,20 +55,19 @@ module path_errors
 contains
 
    !> Errors at a point of the path, held by its control: at the given load, at the given monitor, or normal to the path.
-   subroutine point_errors(problem, finer, state, system, control, heading, bars, timers, places, as_it_is)
+   subroutine point_errors(problem, finer, state, system, control, heading, bars, places, as_it_is)
       type(problem_t), intent(in) :: problem
-      type(finer_problem_t), intent(inout), target :: finer !! of the problem; made here where it is not known
+      type(enriched_problem_t), intent(inout), target :: finer !! of the problem; made here where it is not known
       type(state_t), intent(in) :: state         !! converged
       type(system_t), intent(in) :: system       !! factored there
       type(control_t), intent(in) :: control
-      type(heading_t), intent(in) :: heading     !! tangent there
+      type(path_tangent_t), intent(in) :: heading     !! tangent there
       type(error_bars_t), intent(out) :: bars
-      type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: places    !! those of touchdown points, too
       logical, intent(in), optional :: as_it_is  !! see why_not_told
-      type(finer_path_t) :: path
-      type(finer_point_t) :: point
-      type(shares_t) :: shares
+      type(enriched_path_t) :: path
+      type(enriched_point_t) :: point
+      type(contributions_t) :: shares
       type(error_bar_t) :: given
       real(wp), allocatable :: value(:), unseen(:)
       logical :: hidden(problem%model%mesh%n_elements)
@@ -82,12 +81,12 @@ contains
          if (places) ends = moving_ends(problem)
       end if
       call begin(problem, finer, state, system, holding(problem, state, control, heading), heading, ends, no_modes, path, point, &
-         & shares, value, timers)
-      if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0, timers)
+         & shares, value)
+      if (point%ok) bars%missed = unstable_difference(problem, state, system, path, point, 0)
       if (point%ok .and. present(places)) then
-         if (places) bars%unsure = sign_in_doubt(problem, state, system, path, point, timers)
+         if (places) bars%unsure = sign_in_doubt(problem, state, system, path, point)
       end if
-      call values_beside(path, point, timers)
+      call values_beside(path, point)
       if (.not. point%ok) then
          bars%why = no_convergence
          bars%too_coarse = .true.
@@ -104,22 +103,21 @@ contains
 
    !> Errors of a located event. The finer problem has it further along its path by what its function is at this point, over the
    !> function's slope.
-   subroutine event_errors(problem, finer, state, system, zero, heading, length, rise, bars, timers, as_it_is)
+   subroutine event_errors(problem, finer, state, system, zero, heading, length, rise, bars, as_it_is)
       type(problem_t), intent(in) :: problem
-      type(finer_problem_t), intent(inout), target :: finer !! of the problem; made here where it is not known
+      type(enriched_problem_t), intent(inout), target :: finer !! of the problem; made here where it is not known
       type(state_t), intent(in) :: state         !! where it was located
       type(system_t), intent(in) :: system       !! factored there
       type(zero_t), intent(in) :: zero           !! what vanishes there
-      type(heading_t), intent(in) :: heading     !! tangent there
+      type(path_tangent_t), intent(in) :: heading     !! tangent there
       real(wp), intent(in) :: length, rise       !! arc length and change of the load factor of the increment around it
       type(error_bars_t), intent(out) :: bars
-      type(timers_t), intent(inout) :: timers
       logical, intent(in), optional :: as_it_is  !! see why_not_told
       type(control_t) :: control
-      type(finer_path_t) :: path
-      type(finer_point_t) :: first
+      type(enriched_path_t) :: path
+      type(enriched_point_t) :: first
       type(crossing_t) :: crossing
-      type(shares_t) :: shares
+      type(contributions_t) :: shares
       real(wp), allocatable :: by_eigenvalue(:)  ! (elements) what each errs by in that of a bifurcation
       real(wp), allocatable :: modes(:, :), value(:), final(:), unseen(:), sizes(:), rounding(:), watched(:, :)
       real(wp) :: reach, local, most, doubt, noise
@@ -148,18 +146,18 @@ contains
       if (control%method == method_load) reach = abs(rise)
       ends = moving_ends(problem)
       call watched_gap(problem, zero, state, system, watched)
-      call begin(problem, finer, state, system, control, heading, ends, modes, path, first, shares, value, timers, watched)
+      call begin(problem, finer, state, system, control, heading, ends, modes, path, first, shares, value, watched)
       if (size(modes, 2) > 0) by_eigenvalue = eigenvalue_shares(problem, system, first%system, modes)
-      if (first%ok) call next_point(path, 0.0_wp, first, timers)
+      if (first%ok) call next_point(path, 0.0_wp, first)
       if (.not. first%ok) then
          bars%why = no_convergence
          bars%too_coarse = .true.
          return
       end if
       bars%unfolding = shares%unfolding
-      bars%missed = unstable_difference(problem, state, system, path, first, max(1, size(modes, 2)), timers)
-      call find_crossing(path, zero, reach, load_rounding(), first, crossing, timers)
-      if (.not. allocated(crossing%why)) call doubt_crossing(path, zero, first, crossing, timers)
+      bars%missed = unstable_difference(problem, state, system, path, first, max(1, size(modes, 2)))
+      call find_crossing(path, zero, reach, load_rounding(), first, crossing)
+      if (.not. allocated(crossing%why)) call doubt_crossing(path, zero, first, crossing)
       if (allocated(crossing%why)) then
          bars%why = crossing%why
          bars%too_coarse = bars%why == no_convergence .or. size(modes, 2) > 0
@@ -174,7 +172,7 @@ contains
       rounding = shares%rounding + abs(crossing%rate) * noise / abs(crossing%slope)
       if (zero_is(zero, event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * noise**2 / abs(crossing%slope)
       call between_nodes(problem, zero, state, system, heading%load, path%problem, first%state, crossing%f, e, local, &
-         & most, doubt, timers)
+         & most, doubt)
       call share_way()
       call set_bars(problem, state, system, ends, shares, value, final - value, unseen, sizes, rounding, bars)
       call move_alloc(first%system, finer%system)
@@ -239,7 +237,7 @@ contains
             stiffness = max(stiffness, bending_stiffness(problem))
             error = rounding / stiffness * abs(crossing%slope) * reach
          else if (allocated(zero%modes)) then
-            error = mode_rounding(problem, state, system, zero, timers)
+            error = mode_rounding(problem, state, system, zero)
          end if
       end function location_rounding
    end subroutine event_errors
@@ -253,15 +251,14 @@ contains
    end function zero_is
 
    !> The event on the finer path: along it from a point by what its function is there, over the function's slope.
-   subroutine find_crossing(path, zero, reach, rounding, first, crossing, timers)
-      type(finer_path_t), intent(in) :: path
+   subroutine find_crossing(path, zero, reach, rounding, first, crossing)
+      type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! what vanishes
       real(wp), intent(in) :: reach              !! of the increment around it, in the control's measure
       real(wp), intent(in) :: rounding           !! of its function, as far as that is known
-      type(finer_point_t), intent(in) :: first   !! next to where it was located
+      type(enriched_point_t), intent(in) :: first   !! next to where it was located
       type(crossing_t), intent(out) :: crossing
-      type(timers_t), intent(inout) :: timers
-      type(finer_point_t) :: ahead, near
+      type(enriched_point_t) :: ahead, near
       real(wp) :: part, f_ahead, bend
       logical :: known
       associate (f => crossing%f, slope => crossing%slope, way => crossing%way, more => crossing%more, control => path%control)
@@ -269,7 +266,7 @@ contains
          part = small_part
          do
             ahead = first
-            call next_point(path, part * reach, ahead, timers)
+            call next_point(path, part * reach, ahead)
             if (.not. ahead%ok) then
                crossing%why = no_convergence
                return
@@ -299,7 +296,7 @@ contains
             return
          end if
          near = first
-         call next_point(path, way, near, timers)
+         call next_point(path, way, near)
          if (.not. near%ok) then
             crossing%why = no_convergence
             return
@@ -329,13 +326,13 @@ contains
 
       !> The event's function on the finer path.
       real(wp) function value_at(point)
-         type(finer_point_t), intent(in) :: point
-         value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load, timers)
+         type(enriched_point_t), intent(in) :: point
+         value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load)
       end function value_at
 
       !> Of the load factor along the path.
       real(wp) function load_rate(heading) result(rate)
-         type(heading_t), intent(in) :: heading   !! tangent there
+         type(path_tangent_t), intent(in) :: heading   !! tangent there
          rate = 1.0_wp
          if (path%control%method /= method_load) rate = heading%load / (metric(path%problem, path%control%tangent, heading%u) + &
             & path%control%load_scale**2 * path%control%tangent_load * heading%load)
@@ -345,25 +342,24 @@ contains
    !> How far the finer path can be trusted: what elements of one order more still make of it, at a point and of the event's
    !> function there. On meshes that hardly resolve the solution the two differ by as much as the first one tells, and of a few
    !> elements' shares that cancel more is left.
-   subroutine doubt_crossing(path, zero, first, crossing, timers)
-      type(finer_path_t), intent(in) :: path
+   subroutine doubt_crossing(path, zero, first, crossing)
+      type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! what vanishes
-      type(finer_point_t), intent(in) :: first   !! next to where it was located
+      type(enriched_point_t), intent(in) :: first   !! next to where it was located
       type(crossing_t), intent(inout) :: crossing
-      type(timers_t), intent(inout) :: timers
-      type(finer_problem_t), target :: finest
-      type(finer_path_t) :: next
-      type(finer_point_t) :: point
+      type(enriched_problem_t), target :: finest
+      type(enriched_path_t) :: next
+      type(enriched_point_t) :: point
       call new_finer_path(path%problem, finest, first%state, path%control, path%heading, path%ends, next)
       next%modes = path%modes
-      call start_point(next, finest, point, timers)
-      call next_point(next, 0.0_wp, point, timers)
+      call start_point(next, finest, point)
+      call next_point(next, 0.0_wp, point)
       if (.not. point%ok) then
          crossing%why = no_convergence
          return
       end if
       crossing%doubt = point%value - first%value - crossing%rate / crossing%slope * (zero_value(next%problem, zero, point%state, &
-         & point%system, point%heading%load, timers) - crossing%f)
+         & point%system, point%heading%load) - crossing%f)
    end subroutine doubt_crossing
 
    !> What holds a point of a path: the load or the monitor that the strategy prescribes, else the plane normal to it.
@@ -371,7 +367,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(control_t), intent(in) :: control
-      type(heading_t), intent(in) :: heading
+      type(path_tangent_t), intent(in) :: heading
       type(control_t) :: held
       held%method = control%method
       held%monitor = control%monitor
@@ -379,28 +375,32 @@ contains
    end function holding
 
    !> The finer problem linearised at the point, and the elements' shares of the errors there.
-   subroutine begin(problem, finer, state, system, control, heading, ends, modes, path, point, shares, value, timers, &
+   subroutine begin(problem, finer, state, system, control, heading, ends, modes, path, point, shares, value, &
       & watched)
       type(problem_t), intent(in) :: problem
-      type(finer_problem_t), intent(inout), target :: finer
+      type(enriched_problem_t), intent(inout), target :: finer
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       type(control_t), intent(in) :: control
-      type(heading_t), intent(in) :: heading
+      type(path_tangent_t), intent(in) :: heading
       integer, intent(in) :: ends(:)             !! touchdown points whose places count
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, multiplicity) bifurcation: null vectors
-      type(finer_path_t), intent(out) :: path
-      type(finer_point_t), intent(out) :: point
-      type(shares_t), intent(out) :: shares
+      type(enriched_path_t), intent(out) :: path
+      type(enriched_point_t), intent(out) :: point
+      type(contributions_t), intent(out) :: shares
       real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, places
-      type(timers_t), intent(inout) :: timers
       real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) a displacement that the event hangs on
       call new_finer_path(problem, finer, state, control, heading, ends, path)
       path%modes = modes
-      call start_point(path, finer, point, timers)
+      call start_point(path, finer, point)
       value = [state%load_factor, monitor_values(problem, state, system), places_at(problem, state, ends)]
-      call find_shares(problem, state, system, path%problem, point%state, point%system, control, ends, modes, shares, timers, &
-         & watched)
+      if (system%rigidity%n > 0) then
+         call find_contributions(problem, state, with_stretch(system), path%problem, point%state, point%system, control, ends, &
+            & modes, shares, watched)
+      else
+         call find_contributions(problem, state, system, path%problem, point%state, point%system, control, ends, modes, shares, &
+            & watched)
+      end if
    end subroutine begin
 
    !> Bars from estimates. What is taken from the polynomial inside an element errs by one order more in the finer one only, not
@@ -410,7 +410,7 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored there
       integer, intent(in) :: ends(:)             !! touchdown points
-      type(shares_t), intent(in) :: shares
+      type(contributions_t), intent(in) :: shares
       real(wp), intent(in) :: value(:), correction(:), unseen(:), sizes(:), rounding(:)
       type(error_bars_t), intent(inout) :: bars
       real(wp) :: noise(size(value)), kind_size(size(value))

@@ -26,7 +26,7 @@ module error_bar
 
    !> Where contact with an obstacle begins or ends along a rod.
    type :: place_bar_t
-      integer :: touch = 0                    !! number of what touches, see contact_touch
+      integer :: touch = 0                    !! number of what touches, see contact_spans
       logical :: last = .false.               !! the end of a line; else its beginning, or a point
       real(wp) :: at = 0.0_wp                 !! stress-free arc length along the chain of the contact
       type(error_bar_t) :: bar

@@ -1,12 +1,15 @@
 !> Where a run's time goes: seconds and calls of each phase, and counters of the work done.
 !>
+!> The program has one clock: what it measures changes no result, so it is the one thing that is not handed on in argument lists.
+!>
 !> A phase started inside another one pauses the outer one, so the seconds of all phases never add up to more
-!> than the elapsed time. One clock call a start or stop (some 20 ns).
+!> than the elapsed time. One clock call a start or stop (some 20 ns). What error bars take is theirs: while they are found other
+!> phases and all counters rest.
 module timing
    use kinds, only: wp, i8
    implicit none
    private
-   public :: timers_t, timing_start, timing_stop, timing_seconds, timing_calls, timing_total
+   public :: timing_start, timing_stop, timing_seconds, timing_calls, timing_total
    public :: count_up, counted
    public :: n_phases, phase_name, n_counters, counter_name
    public :: phase_reading, phase_numbering, phase_elements, phase_assembly, phase_factorisation
@@ -14,7 +17,7 @@ module timing
    public :: counter_points, counter_newton, counter_factorisation, counter_solution, counter_lcp
    public :: counter_lcp_pivots, counter_lcp_failed, counter_set_changes, counter_rejected, counter_cut
    public :: counter_located, counter_remeshed, counter_evaluated, counter_largest
-   public :: count_largest
+   public :: count_largest, timing_reset
 
    enum, bind(c)
       enumerator :: phase_reading = 1 !! reading and checking the deck
@@ -65,17 +68,19 @@ module timing
       integer(i8) :: counter(n_counters) = 0_i8
    end type timers_t
 
+   type(timers_t) :: timers
+
 contains
 
    !> Starts a phase; the phase running now is paused until this one stops. A phase that is already running is
    !> stopped first, with what was started inside it: an early return that forgot its stop does no harm.
-   subroutine timing_start(timers, phase)
-      type(timers_t), intent(inout) :: timers
+   subroutine timing_start(phase)
       integer, intent(in) :: phase             !! phase_...
+      if (rests(phase)) return
       if (any(timers%running(:timers%depth) == phase)) then
-         call timing_stop(timers, phase)
+         call timing_stop(phase)
       else
-         call charge(timers)
+         call charge()
       end if
       timers%depth = timers%depth + 1
       timers%running(timers%depth) = phase
@@ -83,11 +88,11 @@ contains
    end subroutine timing_start
 
    !> Stops a phase and what was started inside it; the phase around it goes on. Nothing happens if it is not running.
-   subroutine timing_stop(timers, phase)
-      type(timers_t), intent(inout) :: timers
+   subroutine timing_stop(phase)
       integer, intent(in) :: phase             !! phase_...
       integer :: level
-      call charge(timers)
+      if (rests(phase)) return
+      call charge()
       do level = timers%depth, 1, -1
          if (timers%running(level) == phase) then
             timers%depth = level - 1
@@ -97,24 +102,21 @@ contains
    end subroutine timing_stop
 
    !> Seconds spent in a phase and not in one inside it; a phase still running counts up to the last start or stop.
-   function timing_seconds(timers, phase) result(seconds)
-      type(timers_t), intent(in) :: timers
+   function timing_seconds(phase) result(seconds)
       integer, intent(in) :: phase             !! phase_...
       real(wp) :: seconds
       seconds = real(timers%ticks(phase), wp) / ticks_per_second()
    end function timing_seconds
 
    !> How often a phase was started.
-   pure function timing_calls(timers, phase) result(calls)
-      type(timers_t), intent(in) :: timers
+   function timing_calls(phase) result(calls)
       integer, intent(in) :: phase             !! phase_...
       integer(i8) :: calls
       calls = timers%calls(phase)
    end function timing_calls
 
    !> Seconds from the first start of any phase until now; 0 when none was started.
-   function timing_total(timers) result(seconds)
-      type(timers_t), intent(in) :: timers
+   function timing_total() result(seconds)
       real(wp) :: seconds
       integer(i8) :: now
       seconds = 0.0_wp
@@ -124,10 +126,10 @@ contains
    end function timing_total
 
    !> Adds to a counter.
-   pure subroutine count_up(timers, counter, by)
-      type(timers_t), intent(inout) :: timers
+   subroutine count_up(counter, by)
       integer, intent(in) :: counter           !! counter_...
       integer, intent(in), optional :: by      !! how many, default 1
+      if (rests(phase_path)) return
       if (present(by)) then
          timers%counter(counter) = timers%counter(counter) + by
       else
@@ -136,24 +138,33 @@ contains
    end subroutine count_up
 
    !> Keeps the largest of the values of a counter.
-   pure subroutine count_largest(timers, counter, value)
-      type(timers_t), intent(inout) :: timers
+   subroutine count_largest(counter, value)
       integer, intent(in) :: counter           !! counter_...
       integer, intent(in) :: value
+      if (rests(phase_path)) return
       timers%counter(counter) = max(timers%counter(counter), int(value, i8))
    end subroutine count_largest
 
    !> The value of a counter.
-   pure function counted(timers, counter) result(value)
-      type(timers_t), intent(in) :: timers
+   function counted(counter) result(value)
       integer, intent(in) :: counter           !! counter_...
       integer(i8) :: value
       value = timers%counter(counter)
    end function counted
 
+   !> True for a phase that is not looked at now, because error bars are being found.
+   logical function rests(phase)
+      integer, intent(in) :: phase             !! phase_...
+      rests = phase /= phase_accuracy .and. any(timers%running(:timers%depth) == phase_accuracy)
+   end function rests
+
+   !> Forgets all times and counts, as at the start of the program.
+   subroutine timing_reset()
+      timers = timers_t()
+   end subroutine timing_reset
+
    !> Charges the time since the last start or stop to the innermost running phase.
-   subroutine charge(timers)
-      type(timers_t), intent(inout) :: timers
+   subroutine charge()
       integer(i8) :: now
       integer :: phase
       call system_clock(now)

@@ -1,7 +1,7 @@
 !> What is lost and gained between two sets of touches of which nobody has seen how one became the other.
 module set_differences
    use kinds, only: wp
-   use contact_touch, only: touch_t
+   use contact_spans, only: contact_span_t
    implicit none
    private
    public :: differences_t, compare_sets
@@ -16,13 +16,13 @@ contains
    !> Contacts that go on keep their numbers: those that lie over each other, as well as nodes tell. Others are new. The parts of a
    !> line on both sides of a breakpoint are one contact, and what goes from one side to the other goes on.
    pure subroutine compare_sets(before, last, spacing, start, round, now, touch, differences)
-      type(touch_t), intent(in) :: before(:)
+      type(contact_span_t), intent(in) :: before(:)
       integer, intent(in) :: last                  !! number given last
       real(wp), intent(in) :: spacing(:)           !! (stretches) of the nodes that have told
       real(wp), intent(in) :: start(:, :)          !! (stretches, contacts) where they begin along the chains
       real(wp), intent(in) :: round(:)             !! (contacts) length of a closed chain, 0 where it is open
-      type(touch_t), intent(in) :: now(:)
-      type(touch_t), intent(inout) :: touch(:)     !! those of `now` that get the numbers
+      type(contact_span_t), intent(in) :: now(:)
+      type(contact_span_t), intent(inout) :: touch(:)     !! those of `now` that get the numbers
       type(differences_t), intent(out) :: differences
       logical :: over(size(before), size(now)), both(size(before), size(now))
       integer :: k, j, part(size(before)), part_now(size(now))
@@ -66,7 +66,7 @@ contains
 
       !> Distance of two contacts along the rod; huge where they are not with one obstacle.
       pure real(wp) function apart(one, other)
-         type(touch_t), intent(in) :: one, other
+         type(contact_span_t), intent(in) :: one, other
          real(wp) :: a(2), b(2)
          apart = huge(apart)
          if (one%contact /= other%contact) return
@@ -80,7 +80,7 @@ contains
 
    !> For each touch the first one of its contact: parts of a line share the node of the breakpoint between them.
    pure function first_parts(set) result(first)
-      type(touch_t), intent(in) :: set(:)
+      type(contact_span_t), intent(in) :: set(:)
       integer :: first(size(set)), k, j
       first = [(k, k=1, size(set))]
       do k = 2, size(set)

@@ -2,7 +2,8 @@
 module check_grounds
    use kinds, only: wp
    use text, only: to_text
-   use model, only: model_t, ground_half_space
+   use model, only: model_t
+   use obstacle_types, only: ground_half_space
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t, new_candidates

@@ -6,7 +6,8 @@
 module check_tied_contact
    use kinds, only: wp
    use text, only: to_text
-   use model, only: model_t, contact_t, tie_t, ground_independent
+   use model, only: model_t, contact_t, tie_t
+   use obstacle_types, only: ground_independent
    use diagnostics, only: diagnostics_t, place_t
    use deck_cards, only: deck_t, complain
    use card_values, only: value_place, field_place

@@ -20,7 +20,7 @@ module deck_to_model
    use read_ties, only: tie_origin_t, read_tie_cards, order_ties
    use read_foundation_laws, only: read_foundation_law_cards
    use read_obstacles, only: read_obstacle_cards
-   use read_contact, only: read_contact_cards, check_contact_loops
+   use read_contact, only: read_contact_cards, choose_contact_points
    use read_gap_supports, only: read_gap_cards
    use read_contact_prints, only: read_contact_print_cards
    use read_monitors, only: read_monitor_cards
@@ -87,7 +87,6 @@ contains
       call read_contact_print_cards(deck, names, model, diagnostics)
       call read_step_cards(deck, names, model, diagnostics)
       call read_accuracy_cards(deck, names, model, diagnostics)
-      call check_contact_loops(deck, model, diagnostics)
       n = diagnostics%n
       call read_load_cards(deck, names, model, diagnostics)
       if (diagnostics%n > n) names%loads_incomplete = .true.
@@ -100,6 +99,7 @@ contains
       call read_limit_curve_cards(deck, names, model, diagnostics)
       if (diagnostics%n == 0) call check_contact_of_tied_nodes(deck, model, diagnostics)
       if (diagnostics%n == 0) call touch_by_leaders(model)
+      if (diagnostics%n == 0) call choose_contact_points(deck, model, diagnostics)
       if (diagnostics%n == 0) call check_ground_candidates(deck, names, model, diagnostics)
       if (diagnostics%n == 0) call check_placed(deck, names, model, diagnostics)
 

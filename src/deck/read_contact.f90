@@ -2,8 +2,10 @@
 module read_contact
    use kinds, only: wp
    use text, only: to_text, rounded
-   use model, only: model_t, contact_t, ground_independent, obstacle_line, obstacle_circle, obstacle_arc
-   use element_families, only: collocates, conforms
+   use model, only: model_t, contact_t
+   use obstacle_types, only: ground_independent, obstacle_line, obstacle_circle, obstacle_arc
+   use element_families, only: collocates
+   use contact_spans, only: choose_spans
    use obstacle_geometry, only: obstacle_gap
    use obstacle_curve, only: sharpest_turn
    use initial_overlap, only: overlap_of_nodes, overlap_between, deepest_start
@@ -14,7 +16,7 @@ module read_contact
    use read_interference, only: pushes_out
    implicit none
    private
-   public :: read_contact_cards, check_contact_loops
+   public :: read_contact_cards, choose_contact_points
 
 contains
 
@@ -39,8 +41,8 @@ contains
          contact%gap = parameter_real(deck, card, 'GAP')
          points = parameter_word(deck, card, 'POINTS')
          contact%along = .false.
-         contact%may_lie = .false.
          contact%distributed = .false.
+         if (allocated(contact%needs)) deallocate (contact%needs)
          if (contact%obstacle > 0 .and. .not. names%mesh_incomplete) then
             call check_candidates(deck, names, model, diagnostics, card, contact, touched(contact%obstacle, :))
             call check_directions(deck, model, diagnostics, card, contact)
@@ -48,17 +50,16 @@ contains
                card, parameter_place(deck, card, 'GAP'), 'obstacle '//trim(model%obstacle(contact%obstacle)%name)// &
                ' is BILATERAL and holds its candidates where they begin; GAP would have no effect')
             if (points /= 'NODES') then
-               if (model%obstacle(contact%obstacle)%rigid) then
-                  reason = no_spans(model, contact)
-                  contact%along = reason == ''
-               else
-                  reason = no_distribution(model, contact)
+               contact%along = model%obstacle(contact%obstacle)%rigid .and. .not. model%obstacle(contact%obstacle)%bilateral
+               if (.not. model%obstacle(contact%obstacle)%rigid) then
+                  reason = distribution_needs(model, contact)
                   contact%distributed = reason == ''
-                  contact%may_lie = no_spans(model, contact) == ''
                   if (contact%distributed) call check_between(deck, model, diagnostics, card, contact)
+                  if (reason /= '' .and. points == 'ALONG') call complain_of_points(deck, diagnostics, card, reason)
+                  if (reason /= '' .and. .not. stands_at_nodes(model, contact)) contact%needs = reason
+               else if (points == 'ALONG' .and. .not. contact%along) then
+                  call complain_of_points(deck, diagnostics, card, 'an obstacle that is not BILATERAL')
                end if
-               if (points == 'ALONG' .and. reason /= '') &
-                  call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), 'ALONG needs '//reason)
             end if
          end if
          model%contact = [model%contact, contact]
@@ -84,21 +85,38 @@ contains
       end do
    end function with_released
 
-   !> The paper's loop knows contact at nodes only.
-   subroutine check_contact_loops(deck, model, diagnostics)
+   !> Chooses which contacts act along the rods; where POINTS=ALONG asks for what cannot be, that is an error.
+   subroutine choose_contact_points(deck, model, diagnostics)
       type(deck_t), intent(in) :: deck
-      type(model_t), intent(in) :: model                !! with contacts and steps
+      type(model_t), intent(inout) :: model             !! read completely, without errors
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: card, contact
+      call choose_spans(model)
       contact = 0
       do card = 1, deck%n_cards
          if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'CONTACT') cycle
          contact = contact + 1
-         if (.not. model%contact(contact)%along .or. parameter_word(deck, card, 'POINTS') /= 'ALONG') cycle
-         if (any(model%step%paper_loop)) call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), &
-            'ALONG needs LOOP=NEWTON in all steps: contact of LOOP=PAPER acts at nodes')
+         associate (chosen => model%contact(contact))
+            if (parameter_word(deck, card, 'POINTS') /= 'ALONG' .or. chosen%along .or. chosen%distributed) cycle
+            if (allocated(chosen%needs)) then
+               call complain_of_points(deck, diagnostics, card, chosen%needs)
+            else if (any(model%step%paper_loop)) then
+               call complain_of_points(deck, diagnostics, card, &
+                  & 'LOOP=NEWTON in all steps: contact of LOOP=PAPER acts at nodes')
+            else
+               call complain_of_points(deck, diagnostics, card, 'elements between its nodes')
+            end if
+         end associate
       end do
-   end subroutine check_contact_loops
+   end subroutine choose_contact_points
+
+   subroutine complain_of_points(deck, diagnostics, card, needs)
+      type(deck_t), intent(in) :: deck
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: card
+      character(*), intent(in) :: needs
+      call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), 'ALONG needs '//needs)
+   end subroutine complain_of_points
 
    !> Nodes of elements, not listed twice, and on the free side of the obstacle.
    subroutine check_candidates(deck, names, model, diagnostics, card, contact, touched)
@@ -109,11 +127,7 @@ contains
       integer, intent(in) :: card
       type(contact_t), intent(in) :: contact
       integer, intent(inout) :: touched(:)
-      real(wp) :: gap, least, normal(2), bend
-      integer :: i, node, deepest
-      character(:), allocatable :: hint
-      least = huge(least)
-      deepest = 0
+      integer :: i, node
       do i = 1, size(contact%node)
          node = contact%node(i)
          if (.not. names%connected(node)) then
@@ -125,32 +139,35 @@ contains
             return
          end if
          touched(node) = deck%card(card)%place%line
-         call obstacle_gap(model%obstacle(contact%obstacle), model%mesh%x_nominal(:, node), gap, normal, bend)
-         if (gap + contact%gap >= least) cycle
-         least = gap + contact%gap
-         deepest = node
       end do
       call check_size()
       if (model%obstacle(contact%obstacle)%bilateral) return
       if (pushes_out(deck, model%obstacle(contact%obstacle)%name)) return
-      call check_imperfect()
-      if (deepest == 0 .or. least >= -deepest_start(model)) return
-      if (names%obstacle%incomplete) return ! its place may be wrong
-      hint = 'the order of its points'
-      if (model%obstacle(contact%obstacle)%kind == obstacle_circle) hint = 'its SIDE'
-      if (model%obstacle(contact%obstacle)%kind == obstacle_arc) hint = 'which of its angles comes first'
-      call wrong('node '//label(deepest)//' begins '//rounded(-least)//' behind the obstacle; check '//hint//', or GAP; '// &
-         'what is meant to penetrate is pushed out by *CONTACT INTERFERENCE, SHRINK')
+      if (names%obstacle%incomplete .or. names%imperfections_incomplete) return ! either may be in another place
+      call check_start()
 
    contains
 
-      !> An imperfection must not push nodes into an obstacle: nothing could be stress-free then.
-      subroutine check_imperfect()
-         character(:), allocatable :: overlap
-         if (least < -deepest_start(model)) return
-         call overlap_of_nodes(model, contact, overlap)
-         if (overlap /= '') call wrong(overlap)
-      end subroutine check_imperfect
+      !> The structure begins without stress where its imperfections have put it, so no node may begin behind an obstacle.
+      subroutine check_start()
+         character(:), allocatable :: overlap, hint
+         real(wp) :: gap, normal(2), bend
+         integer :: node
+         call overlap_of_nodes(model, contact, overlap, node)
+         if (overlap == '') return
+         call obstacle_gap(model%obstacle(contact%obstacle), model%mesh%x_nominal(:, node), gap, normal, bend)
+         gap = gap + contact%gap
+         if (gap < -deepest_start(model)) then
+            ! Not the imperfection's doing.
+            hint = 'the order of its points'
+            if (model%obstacle(contact%obstacle)%kind == obstacle_circle) hint = 'its SIDE'
+            if (model%obstacle(contact%obstacle)%kind == obstacle_arc) hint = 'which of its angles comes first'
+            call obstacle_gap(model%obstacle(contact%obstacle), model%mesh%x(:, node), gap, normal, bend)
+            overlap = 'node '//label(node)//' begins '//rounded(-gap - contact%gap)//' behind the obstacle; check '//hint// &
+               & ', or GAP; what is meant to penetrate is pushed out by *CONTACT INTERFERENCE, SHRINK'
+         end if
+         call wrong(overlap)
+      end subroutine check_start
 
       !> Contact is looked for at nodes and along elements that see the obstacle: what bulges towards the structure must not
       !> be smaller than they are.
@@ -248,44 +265,22 @@ contains
       end do
    end subroutine check_directions
 
-   !> What a contact with a rigid obstacle lacks for contact points anywhere; '' when it has GE elements on generated curves.
-   function no_spans(model, contact) result(reason)
+   !> True for a contact with a foundation that acts at nodes by what the deck says of it: it carries load sideways, or no element
+   !> has both of its nodes in the contact.
+   function stands_at_nodes(model, contact) result(stands)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
-      character(:), allocatable :: reason
+      logical :: stands
       logical :: candidate(model%mesh%n_nodes)
-      integer :: e
-      reason = ''
-      if (model%obstacle(contact%obstacle)%bilateral) then
-         reason = 'an obstacle that is not BILATERAL'
-         return
-      end if
       candidate = .false.
       candidate(contact%node) = .true.
-      do e = 1, size(model%tie)
-         if (.not. candidate(model%tie(e)%node)) cycle
-         reason = 'nodes that do not follow others; a joint ties node '//to_text(model%mesh%node_label(model%tie(e)%node))
-         return
-      end do
-      do e = 1, model%mesh%n_elements
-         if (.not. all(candidate(model%mesh%node(:, e)))) cycle
-         if (.not. conforms(model%mesh%family(e)) .or. model%mesh%curve(e) == 0) then
-            reason = 'GE elements on a *LINE, *ARC or *RING; element '//to_text(model%mesh%element_label(e))//' is not'
-         else if (model%mesh%stages(e) == 1) then
-            reason = 'elements of order 4 or higher; element '//to_text(model%mesh%element_label(e))//' is GE2'
-         else if (model%mesh%section(e) > 0) then
-            if (.not. model%section(model%mesh%section(e))%shear_rigid) reason = 'rods without shear flexibility; '// &
-               'element '//to_text(model%mesh%element_label(e))//' has it'
-            if (model%section(model%mesh%section(e))%inextensible) reason = 'rods that can stretch; element '// &
-               to_text(model%mesh%element_label(e))//' cannot'
-         end if
-         if (reason /= '') return
-      end do
-   end function no_spans
+      stands = model%obstacle(contact%obstacle)%ground /= ground_independent .or. &
+         & .not. any(candidate(model%mesh%node(1, :)) .and. candidate(model%mesh%node(2, :)))
+   end function stands_at_nodes
 
    !> What a contact with a foundation lacks for reactions inside elements; '' when its nodes are those of unbranched chains of
    !> GE elements.
-   function no_distribution(model, contact) result(reason)
+   function distribution_needs(model, contact) result(reason)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       character(:), allocatable :: reason
@@ -317,5 +312,5 @@ contains
          end if
          if (reason /= '') return
       end do
-   end function no_distribution
+   end function distribution_needs
 end module read_contact

@@ -1,6 +1,7 @@
 !> *CONTACT PRINT: columns of the listing that say where contact begins and ends.
 module read_contact_prints
-   use model, only: model_t, contact_print_t, obstacle_circle, obstacle_arc
+   use model, only: model_t, contact_print_t
+   use obstacle_types, only: obstacle_circle, obstacle_arc
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: value_place, field_place, field_word, field_integer

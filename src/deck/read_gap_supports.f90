@@ -2,7 +2,8 @@
 module read_gap_supports
    use kinds, only: wp, degree
    use text, only: to_text
-   use model, only: model_t, obstacle_t, contact_t, obstacle_line
+   use model, only: model_t, contact_t
+   use obstacle_types, only: obstacle_t, obstacle_line
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: given, parameter_text, parameter_real, parameter_place, value_place, field_real, field_place

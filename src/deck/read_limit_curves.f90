@@ -3,8 +3,9 @@ module read_limit_curves
    use kinds, only: wp
    use text, only: to_text, same_name
    use lookup, only: name_list_t
-   use model, only: model_t, limit_curve_t, method_load, parameter_modulus, parameter_gap, parameter_imperfection, &
-      parameter_ea, parameter_ei, parameter_constant_load, ground_half_space
+   use model, only: model_t, limit_curve_t, method_load, parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, &
+      & parameter_ei, parameter_constant_load
+   use obstacle_types, only: ground_half_space
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: given, parameter_text, parameter_word, parameter_integer, parameter_place, value_place, &

@@ -2,8 +2,9 @@
 module read_obstacles
    use kinds, only: wp, degree
    use text, only: to_text
-   use model, only: model_t, obstacle_t, load_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, &
-      obstacle_spline, ground_independent, ground_half_space, ground_pasternak
+   use model, only: model_t, load_t
+   use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, obstacle_spline, &
+      & ground_independent, ground_half_space, ground_pasternak
    use obstacle_curve, only: crosses_itself
    use obstacle_shapes, only: arc_curve, polyline_curve, spline_curve, corner_turn, widest_corner_radius, &
       default_corner_radius

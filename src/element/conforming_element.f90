@@ -13,11 +13,13 @@
 !> collocation is symplectic, and the condensed tangent is symmetric.
 !>
 !> N and M follow from sigma and P, a linear equation: N (1 + EI k^2/EA) = P - o k EI (o k (1 + e_T) - k0 - k_T).
+!> A rod that cannot stretch has 1/EA = 0: sigma is then known by s alone, and P is what keeps it so. Its tangent stretches a
+!> little at the second end, as that of ge_element does, and axial_rigidity takes that back.
 !> Stored unknowns z = (P at the first end, P at the stages, sigma at the stages less that of the first end) are condensed out
 !> here, as in ge_element: N never comes from EA times a difference of coordinates.
 module conforming_element
    use kinds, only: wp
-   use model, only: obstacle_t
+   use obstacle_types, only: obstacle_t
    use gauss_tableau, only: tableau_t, max_stages, stage_basis
    use small_dense, only: solve_small
    use ge_element, only: ge_stiffness_t, ge_load_t
@@ -145,6 +147,8 @@ contains
          end associate
       end do
       defect(2) = max(defect(2), abs(end_defect))
+      ! At one end only, so that the tangent is that of two elements in series, and symmetric.
+      dend = dend + (sense * h * compliance%give) * dtail
 
       ! Condensation: the end of the element gives the increment of P at the first end.
       ok = ok .and. .not. singular .and. abs(dend(by_p)) > 0.0_wp

@@ -4,18 +4,16 @@
 !> always (u, v, rotation): components 1, 2, 3 of every nodal array; rotations are positive anticlockwise.
 module model
    use kinds, only: wp, name_length
-   use obstacle_curve, only: obstacle_curve_t
+   use obstacle_types, only: obstacle_t
    use length_table, only: length_table_t
    use load_pattern, only: load_t, new_load
    implicit none
    private
-   public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, obstacle_t, law_t, contact_t
+   public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, law_t, contact_t
    public :: tie_t, joint_spring_t, release_t, contact_print_t
    public :: monitor_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
-   public :: obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, obstacle_spline
-   public :: ground_independent, ground_half_space, ground_pasternak
    public :: quantity_displacement, quantity_reaction, quantity_contact
    public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
       & method_minimum_residual, method_variable_load, method_generalised, method_largest
@@ -28,12 +26,6 @@ module model
 
    ! Imperfection shapes; see imperfection_t.
    integer, parameter :: shape_none = 0, shape_sine = 1, shape_cosine = 2, shape_clamped = 3, shape_nodal = 4
-
-   ! Kinds of obstacles (named in the deck by words).
-   integer, parameter :: obstacle_line = 1, obstacle_circle = 2, obstacle_arc = 3, obstacle_polyline = 4, obstacle_spline = 5
-
-   ! What a foundation does beside a reaction (named in the deck by words): nothing, or as ground_coupling says.
-   integer, parameter :: ground_independent = 1, ground_half_space = 2, ground_pasternak = 3
 
    integer, parameter :: quantity_displacement = 1, quantity_reaction = 2, quantity_contact = 3
 
@@ -130,30 +122,6 @@ module model
       integer, allocatable :: node(:)           !! node indices (not labels), in the deck's order
    end type node_set_t
 
-   !> A surface the structure cannot cross. But for circles, the free side is on the left of the sense in which its points
-   !> come, and what has ends is continued straight.
-   type :: obstacle_t
-      character(name_length) :: name = ''
-      integer :: kind = obstacle_line
-      logical :: inside = .true.                !! circle: the structure lives inside
-      real(wp), allocatable :: point(:, :)      !! (2, points) line: two; polyline, spline: two or more
-      real(wp) :: centre(2) = 0.0_wp            !! circle, arc
-      real(wp) :: radius = 0.0_wp               !! circle, arc; polyline: of its rounded corners
-      real(wp) :: angle(2) = 0.0_wp             !! [rad] arc: directions from the centre to its first and last point
-      real(wp) :: reference_angle = 0.0_wp      !! [rad] direction from the centre that contact angles count from
-      type(obstacle_curve_t) :: curve           !! arc, polyline, spline
-      logical :: rigid = .true.
-      real(wp) :: modulus = 0.0_wp              !! Winkler, Pasternak: force per unit length of rod and unit penetration
-      integer :: ground = ground_independent
-      real(wp) :: shear = 0.0_wp                !! Pasternak: of the layer times the width [force]
-      real(wp) :: young = 0.0_wp, poisson = 0.0_wp !! half-space
-      integer :: law = 0                        !! index into model%law, 0: none; its forces times width
-      real(wp) :: width = 1.0_wp
-      logical :: bilateral = .false.            !! holds what it may touch from the start on, and pulls as it pushes
-      logical :: at_nodes = .false.             !! a line that stands for stops at single nodes (*GAP): gaps count from where
-      !! each node is at the start, modulus and law are those of a node
-   end type obstacle_t
-
    !> How the reaction of a foundation grows with the penetration: linear from point to point, the first one (0, 0).
    type :: law_t
       character(name_length) :: name = ''
@@ -166,9 +134,10 @@ module model
       integer, allocatable :: node(:)           !! node indices, in the deck's order
       real(wp) :: gap = 0.0_wp                  !! added to the geometric gap (half depth: negative)
       logical :: along = .false.                !! rigid: points and lines anywhere along the rod, by contact spans
-      logical :: may_lie = .false.              !! foundation: there could be spans if it were rigid
       logical :: distributed = .false.          !! foundation: reactions act all along the elements, not at the nodes
-      logical :: spans = .false.                !! contact points and lines anywhere along the rods (contact_touch)
+      logical :: spans = .false.                !! contact points and lines anywhere along the rods (contact_spans)
+      character(:), allocatable :: needs        !! what it lacks to act along the rod, where it acts at nodes although the deck has
+      !! not asked for that; not allocated: nothing
    end type contact_t
 
    !> A column of the listing: where a stretch of contact with an obstacle begins or ends.

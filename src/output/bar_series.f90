@@ -5,7 +5,7 @@ module bar_series
    use model_words, only: monitor_units, monitor_description
    use error_bar, only: error_bar_t, error_bars_t
    use result_tables, only: link_name
-   use told_error, only: stored_bar, stored_correction, bar_description, corrected_description
+   use error_text, only: stored_bar, stored_correction, bar_description, corrected_description
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_series, only: series_set_t, series_real, series_append
    implicit none

@@ -1,9 +1,10 @@
 !> What the program understood of the deck, in words: the first part of the listing.
 module deck_summary
    use kinds, only: wp, degree
-   use model, only: model_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t, obstacle_t, contact_t, &
-      & obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, ground_pasternak, &
-      & method_load, method_displacement
+   use model, only: model_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t, contact_t, method_load, &
+      & method_displacement
+   use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
+      & ground_pasternak
    use element_families, only: family_name
    use model_words, only: monitor_description, method_name, side_name, kind_name, parameter_name, parameter_object
    use columns, only: brief, whole, left
@@ -196,6 +197,7 @@ contains
       if (contact%along) text = text//', points and lines anywhere along the rod'
       if (contact%distributed) text = text//', all along the elements'
       if (.not. (contact%along .or. contact%distributed)) text = text//', at the nodes'
+      if (allocated(contact%needs)) text = text//': along the rod it needs '//contact%needs
    end function contact_text
 
    !> A step: what it is, then a line for each of the things it does on the way and afterwards.

@@ -4,7 +4,6 @@
 module listing
    use, intrinsic :: iso_fortran_env, only: output_unit
    use kinds, only: wp, name_length
-   use timing, only: timers_t
    use model, only: model_t, contact_print_t
    use model_words, only: method_name
    use path_record, only: point_t, critical_t, region_t, branch_start_t, buckling_t, limit_point_t
@@ -17,7 +16,7 @@ module listing
    use text, only: plural
    use terminal, only: has_colours, painted, standard_output, red, green
    use error_bar, only: error_bar_t
-   use told_error, only: bar_text, corrected_text, unbounded_text
+   use error_text, only: bar_text, corrected_text, unbounded_text
    implicit none
    private
    public :: listing_t, listing_open, listing_close
@@ -293,15 +292,14 @@ contains
    end subroutine listing_limit_point
 
    !> Writes the tables of critical points, accuracy and cost, and the status.
-   subroutine listing_close(listing, status, timers, accuracy)
+   subroutine listing_close(listing, status, accuracy)
       type(listing_t), intent(inout) :: listing
       character(*), intent(in) :: status          !! 'complete', or 'stopped: why'
-      type(timers_t), intent(in) :: timers
       type(accuracy_t), intent(in) :: accuracy
       character(:), allocatable :: points
       call write_critical(listing)
       call write_accuracy(listing%unit, listing%has_contact, accuracy)
-      call write_cost(listing%unit, timers)
+      call write_cost(listing%unit)
       points = plural(listing%n_root + listing%n_on_branches, 'point')
       if (listing%n_branches == 1) points = points//', '//whole(listing%n_on_branches)//' of them on a branch'
       if (listing%n_branches > 1) points = points//', '//whole(listing%n_on_branches)//' of them on ' &

@@ -7,7 +7,7 @@ module path_series
    use model, only: model_t, obstacles_move
    use path_record, only: point_t, critical_t
    use bar_series, only: bar_series_t, open_bars, append_bars, open_monitor_series
-   use told_error, only: stored_bar, stored_correction
+   use error_text, only: stored_bar, stored_correction
    use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_datasets, only: hdf5_write

@@ -3,8 +3,9 @@
 !> A failure stays in the file: see hdf5_file.
 module result_tables
    use kinds, only: wp, i8, degree
-   use timing, only: timers_t, timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
-   use model, only: model_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
+   use timing, only: timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
+   use model, only: model_t
+   use obstacle_types, only: obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
       & ground_pasternak
    use obstacle_curve, only: curve_samples
    use obstacle_geometry, only: obstacle_gap
@@ -13,7 +14,7 @@ module result_tables
    use candidates, only: candidates_t, new_candidates
    use model_words, only: side_name, kind_name, points_name
    use path_record, only: branch_start_t, buckling_t
-   use told_error, only: stored_bar, stored_correction, bar_description, corrected_description
+   use error_text, only: stored_bar, stored_correction, bar_description, corrected_description
    use run_accuracy, only: accuracy_t, worst_t
    use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group
@@ -259,18 +260,17 @@ contains
    end subroutine write_buckling
 
    !> Seconds and calls of the phases, and the counters.
-   subroutine write_performance(file, timers)
+   subroutine write_performance(file)
       type(hdf5_file_t), intent(inout) :: file
-      type(timers_t), intent(in) :: timers
       integer :: i
       call hdf5_group(file, '/performance')
       call hdf5_write(file, '/performance/phase', phase_name, '1', 'phases of the run')
-      call hdf5_write(file, '/performance/seconds', [(timing_seconds(timers, i), i=1, n_phases)], 'second', &
+      call hdf5_write(file, '/performance/seconds', [(timing_seconds(i), i=1, n_phases)], 'second', &
          & 'time spent in each phase, without the phases called from it')
-      call hdf5_write(file, '/performance/calls', [(default_integer(timing_calls(timers, i)), i=1, n_phases)], '1', &
+      call hdf5_write(file, '/performance/calls', [(default_integer(timing_calls(i)), i=1, n_phases)], '1', &
          & 'how often each phase was started')
       call hdf5_write(file, '/performance/counter', counter_name, '1', 'what was counted')
-      call hdf5_write(file, '/performance/value', [(default_integer(counted(timers, i)), i=1, n_counters)], '1', &
+      call hdf5_write(file, '/performance/value', [(default_integer(counted(i)), i=1, n_counters)], '1', &
          & 'the counts')
    end subroutine write_performance
 

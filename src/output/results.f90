@@ -8,7 +8,6 @@
 module results
    use kinds, only: wp, i8
    use errors, only: error_t
-   use timing, only: timers_t
    use model, only: model_t
    use path_record, only: point_t, critical_t, branch_start_t, buckling_t, limit_point_t
    use run_accuracy, only: accuracy_t
@@ -146,14 +145,13 @@ contains
    end subroutine results_limit_point
 
    !> Writes what is still in memory, the cost and the accuracy, then the final status, and closes the file.
-   subroutine results_close(results, status, timers, accuracy, error)
+   subroutine results_close(results, status, accuracy, error)
       type(results_t), intent(inout) :: results
       character(*), intent(in) :: status          !! 'complete', or 'stopped: why'
-      type(timers_t), intent(in) :: timers
       type(accuracy_t), intent(in) :: accuracy
       type(error_t), allocatable, intent(out) :: error !! something could not be written; the file is closed, too
       call series_write(results%set, results%file)
-      call write_performance(results%file, timers)
+      call write_performance(results%file)
       call write_accuracy(results%file, accuracy)
       call hdf5_flush(results%file)
       call write_status(results%file, status)

@@ -5,7 +5,7 @@ module run_recorder
    use results, only: results_t, results_point, results_critical, results_branch, results_buckling, results_limit_point
    use listing, only: listing_t, listing_point, listing_critical, listing_branch, listing_buckling, listing_limit_point
    use progress, only: progress_t, progress_point
-   use timing, only: timers_t, timing_start, timing_stop, phase_output
+   use timing, only: timing_start, timing_stop, phase_output
    implicit none
    private
    public :: run_recorder_t
@@ -27,64 +27,59 @@ module run_recorder
 contains
 
    !> Takes an accepted point.
-   subroutine record_point(self, point, timers, error)
+   subroutine record_point(self, point, error)
       class(run_recorder_t), intent(inout) :: self
       type(point_t), intent(in) :: point
-      type(timers_t), intent(inout) :: timers
       type(error_t), allocatable, intent(out) :: error
-      call timing_start(timers, phase_output)
+      call timing_start(phase_output)
       call results_point(self%results, point, error)
       if (.not. self%quiet) call listing_point(self%listing, point)
       call progress_point(self%progress, point, self%on_branch)
-      call timing_stop(timers, phase_output)
+      call timing_stop(phase_output)
    end subroutine record_point
 
    !> Takes a critical point.
-   subroutine record_critical(self, critical, timers, error)
+   subroutine record_critical(self, critical, error)
       class(run_recorder_t), intent(inout) :: self
       type(critical_t), intent(in) :: critical
-      type(timers_t), intent(inout) :: timers
       type(error_t), allocatable, intent(out) :: error
-      call timing_start(timers, phase_output)
+      call timing_start(phase_output)
       call results_critical(self%results, critical, error)
       if (.not. self%quiet) call listing_critical(self%listing, critical)
-      call timing_stop(timers, phase_output)
+      call timing_stop(phase_output)
    end subroutine record_critical
 
    !> Takes the start of another path.
-   subroutine record_branch(self, start, timers, error)
+   subroutine record_branch(self, start, error)
       class(run_recorder_t), intent(inout) :: self
       type(branch_start_t), intent(in) :: start
-      type(timers_t), intent(inout) :: timers
       type(error_t), allocatable, intent(out) :: error
-      call timing_start(timers, phase_output)
+      call timing_start(phase_output)
       call results_branch(self%results, start, error)
       if (.not. self%quiet) call listing_branch(self%listing, start)
       self%on_branch = start%branch
-      call timing_stop(timers, phase_output)
+      call timing_stop(phase_output)
    end subroutine record_branch
 
    !> Takes the modes of a buckling step.
-   subroutine record_buckling(self, buckling, timers, error)
+   subroutine record_buckling(self, buckling, error)
       class(run_recorder_t), intent(inout) :: self
       type(buckling_t), intent(in) :: buckling
-      type(timers_t), intent(inout) :: timers
       type(error_t), allocatable, intent(out) :: error
-      call timing_start(timers, phase_output)
+      call timing_start(phase_output)
       call results_buckling(self%results, buckling, error)
       if (.not. self%quiet) call listing_buckling(self%listing, buckling)
-      call timing_stop(timers, phase_output)
+      call timing_stop(phase_output)
    end subroutine record_buckling
 
    !> Takes a point of a limit curve.
-   subroutine record_limit_point(self, limit_point, timers, error)
+   subroutine record_limit_point(self, limit_point, error)
       class(run_recorder_t), intent(inout) :: self
       type(limit_point_t), intent(in) :: limit_point
-      type(timers_t), intent(inout) :: timers
       type(error_t), allocatable, intent(out) :: error
-      call timing_start(timers, phase_output)
+      call timing_start(phase_output)
       call results_limit_point(self%results, limit_point, error)
       if (.not. self%quiet) call listing_limit_point(self%listing, limit_point)
-      call timing_stop(timers, phase_output)
+      call timing_stop(phase_output)
    end subroutine record_limit_point
 end module run_recorder

@@ -1,7 +1,7 @@
 !> The end of the listing: accuracy and cost of the run.
 module run_summary
    use kinds, only: wp
-   use timing, only: timers_t, timing_seconds, timing_calls, timing_total, counted, n_phases, phase_name, n_counters, &
+   use timing, only: timing_seconds, timing_calls, timing_total, counted, n_phases, phase_name, n_counters, &
       & counter_name
    use run_accuracy, only: accuracy_t, worst_t, place_t
    use columns, only: scientific, fixed, whole, brief, left, right
@@ -89,21 +89,20 @@ contains
    end function place_in_words
 
    !> Seconds and calls of every phase that was used, and the counters that are not zero.
-   subroutine write_cost(unit, timers)
+   subroutine write_cost(unit)
       integer, intent(in) :: unit                 !! open for formatted writing
-      type(timers_t), intent(in) :: timers
       real(wp) :: total
       integer :: i
-      total = timing_total(timers)
+      total = timing_total()
       write (unit, '(/a)') left('Cost', 26)//right('seconds', 15)//right('calls', 14)
       do i = 1, n_phases
-         if (timing_calls(timers, i) > 0) write (unit, '(a)') '   '//left(phase_name(i), 23) &
-            & //right(fixed(timing_seconds(timers, i), 6), 15)//right(whole(timing_calls(timers, i)), 14)
+         if (timing_calls(i) > 0) write (unit, '(a)') '   '//left(phase_name(i), 23) &
+            & //right(fixed(timing_seconds(i), 6), 15)//right(whole(timing_calls(i)), 14)
       end do
       write (unit, '(a)') '   '//left('total', 23)//right(fixed(total, 6), 15)
       do i = 1, n_counters
-         if (counted(timers, i) > 0) write (unit, '(a)') '   '//left(counter_name(i), 38) &
-            & //right(whole(counted(timers, i)), 14)
+         if (counted(i) > 0) write (unit, '(a)') '   '//left(counter_name(i), 38) &
+            & //right(whole(counted(i)), 14)
       end do
    end subroutine write_cost
 end module run_summary

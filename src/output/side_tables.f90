@@ -4,7 +4,7 @@ module side_tables
    use model, only: model_t
    use model_words, only: parameter_name, parameter_object
    use path_record, only: buckling_t, limit_point_t
-   use told_error, only: bar_text, corrected_text, unbounded_text
+   use error_text, only: bar_text, corrected_text, unbounded_text
    use columns, only: significant, scientific, whole
    use text_table, only: column_t, cell_t, page_rows, monitor_digits, fitting_columns, widen_columns, write_head, write_row
    implicit none

@@ -13,25 +13,25 @@ module path_loop
    use support_check, only: unheld_part
    use bar_check, only: indeterminate_bar
    use corrector, only: increment_t
-   use path_run, only: run_t
-   use landmarks, only: landmarks_t
+   use path_state, only: path_state_t
+   use critical_points, only: critical_points_t
    use first_contact, only: presume_contact
    use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
    use step_control, only: start_control
-   use path_events, only: new_probe
+   use path_events, only: new_test_values
    use point_recording, only: record
    use path_outcome, only: outcome_t, note_trouble
    use linear_buckling, only: buckle
    use buckling_errors, only: add_buckling_bars
    use error_report, only: note_buckling_bars
-   use stiff_start, only: check_start
+   use stiffness_homotopy, only: check_start
    use tangent_modes, only: bending_stiffness
    use tangent_rounding, only: rounding_cure
    use path_follower, only: follow_points
    use branches, only: follow_branches
    use limit_curves, only: follow_limit_curves
    use path_record, only: recorder_t, buckling_t
-   use timing, only: timers_t, timing_start, timing_stop, phase_path
+   use timing, only: timing_start, timing_stop, phase_path
    implicit none
    private
    public :: follow_path, outcome_t
@@ -41,19 +41,18 @@ module path_loop
 contains
 
    !> Follows all steps of the deck. Returns when the last step is complete or nothing helps any more.
-   subroutine follow_path(problem, recorder, outcome, timers)
+   subroutine follow_path(problem, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(out) :: outcome
-      type(timers_t), intent(inout) :: timers
-      type(run_t) :: run
-      type(landmarks_t), target :: found
+      type(path_state_t) :: run
+      type(critical_points_t), target :: found
       type(increment_t) :: nothing
       type(step_t) :: step
       type(buckling_t) :: buckled(size(problem%model%step))
       type(model_t) :: perfect
       integer :: k, n_branches
-      call timing_start(timers, phase_path)
+      call timing_start(phase_path)
       n_branches = 0
       perfect = problem%deck
       call prepare_mesh(problem)
@@ -64,12 +63,12 @@ contains
          problem%step = k
          if (size(problem%model%step(k)%mode_offset) > 0) call start_anew(perfect, buckled, problem, run, outcome)
          if (allocated(outcome%why)) exit steps
-         call begin_step(problem, run, outcome, timers)
+         call begin_step(problem, run, outcome)
          if (allocated(outcome%why)) exit steps
-         if (starts_fresh(problem)) call record(problem, run, run%state, '', nothing, recorder, outcome, timers)
+         if (starts_fresh(problem)) call record(problem, run, run%state, '', nothing, recorder, outcome)
          if (allocated(outcome%why)) exit steps
          if (problem%model%step(k)%n_modes > 0) then
-            call find_modes(problem, run, buckled(k), recorder, outcome, timers)
+            call find_modes(problem, run, buckled(k), recorder, outcome)
             if (allocated(outcome%why)) exit steps
             cycle steps
          end if
@@ -78,18 +77,18 @@ contains
          call start_control(problem, step, run)
          if (allocated(found%list)) deallocate (found%list)
          allocate (found%list(0))
-         run%landmarks => found
+         run%critical_points => found
          run%home => found
          run%left_at = run%arc_length
-         call follow_points(problem, step, run, recorder, outcome, timers)
+         call follow_points(problem, step, run, recorder, outcome)
          if (allocated(outcome%why)) exit steps
-         call follow_branches(step, found, n_branches, recorder, outcome, timers)
+         call follow_branches(step, found, n_branches, recorder, outcome)
          if (allocated(outcome%why)) exit steps
-         call follow_limit_curves(step, found, recorder, outcome, timers)
+         call follow_limit_curves(step, found, recorder, outcome)
          if (allocated(outcome%why)) exit steps
          call freeze_loads(problem, run%state)
       end do steps
-      outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
+      outcome%stop_reasons = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
          & outcome%used_up)
       outcome%sampled = problem%is_sampled()
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))
@@ -97,15 +96,14 @@ contains
          if (allocated(outcome%why)) outcome%trouble = outcome%why//'; '//outcome%trouble
          outcome%why = outcome%trouble
       end if
-      call timing_stop(timers, phase_path)
+      call timing_stop(phase_path)
    end subroutine follow_path
 
    !> Linearises at the start of a step and checks that something holds the structure.
-   subroutine begin_step(problem, run, outcome, timers)
+   subroutine begin_step(problem, run, outcome)
       type(problem_t), intent(in) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       character(*), parameter :: unheld = 'supports and touching obstacles do not hold the structure'
       character(:), allocatable :: part
       real(wp) :: stiffness, rounding
@@ -124,14 +122,14 @@ contains
             return
          end if
       end if
-      call linearise(problem, run%state, run%state, run%system, timers)
+      call linearise(problem, run%state, run%state, run%system)
       if (.not. run%system%ok .or. run%system%factor%deficient) then
          outcome%why = 'the tangent at the start is singular: '//unheld
          return
       end if
       if (starts_fresh(problem)) then
          ! Such a tangent tells nothing of stability, and Newton's method does not converge with it.
-         call check_start(problem, run%system, stiffness, rounding, timers)
+         call check_start(problem, run%system, stiffness, rounding)
          if (rounding > 0.5_wp * max(stiffness, bending_stiffness(problem))) then
             outcome%why = 'the tangent at the start is nothing but rounding: '//rounding_cure(problem, run%state)
             return
@@ -145,9 +143,9 @@ contains
       end if
       associate (step => problem%model%step(problem%step))
          if (starts_fresh(problem) .and. step%n_modes == 0 .and. step%method == method_displacement) &
-            & call presume_contact(problem, step%monitor, step%increment, run%state, run%system, timers)
+            & call presume_contact(problem, step%monitor, step%increment, run%state, run%system)
       end associate
-      run%probe = new_probe(problem, run%state, run%system, 0.0_wp)
+      run%probe = new_test_values(problem, run%state, run%system, 0.0_wp)
       ! What touches between nodes is as unknown to its tangent.
       run%fresh = starts_fresh(problem) .and. (any(run%state%active) .or. any(run%state%grounded) .or. problem%is_sampled())
    end subroutine begin_step
@@ -164,7 +162,7 @@ contains
       type(model_t), intent(in) :: perfect           !! the deck's
       type(buckling_t), intent(in) :: buckled(:)     !! (steps) modes found so far
       type(problem_t), intent(inout) :: problem
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(outcome_t), intent(inout) :: outcome
       type(problem_t) :: fresh
       type(model_t) :: bent
@@ -226,13 +224,12 @@ contains
    end subroutine start_anew
 
    !> A buckling step.
-   subroutine find_modes(problem, run, buckling, recorder, outcome, timers)
+   subroutine find_modes(problem, run, buckling, recorder, outcome)
       type(problem_t), intent(inout) :: problem      !! its mesh is refined as the modes want it
-      type(run_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run
       type(buckling_t), intent(out) :: buckling
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(timers_t), intent(inout) :: timers
       type(step_t) :: step
       type(state_t) :: nowhere
       integer :: tries
@@ -241,10 +238,10 @@ contains
       step = problem%model%step(problem%step)
       call start_control(problem, step, run)
       do tries = 0, most_meshes
-         call buckle(problem, run%state, run%system, step%n_modes, buckling, error, timers)
+         call buckle(problem, run%state, run%system, step%n_modes, buckling, error)
          if (.not. allocated(error)) then
             if (.not. step%error_bars) exit
-            call add_buckling_bars(problem, run%state, buckling, timers)
+            call add_buckling_bars(problem, run%state, buckling)
             if (.not. allocated(buckling%bar) .or. .not. step%asked > 0.0_wp) exit
             ! Between nodes a mode is that of rods without the stresses, good to the fourth order only: what becomes an imperfection
             ! is found at the deck's nodes.
@@ -255,7 +252,7 @@ contains
          call ask_for_twice(problem, run, asked)
          if (.not. asked) exit
          nowhere = run%state
-         call refine_mesh(problem, run, nowhere, .false., taken, done, timers)
+         call refine_mesh(problem, run, nowhere, .false., taken, done)
          if (.not. done) exit
       end do
       if (allocated(error)) then
@@ -265,7 +262,7 @@ contains
       if (size(buckling%load_factor) < step%n_modes) call note_trouble(outcome, 'step '//trim(step%name)// &
          & ': there are only '//to_text(size(buckling%load_factor))//' buckling modes')
       if (step%error_bars) call note_buckling_bars(buckling, step%widest_bar, outcome%accuracy)
-      call recorder%buckling(buckling, timers, error)
+      call recorder%buckling(buckling, error)
       if (allocated(error)) outcome%why = error%message
 
    contains

@@ -20,7 +20,6 @@ module linear_buckling
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
    use spectrum_slicing, only: pencil_t, eigenvalues_below, slice
    use path_record, only: buckling_t
-   use timing, only: timers_t
    implicit none
    private
    public :: buckle
@@ -34,7 +33,6 @@ module linear_buckling
       type(problem_t), pointer :: problem => null()
       type(system_t), pointer :: system => null()
       type(stress_stiffness_t) :: prime
-      type(timers_t), pointer :: timers => null()
    contains
       procedure :: apply => apply_buckling
    end type buckling_operator_t
@@ -42,14 +40,13 @@ module linear_buckling
 contains
 
    !> Load factors and modes of the current step's loads about a converged state.
-   subroutine buckle(problem, state, system, n_modes, buckling, error, timers)
+   subroutine buckle(problem, state, system, n_modes, buckling, error)
       type(problem_t), intent(in), target :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout), target :: system !! assembled and factored at `state`, there on return, too
       integer, intent(in) :: n_modes
       type(buckling_t), intent(out) :: buckling    !! as many modes as there are, n_modes at most
       type(error_t), allocatable, intent(out) :: error
-      type(timers_t), intent(inout), target :: timers
       type(buckling_operator_t) :: operator
       type(spectrum_t) :: spectrum
       real(wp) :: sense
@@ -67,7 +64,6 @@ contains
       call new_stress_stiffness(problem, state, system, operator%prime)
       operator%problem => problem
       operator%system => system
-      operator%timers => timers
       call largest_eigenvalues(operator, n_modes, tolerance, spectrum, error)
       spectrum%n = min(spectrum%n, n_modes)
       ! The loads do not change the tangent in the other modes.
@@ -181,10 +177,10 @@ contains
          call apply_stress(self%problem, self%system, stress, held, sx, form_s)
          call apply_stress(self%problem, self%system, derivative, held, dx, form_d)
          left = merge(0.0_wp, kx + sx, self%system%fixed)
-         call solve_effective(self%system, left, s, self%timers)
+         call solve_effective(self%system, left, s)
          residual = sqrt(abs(dot_product(left, s) / form))
          change = -(form + form_s) / form_d
-         if (self%system%rigidity%n > 0) change = change - stretching_work(self%system, sx, held, self%timers) / form_d
+         if (self%system%rigidity%n > 0) change = change - stretching_work(self%system, sx, held) / form_d
          factor = factor + change
          ! Quadratic convergence ends in rounding.
          if (abs(change) <= epsilon(change) * abs(factor) .or. &
@@ -192,8 +188,8 @@ contains
          last = abs(change)
          stressed = self%system
          stressed%k%a = self%system%k%a + stress%k%a
-         call factor_system(stressed, self%timers)
-         call solve_effective(stressed, merge(0.0_wp, dx, self%system%fixed), s, self%timers)
+         call factor_system(stressed)
+         call solve_effective(stressed, merge(0.0_wp, dx, self%system%fixed), s)
          held = merge(0.0_wp, s / maxval(abs(s)), self%system%fixed)
          call apply_tangent(self%problem, state, self%system, held, kx, form)
       end do
@@ -226,7 +222,7 @@ contains
       do j = 1, size(x, 2)
          held = merge(0.0_wp, x(:, j), self%system%fixed)
          call band_times(self%prime%k, held, rhs)
-         call solve_effective(self%system, -rhs, y(:, j), self%timers)
+         call solve_effective(self%system, -rhs, y(:, j))
       end do
    end subroutine apply_buckling
 

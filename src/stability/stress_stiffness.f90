@@ -9,11 +9,11 @@ module stress_stiffness
    use kinds, only: wp
    use problem, only: problem_t, dof
    use rod_state, only: state_t
-   use linear_system, only: system_t, sum_elements, turn_pair, matrix_to_node, to_global, row_times, add_swings, apply_joints
+   use linear_system, only: system_t, sum_elements, turn_pair, matrix_to_node, to_global, add_swings, apply_joints
    use tied_nodes, only: tie_swing, node_unknowns, spread_force, add_matrix
    use element_products, only: apply_elements
    use node_loads, only: node_push_t, node_pushes
-   use bordered_system, only: resultant_rates
+   use bordered_system, only: resultant_rates, held_force_change
    use contact_response, only: reaction_rate
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
@@ -100,7 +100,7 @@ contains
       do c = 1, size(matrix%swing)
          associate (tie => problem%model%tie(c))
             d = dof(problem, tie%node, tie%component)
-            matrix%swing(c) = times * tie_swing(tie, state%u, row_times(system, d, system%tangent) - system%load(d))
+            matrix%swing(c) = times * tie_swing(tie, state%u, held_force_change(system, d, system%tangent, 1.0_wp))
          end associate
       end do
       call add_swings(problem, system, matrix%swing, stresses%k)

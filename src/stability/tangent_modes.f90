@@ -18,7 +18,6 @@ module tangent_modes
    use active_coupling, only: subtract_excess
    use bordered_system, only: solve_effective
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
-   use timing, only: timers_t
    implicit none
    private
    public :: modes_t, lowest_modes, bending_stiffness, stretching_work, choose_null_vectors, apply_tangent, nodal_mode, deck_mode, &
@@ -41,7 +40,6 @@ module tangent_modes
    type, extends(operator_t) :: inverse_tangent_t
       type(system_t), pointer :: system => null()
       type(problem_t), pointer :: problem => null()
-      type(timers_t), pointer :: timers => null()
    contains
       procedure :: apply => apply_inverse
    end type inverse_tangent_t
@@ -49,14 +47,13 @@ module tangent_modes
 contains
 
    !> Finds modes at a state at which the system is assembled and factored.
-   subroutine lowest_modes(problem, state, system, wanted, modes, error, timers)
+   subroutine lowest_modes(problem, state, system, wanted, modes, error)
       type(problem_t), intent(in), target :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in), target :: system
       integer, intent(in) :: wanted          !! eigenvalues
       type(modes_t), intent(out) :: modes
       type(error_t), allocatable, intent(out) :: error !! no convergence
-      type(timers_t), intent(inout), target :: timers
       type(inverse_tangent_t) :: operator
       type(spectrum_t) :: spectrum
       real(wp) :: x(system%n), held(system%n)
@@ -71,7 +68,6 @@ contains
       where (system%fixed) operator%weight = 0.0_wp
       operator%system => system
       operator%problem => problem
-      operator%timers => timers
       call largest_eigenvalues(operator, wanted, mode_tolerance, spectrum, error)
       modes%n = spectrum%n
       modes%pivots = system%negative_pivots + system%hinges
@@ -82,7 +78,7 @@ contains
       do i = 1, modes%n
          held = merge(0.0_wp, modes%x(:, i), system%fixed)
          call apply_tangent(problem, state, system, held, x, modes%mu(i))
-         if (system%rigidity%n > 0) modes%mu(i) = modes%mu(i) + stretching_work(system, operator%weight * held, held, timers)
+         if (system%rigidity%n > 0) modes%mu(i) = modes%mu(i) + stretching_work(system, operator%weight * held, held)
       end do
       ! The refined values may have changed places.
       do i = 1, modes%n - 1
@@ -106,13 +102,12 @@ contains
 
    !> Work of a mode that its inextensible elements do not take: what the tangent's stretch adds to x^T K x, for a multiple x of
    !> the answer to some forces.
-   real(wp) function stretching_work(system, rhs, x, timers) result(work)
+   real(wp) function stretching_work(system, rhs, x) result(work)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs(:)         !! (n) these forces
       real(wp), intent(in) :: x(:)           !! (n) node axes, zero at the fixed unknowns
-      type(timers_t), intent(inout) :: timers
       real(wp) :: answer(system%n), force(system%n), stretch(2, system%rigidity%n)
-      call solve_effective(system, rhs, answer, timers, stretch)
+      call solve_effective(system, rhs, answer, stretch)
       work = 0.0_wp
       ! A tangent that gives no answer gives no stretch.
       if (.not. abs(dot_product(x, answer)) > 0.0_wp) return
@@ -232,7 +227,7 @@ contains
       real(wp), intent(out) :: y(:, :)
       integer :: j
       do j = 1, size(x, 2)
-         call solve_effective(self%system, self%weight * x(:, j), y(:, j), self%timers)
+         call solve_effective(self%system, self%weight * x(:, j), y(:, j))
       end do
    end subroutine apply_inverse
 

@@ -1,0 +1,355 @@
+!> Independent measures of an equilibrium point: balance of all and of every node, signs, complementarity, foundations' laws.
+!> Nothing here uses the assembled residual: loads, support and contact reactions are summed from their definitions.
+module balance
+   use kinds, only: wp
+   use problem, only: problem_t, rounding_gap
+   use rod_state, only: state_t, node_position, candidate_gap, candidate_opening, &
+      & is_stress_free
+   use contact_set, only: gap_tolerance
+   use contact_spans, only: line_share
+   use force_law, only: foundation_reaction
+   use tied_nodes, only: turned_arm
+   use node_loads, only: node_push_t, dead_node_load, node_pushes
+   use section_forces, only: end_forces
+   use span_forces, only: span_totals, end_force
+   use conforming_span, only: conforming_forces, rolled_t, rolled
+   use deck_nodes, only: deck_contact_gaps, find_node
+   use element_foundation, only: foundation_forces
+   use rod_profile, only: profile_t, new_profile, mend_ends, profile_doubt
+   use ground_segments, only: gap_uncertainty, segment_stiffness, follows
+   use force_law, only: segment_unknown
+   use inner_forces, only: inner_forces_t
+   use rod_element, only: rod_element_t
+   use rod_elements, only: rod_at
+   use run_accuracy, only: accuracy_t, place_t, note_worst
+   implicit none
+   private
+   public :: measure_balance
+
+   integer, parameter :: line_samples = 4 !! of the density in an element on an obstacle
+   real(wp), parameter :: line_slack = 1.0e-5_wp !! of forces over the size: densities are derivatives of what is solved for
+   real(wp), parameter :: least_reaction = 1.0e-6_wp !! that signs are measured against, over the largest force
+
+contains
+
+   !> Raises the worst values in `accuracy` by those of one converged state.
+   !>
+   !> Errors are measured against the largest force, or reaction, of the run so far: a state that carries next to nothing is
+   !> not wrong because rounding is much of it. What the rounding of positions makes of forces is no error at all.
+   subroutine measure_balance(problem, state, at, residual, accuracy, touches_in)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(place_t), intent(in) :: at            !! the point
+      real(wp), intent(in) :: residual
+      type(accuracy_t), intent(inout) :: accuracy
+      integer, intent(in), optional :: touches_in !! the element in which a contact of spans begins there; 0: none does
+      real(wp), allocatable :: support(:, :), left(:, :)
+      real(wp) :: total(3), scale, first(3), second(3), x(2), force(3), rate(3), size_, noise, middle(2)
+      class(rod_element_t), pointer :: rod
+      type(node_push_t), allocatable :: push(:)
+      integer :: e, i, node
+
+      size_ = problem%size
+      ! The start is no solution: nothing is in balance there but what the deck begins with, overlaps included.
+      if (is_stress_free(state)) return
+      call note_worst(accuracy%residual, residual, at)
+      allocate (support(3, problem%model%mesh%n_nodes), source=0.0_wp)
+      middle = 0.5_wp * (maxval(state%geometry%x, 2) + minval(state%geometry%x, 2))
+      total = 0.0_wp
+      noise = position_noise(problem)
+      scale = max(problem%force_floor, accuracy%force)
+      elements: do e = 1, problem%model%mesh%n_elements
+         call end_forces(problem, state, e, first, second)
+         associate (a => problem%model%mesh%node(1, e), b => problem%model%mesh%node(2, e))
+            support(:, a) = support(:, a) - first
+            support(:, b) = support(:, b) + second
+         end associate
+         scale = max(scale, maxval(abs(first(1:2))), maxval(abs(second(1:2))), abs(first(3)) / size_, abs(second(3)) / size_)
+         rod => rod_at(problem, e)
+         scale = max(scale, rod%force_scale(problem, state, e))
+         force = rod%load_sum(problem, state, e, middle)
+         ! What a foundation carries need not pass through any section.
+         scale = max(scale, maxval(abs(force(1:2))))
+         total = total + force
+      end do elements
+      left = support
+      push = node_pushes(problem, state)
+      nodes: do node = 1, problem%model%mesh%n_nodes
+         x = node_position(state, node) - middle
+         call dead_node_load(problem, state, node, force, rate)
+         do i = 1, size(push)
+            if (push(i)%node == node) force = force + push(i)%force
+         end do
+         total = total + [force(1:2), force(3) + x(1) * force(2) - x(2) * force(1)]
+         left(:, node) = left(:, node) - force + problem%spring(:, node) * state%u(:, node)
+         where (.not. problem%model%fixed(:, node))
+            support(:, node) = 0.0_wp
+         elsewhere
+            support(:, node) = support(:, node) - force
+         end where
+         force = support(:, node) - problem%spring(:, node) * state%u(:, node)
+         scale = max(scale, maxval(abs(force(1:2))))
+         total = total + [force(1:2), force(3) + x(1) * force(2) - x(2) * force(1)]
+      end do nodes
+      if (problem%candidates%n > 0) scale = max(scale, maxval(abs(state%reaction)))
+      call measure_contact(problem, state, at, scale, middle, accuracy, total, left)
+      if (problem%ground%chain%n > 0) call add_foundations()
+      if (problem%has_spans()) call add_spans()
+      call add_joints()
+      accuracy%force = scale
+      call note_worst(accuracy%force_balance, beyond(norm2(total(1:2)), noise) / scale, at)
+      call note_worst(accuracy%moment_balance, beyond(abs(total(3)), noise * size_) / (scale * size_), at)
+      where (problem%model%fixed) left = 0.0_wp
+      left(3, :) = left(3, :) / size_
+      node = maxloc(maxval(abs(left), 1), 1)
+      call note_worst(accuracy%node_balance, beyond(maxval(abs(left(:, node))), noise) / scale, at, &
+         & node=problem%model%mesh%node_label(node))
+
+   contains
+
+      !> Forces of springs between nodes, and of ties: each keeps its own component in balance and acts on what this follows.
+      subroutine add_joints()
+         real(wp) :: push, arm(2)
+         integer :: i, k
+         do i = 1, size(problem%model%joint_spring)
+            associate (spring => problem%model%joint_spring(i), at => problem%model%joint_spring(i)%component)
+               push = spring%stiffness * (state%u(at, spring%node(2)) - state%u(at, spring%node(1)))
+               call act(spring%node(1), at, push)
+               call act(spring%node(2), at, -push)
+            end associate
+         end do
+         do i = size(problem%model%tie), 1, -1
+            associate (tie => problem%model%tie(i))
+               push = left(tie%component, tie%node)
+               ! Links may carry what no section feels.
+               if (tie%component < 3) scale = max(scale, abs(push))
+               call act(tie%node, tie%component, push)
+               do k = 1, size(tie%of)
+                  call act(tie%of(k), tie%part(k), -tie%factor(k) * push)
+               end do
+               if (tie%turner == 0 .or. tie%component == 3) cycle
+               arm = turned_arm(tie, state%u(3, tie%turner))
+               call act(tie%turner, 3, -push * merge(-arm(2), arm(1), tie%component == 1))
+            end associate
+         end do
+      end subroutine add_joints
+
+      !> A force or moment on a node. Where there is a support this answers with the same.
+      subroutine act(on, component, push)
+         integer, intent(in) :: on, component
+         real(wp), intent(in) :: push
+         real(wp) :: f(3)
+         left(component, on) = left(component, on) - push
+         if (problem%model%fixed(component, on)) return
+         f = 0.0_wp
+         f(component) = push
+         x = node_position(state, on) - middle
+         total = total + [f(1:2), f(3) + x(1) * f(2) - x(2) * f(1)]
+      end subroutine act
+
+      !> Forces of contact spans, and what their nodes are out of balance by besides these.
+      subroutine add_spans()
+         real(wp) :: totals(3, size(problem%model%contact)), moment, push, gap, normal(2), bend, local(3), &
+            & x(2), angle, density, tau, counted(2)
+         type(rolled_t) :: roll
+         real(wp), allocatable :: gaps(:), place(:, :)
+         integer :: c, e, i, mesh_node
+         call span_totals(problem, state, middle, totals, moment)
+         total = total + [sum(totals(1, :)), sum(totals(2, :)), moment]
+         accuracy%reaction = max(accuracy%reaction, maxval(abs(totals(3, :))))
+         do c = 1, problem%candidates%n
+            if (problem%candidates%touch(c) == 0) cycle
+            push = end_force(problem, state, c)
+            call candidate_gap(problem, state, c, gap, normal, bend)
+            roll = rolled(problem, state, c)
+            if (abs(roll%way) > 0.0_wp) normal = roll%normal
+            associate (node => problem%candidates%node(c))
+               left(:, node) = left(:, node) - push * [normal, roll%arm(1) * normal(2) - roll%arm(2) * normal(1)]
+               ! What its support has counted.
+               counted = merge(push * normal, 0.0_wp, problem%model%fixed(1:2, node))
+               x = node_position(state, node) + roll%arm - middle
+               total = total - [counted, x(1) * counted(2) - x(2) * counted(1)]
+               call note_worst(accuracy%penetration, abs(gap - roll%rise) / problem%size, at, &
+                  & node=problem%model%mesh%node_label(node))
+               call note_worst(accuracy%tension, (-push - least_push(c) - 1.0e-8_wp * scale) / max(accuracy%reaction, &
+                  & least_reaction * scale), at, node=problem%model%mesh%node_label(node))
+            end associate
+         end do
+         ! Along lines, and at the deck's nodes, which the mesh knows nothing of.
+         do e = 1, problem%model%mesh%n_elements
+            if (problem%conforms(e) == 0) cycle
+            do i = 0, line_samples
+               tau = real(i, wp) / line_samples
+               call conforming_forces(problem, state, e, tau, local, x, angle, density)
+               call note_worst(accuracy%tension, (-density * problem%size - line_slack * scale) / max(accuracy%reaction, &
+                  & least_reaction * scale), at, element=problem%model%mesh%element_label(e))
+            end do
+         end do
+         do c = 1, size(problem%deck%contact)
+            if (.not. problem%deck%contact(c)%spans) cycle
+            associate (node => problem%deck%contact(c)%node)
+               if (allocated(gaps)) deallocate (gaps, place)
+               allocate (gaps(size(node)), place(2, size(node)))
+               call deck_contact_gaps(problem, state, c, gaps, place)
+               do i = 1, size(node)
+                  call find_node(problem, state, node(i), mesh_node, e, tau)
+                  ! Where contact begins nodes have told, better than the element's polynomial.
+                  if (present(touches_in) .and. e > 0) then
+                     if (e == touches_in) cycle
+                  end if
+                  if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_doubt(e, tau)
+                  call note_worst(accuracy%penetration, -gaps(i) / problem%size, at, node=problem%deck%mesh%node_label(node(i)))
+               end do
+            end associate
+         end do
+      end subroutine add_spans
+
+      !> What may pull at a line on a mirror, or beside another support that keeps a direction: what lifts no more of it than is
+      !> taken for none, two thirds of what presses that (lifted_node).
+      real(wp) function least_push(c)
+         integer, intent(in) :: c
+         real(wp) :: density, local(3), x(2), angle
+         integer :: side, e
+         least_push = 0.0_wp
+         if (.not. problem%model%fixed(3, problem%candidates%node(c))) return
+         do side = 1, 2
+            e = problem%candidates%element(side, c)
+            if (e == 0) cycle
+            if (problem%conforms(e) == 0) cycle
+            call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
+            least_push = least_push + 2.0_wp / 3.0_wp * max(density, 0.0_wp) * line_share * &
+               & problem%layout%stretch(problem%stretch(e))%length
+         end do
+      end function least_push
+
+      !> What places between nodes err by: no penetration.
+      real(wp) function place_doubt(e, tau) result(doubt)
+         integer, intent(in) :: e
+         real(wp), intent(in) :: tau
+         type(profile_t) :: profile
+         profile = new_profile(problem, state, e)
+         if (problem%conforms(e) == 0) call mend_ends(problem, state, profile, 2)
+         doubt = profile_doubt(profile, tau)
+      end function place_doubt
+
+      !> Foundations that act inside elements, from their pressure where it acts.
+      subroutine add_foundations()
+         type(inner_forces_t) :: inner
+         real(wp) :: push(2), most, least, shortest
+         integer :: q, pulled
+         shortest = minval(state%geometry%element%length, mask=problem%ground%founded)
+         most = 0.0_wp
+         least = 0.0_wp
+         pulled = 0
+         do e = 1, problem%model%mesh%n_elements
+            if (.not. problem%ground%founded(e)) cycle
+            call foundation_forces(problem, state, e, inner)
+            do q = 1, inner%n
+               push = (state%geometry%element(e)%length * inner%weight(q) * inner%pressure(q)) * inner%normal(:, q)
+               total = total + [push, (inner%x(1, q) - middle(1)) * push(2) - (inner%x(2, q) - middle(2)) * push(1)]
+               if (problem%ground%chain%bilateral(inner%source(q))) cycle
+               most = max(most, inner%pressure(q))
+               push(1) = inner%pressure(q)
+               ! Of what acts on an element that is too long to follow only the sum means something.
+               if (.not. follows(problem, state, inner%source(q))) push(1) = sum(inner%weight(:inner%n) * &
+                  & inner%pressure(:inner%n), mask=inner%source(:inner%n) == inner%source(q))
+               if (state%segment(inner%source(q)) /= segment_unknown) push(1) = min(0.0_wp, push(1) + segment_stiffness(problem, &
+                  & inner%source(q), state%segment(inner%source(q))) * gap_uncertainty(problem, state, inner%source(q)))
+               if (push(1) < least) pulled = e
+               least = min(least, push(1))
+            end do
+         end do
+         if (most > noise / shortest .and. pulled > 0) call note_worst(accuracy%tension, -least / most, at, &
+            & element=problem%model%mesh%element_label(pulled))
+      end subroutine add_foundations
+   end subroutine measure_balance
+
+   !> What the rounding of positions makes of the forces of all foundations.
+   pure real(wp) function position_noise(problem) result(noise)
+      type(problem_t), intent(in) :: problem
+      noise = problem%ground%stiffest * rounding_gap(problem) * count(problem%ground%founded)
+   end function position_noise
+
+   !> The part of an error that is beyond rounding.
+   pure real(wp) function beyond(error, noise)
+      real(wp), intent(in) :: error, noise
+      beyond = max(error - noise, 0.0_wp)
+   end function beyond
+
+   !> Signs, complementarity and laws of contact at nodes; adds its forces to the balances.
+   subroutine measure_contact(problem, state, at, scale, middle, accuracy, total, left)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(place_t), intent(in) :: at
+      real(wp), intent(in) :: scale              !! largest force
+      real(wp), intent(in) :: middle(2)          !! moments count about it
+      type(accuracy_t), intent(inout) :: accuracy
+      real(wp), intent(inout) :: total(3)        !! force and moment of all
+      real(wp), intent(inout) :: left(:, :)      !! (3, nodes) force and moment left at each node
+      ! What the corrector lets pass: a reaction this much below zero over the force scale (or ten tolerances of the step), an
+      ! open node this deep over the size.
+      real(wp), parameter :: let_pull = 1.0e-8_wp, let_in = 10.0_wp * gap_tolerance
+      real(wp) :: x(2), force(2), gap, normal(2), bend, largest, push, spring, depth, pull, unsettled, uncertain
+      integer :: c, i, node, label
+      logical :: rigid, coupled
+      if (problem%candidates%n == 0) return
+      accuracy%reaction = max(accuracy%reaction, maxval(abs(state%reaction)))
+      ! Reactions that are all rounding have no sign.
+      largest = max(accuracy%reaction, least_reaction * scale)
+      unsettled = max(let_pull, 10.0_wp * problem%model%step(problem%step)%tolerance) * scale
+      do c = 1, problem%candidates%n
+         if (problem%candidates%touch(c) > 0) cycle
+         node = problem%candidates%node(c)
+         label = problem%model%mesh%node_label(node)
+         rigid = problem%model%obstacle(problem%candidates%obstacle(c))%rigid
+         coupled = problem%coupling%entry(c) > 0
+         call candidate_gap(problem, state, c, gap, normal, bend)
+         x = node_position(state, node) - middle
+         force = state%reaction(c) * normal
+         left(1:2, node) = left(1:2, node) - force
+         ! What the support of the same node already counted is not counted twice.
+         do i = 1, 2
+            if (problem%model%fixed(i, node)) force(i) = 0.0_wp
+         end do
+         total = total + [force, x(1) * force(2) - x(2) * force(1)]
+         if (coupled) gap = candidate_opening(problem, state, c)
+         if (rigid .or. coupled) then
+            ! A bilateral obstacle is left on neither side, nor the surface of a ground that settles.
+            depth = -gap
+            if (problem%candidates%bilateral(c) .or. (state%active(c) .and. coupled)) depth = abs(gap)
+            if (state%active(c) .or. .not. problem%candidates%bilateral(c)) &
+               & call note_worst(accuracy%penetration, depth / problem%size, at, node=label)
+            call note_worst(accuracy%complementarity, abs(state%reaction(c) * gap) / (largest * problem%size), at, node=label)
+            if (coupled .and. state%active(c)) call note_worst(accuracy%foundation, &
+               & (abs(gap) - rounding_gap(problem)) / problem%coupling%local(problem%coupling%entry(c)) / largest, at, node=label)
+         else
+            if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &
+               & call note_worst(accuracy%complementarity, state%reaction(c) * gap / (largest * problem%size), at, node=label)
+            call foundation_answer(problem, c, gap, push, spring)
+            ! An open node may lie as deep as makes a force that equilibrium lets pass: where contact begins, as well as located.
+            uncertain = rounding_gap(problem)
+            if (.not. state%active(c)) uncertain = let_in * problem%size
+            call note_worst(accuracy%foundation, (abs(state%reaction(c) - push) - spring * uncertain - &
+               & merge(unsettled, 0.0_wp, push <= 0.0_wp .or. .not. state%active(c))) / largest, at, node=label)
+         end if
+         if (problem%candidates%bilateral(c)) cycle
+         pull = -state%reaction(c) - unsettled
+         call note_worst(accuracy%tension, pull / largest, at, node=label)
+      end do
+   end subroutine measure_contact
+
+   !> What a foundation's spring at a node answers to a gap.
+   pure subroutine foundation_answer(problem, candidate, gap, push, spring)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: gap
+      real(wp), intent(out) :: push, spring    !! force, and its derivative by the penetration
+      real(wp) :: penetration
+      penetration = -gap
+      if (.not. problem%candidates%bilateral(candidate)) penetration = max(penetration, 0.0_wp)
+      call foundation_reaction(problem%model, problem%model%obstacle(problem%candidates%obstacle(candidate)), penetration, push, &
+         & spring)
+      push = push * problem%candidates%tributary(candidate)
+      spring = spring * problem%candidates%tributary(candidate)
+   end subroutine foundation_answer
+end module balance

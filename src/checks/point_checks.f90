@@ -1,0 +1,95 @@
+!> What is checked at every recorded point: balance and signs, and whether mesh and numbers can carry the answer.
+module point_checks
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, is_stress_free
+   use ground_segments, only: followed_part
+   use balance, only: measure_balance
+   use mesh_adequacy, only: verdict_t, judge_mesh, verdict_words
+   use run_accuracy, only: accuracy_t, place_t, note_worst
+   use path_record, only: point_t
+   use monitor_rows, only: left_open
+   use columns, only: whole, brief, scientific
+   use linear_system, only: system_t
+   use tangent_modes, only: bending_stiffness
+   use tangent_rounding, only: path_stiffness, rounding_cure
+   implicit none
+   private
+   public :: check_point
+
+   !> Of the stiffness along the path: that much of an increment limit points move, their loads by its square.
+   real(wp), parameter :: told_rounding = 0.1_wp
+
+contains
+
+   !> Raises the worst values by those of a point, which gets a warning where mesh or numbers begin to carry too little.
+   subroutine check_point(problem, state, system, at, touches_in, point, accuracy)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state         !! converged
+      type(system_t), intent(in) :: system       !! assembled and factored there
+      type(place_t), intent(in) :: at            !! the point
+      integer, intent(in) :: touches_in          !! the element in which a contact begins there; 0: none does
+      type(point_t), intent(inout) :: point      !! gives its residual
+      type(accuracy_t), intent(inout) :: accuracy
+      type(verdict_t) :: verdict
+      associate (step => problem%model%step(problem%step))
+         accuracy%asked = max(accuracy%asked, max(step%asked, step%asked_of_path) * maxval(norm2(state%u(1:2, :), 1)) / &
+            & problem%size)
+      end associate
+      call measure_balance(problem, state, at, point%residual, accuracy, touches_in)
+      call judge_mesh(problem, state, verdict)
+      if (size(verdict%element) > 0) call note_worst(accuracy%mesh, verdict%ratio, at, element=verdict%element(1))
+      if (verdict%ratio > 1.0_wp) call warn('the mesh is too coarse', verdict_words(verdict), accuracy%mesh_words)
+      call check_rounding()
+      call check_rolling()
+
+   contains
+
+      !> Where a rod may roll every displacement is one of many.
+      subroutine check_rolling()
+         character(:), allocatable :: names, where
+         integer :: m
+         call note_worst(accuracy%rolling, system%roll_range / problem%size, at)
+         if (.not. system%roll_range > 0.0_wp) return
+         where = 'node '//whole(problem%model%mesh%node_label(problem%rolling))
+         call warn('the loads do not tell how far the rod rolls about '//where, 'contact is as long before it as after it, by '// &
+            & 'choice; loads and forces are the same for others, displacements are not', accuracy%rolling_words)
+         if (allocated(accuracy%hanging_words)) return
+         names = ''
+         do m = 1, size(problem%deck%monitor)
+            if (left_open(problem, m, state, system)) names = names//', '//trim(problem%deck%monitor(m)%name)
+         end do
+         if (names /= '') accuracy%hanging_words = 'from point '//whole(at%point)//' (load factor '//brief(at%load_factor)// &
+            & ') on the loads do not tell how far the rod rolls about '//where//', nor what hangs on it: '//names(3:)
+      end subroutine check_rolling
+
+      !> At a limit point the stiffness is zero, and nearly so on a plateau: what rounding does to it counts beside that of the
+      !> point before, or beside bending.
+      subroutine check_rounding()
+         real(wp) :: stiffness, rounding, scale
+         ! Nothing hangs on the tangent of such a start, see stiffness_homotopy.
+         if (is_stress_free(state) .and. followed_part(problem) < 1.0_wp) return
+         call path_stiffness(problem, state, system, stiffness, rounding)
+         scale = max(stiffness, accuracy%stiffness, bending_stiffness(problem))
+         ! Points that were looked for because something vanishes there are no scale for the next ones.
+         if (point%label == '') accuracy%stiffness = stiffness
+         call note_worst(accuracy%rounding, rounding / scale, at)
+         if (rounding > told_rounding * scale) call warn('rounding spoils limit points and stability', &
+            & 'it makes '//scientific(rounding / scale, 2)//' of the stiffness along the path: '// &
+            & rounding_cure(problem, state), accuracy%rounding_words)
+      end subroutine check_rounding
+
+      !> The first time, at the point too.
+      subroutine warn(what, words, kept)
+         character(*), intent(in) :: what, words
+         character(:), allocatable, intent(inout) :: kept
+         if (allocated(kept)) return
+         kept = what//' from point '//whole(at%point)//' (load factor '//brief(at%load_factor)//') on: '//words
+         if (allocated(point%warning)) then
+            point%warning = point%warning//'; '//what//': '//words
+         else
+            point%warning = 'From here on '//what//': '//words
+         end if
+      end subroutine warn
+   end subroutine check_point
+end module point_checks

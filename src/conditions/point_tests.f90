@@ -1,0 +1,178 @@
+!> Tests of touched nodes: are points, and the ends of lines at breakpoints, pushed? Are points less curved than the obstacle? Does
+!> what lies beside the end of a rod rise from it?
+module point_tests
+   use kinds, only: wp
+   use problem, only: problem_t, rounding_gap
+   use rod_state, only: state_t, candidate_gap, may_react, parallel
+   use conforming_span, only: rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation
+   use touchdown_points, only: point_force
+   use breakpoint_forces, only: breakpoint_force, at_breakpoint, left_over
+   use contact_spans, only: line_share
+   use lifted_little, only: lifting_couple, lifts_little
+   use test_kinds, only: span_test_t, test_force, test_curvature, test_slope, test_leaving, test_couple
+   implicit none
+   private
+   public :: tests_of_points, rests_beside
+
+   real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] what a support keeps is that as good as rounding
+
+contains
+
+   !> The tests of all touched nodes of a converged state, in the order of the candidates.
+   function tests_of_points(problem, state, scale) result(tests)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: scale         !! of forces
+      type(span_test_t), allocatable :: tests(:)
+      integer :: c
+      logical :: kept, fixed
+      allocate (tests(0))
+      do c = 1, problem%candidates%n
+         if (problem%candidates%touch(c) == 0) cycle
+         kept = .not. problem%candidates%moves(c)
+         fixed = problem%model%fixed(3, problem%candidates%node(c))
+         if (.not. kept .or. at_breakpoint(problem, c)) tests = [tests, new_test(problem, c, test_force, push(problem, state, &
+            & scale, c))]
+         if (fixed) call test_beside_support(problem, state, c, tests)
+         if (problem%touch(problem%candidates%touch(c))%line) then
+            if (kept .and. at_breakpoint(problem, c)) tests = [tests, new_test(problem, c, test_couple, &
+               & -lifting_couple(problem, state, c, scale))]
+         else if (problem%candidates%rolls(c)) then
+            tests = [tests, curvature(problem, state, c)]
+            if (kept) tests = [tests, leaving(problem, state, c)]
+         else if (.not. fixed) then
+            call test_slopes(problem, state, c, tests)
+         end if
+      end do
+   end function tests_of_points
+
+   !> A test of a candidate's touch.
+   pure type(span_test_t) function new_test(problem, c, kind, value) result(test)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: c              !! candidate
+      integer, intent(in) :: kind
+      real(wp), intent(in) :: value
+      test = span_test_t(kind=kind, value=value, touch=problem%candidates%touch(c), candidate=c)
+   end function new_test
+
+   !> A support that takes the moment: curvature counts on each side. Where the rod leaves the obstacle at an angle that the support
+   !> keeps no curvature brings it back.
+   subroutine test_beside_support(problem, state, c, tests)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c
+      type(span_test_t), allocatable, intent(inout) :: tests(:)
+      integer :: side
+      do side = 1, 2
+         if (.not. rests_beside(problem, c, side)) cycle
+         if (rise(problem, state, c, side) <= parallel_enough) tests = [tests, curvature(problem, state, c, side)]
+      end do
+   end subroutine test_beside_support
+
+   !> An end of a rod, or a corner: what lies beside it must rise from the obstacle.
+   subroutine test_slopes(problem, state, c, tests)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c
+      type(span_test_t), allocatable, intent(inout) :: tests(:)
+      type(span_test_t) :: test
+      integer :: side
+      do side = 1, 2
+         if (problem%candidates%element(side, c) == 0) cycle
+         test = new_test(problem, c, test_slope, rise(problem, state, c, side))
+         test%sense = merge(1.0_wp, -1.0_wp, side == 2)
+         tests = [tests, test]
+      end do
+   end subroutine test_slopes
+
+   !> Slope of the gap from a touched node on.
+   real(wp) function rise(problem, state, c, side)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c
+      integer, intent(in) :: side           !! 1: before it, 2: after it
+      rise = merge(1.0_wp, -1.0_wp, side == 2) * track_rotation(problem, state, c, side) * &
+         & track_sense(problem, state, c, node_track(problem, state, c), side)
+   end function rise
+
+   !> Of a point, or beside a support that takes the moment.
+   type(span_test_t) function curvature(problem, state, c, side) result(test)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c
+      integer, intent(in), optional :: side
+      real(wp) :: excess, extension
+      call excess_curvature(problem, state, c, excess, extension, side)
+      test = new_test(problem, c, test_curvature, excess * problem%size)
+      test%sense = 0.0_wp
+      if (present(side)) test%sense = real(2 * side - 3, wp)
+   end function curvature
+
+   !> The force of a point goes along the rod as that turns: how far, against what is taken for none.
+   type(span_test_t) function leaving(problem, state, c) result(test)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c
+      type(rolled_t) :: roll
+      real(wp) :: reach
+      integer :: side
+      roll = rolled(problem, state, c)
+      side = merge(2, 1, roll%way > 0.0_wp)
+      reach = line_share * problem%layout%stretch(problem%stretch(problem%candidates%element(side, c)))%length
+      test = new_test(problem, c, test_leaving, (reach - abs(roll%way)) / problem%size)
+      test%sense = sign(1.0_wp, roll%way)
+   end function leaving
+
+   !> Concentrated force over the scale.
+   real(wp) function push(problem, state, scale, c)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: scale         !! of forces
+      integer, intent(in) :: c
+      real(wp) :: lift, normal(2), bend
+      type(rolled_t) :: roll
+      if (problem%candidates%moves(c)) then
+         push = point_force(problem, state, c) / scale
+         return
+      end if
+      push = breakpoint_force(problem, state, c) / scale
+      ! Where a line goes on nothing is held, and what is left is what equilibrium leaves. A point's force has its zero there.
+      if (problem%touch(problem%candidates%touch(c))%line .and. (abs(push) <= left_over(problem) .or. &
+         & lifts_little(problem, state, c, push, scale))) push = 0.0_wp
+      ! A support that leaves takes the node along, and so does another obstacle.
+      if (closes_gap(problem, state, c)) return
+      call candidate_gap(problem, state, c, lift, normal, bend)
+      roll = rolled(problem, state, c)
+      if (lift - roll%rise > rounding_gap(problem)) push = -lift / problem%size
+   end function push
+
+   !> True for a side of a touched breakpoint on which the rod leaves the obstacle at once.
+   pure logical function rests_beside(problem, c, side)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: c              !! candidate
+      integer, intent(in) :: side           !! 1: before it, 2: after it
+      associate (e => problem%candidates%element(side, c))
+         rests_beside = e > 0
+         if (rests_beside) rests_beside = problem%conforms(e) == 0
+      end associate
+   end function rests_beside
+
+   !> True for a touch that holds its node. Where that is a support says, or what acts before it on the same node and in the
+   !> same way; see eliminated_unknowns.
+   pure logical function closes_gap(problem, state, c)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c              !! candidate
+      real(wp) :: normal(2), other(2), gap, bend
+      integer :: k
+      call candidate_gap(problem, state, c, gap, normal, bend)
+      closes_gap = may_react(problem, c, normal)
+      do k = 1, c - 1
+         if (problem%candidates%node(k) /= problem%candidates%node(c) .or. .not. state%active(k)) cycle
+         call candidate_gap(problem, state, k, gap, other, bend)
+         if (.not. may_react(problem, k, other)) cycle
+         if (any(problem%model%fixed(1:2, problem%candidates%node(c))) .or. &
+            & abs(normal(1) * other(2) - normal(2) * other(1)) < parallel) closes_gap = .false.
+      end do
+   end function closes_gap
+end module point_tests

@@ -1,0 +1,420 @@
+!> Does a corrected point lie on the path that the increment began on?
+!>
+!> Along one smooth path the chord between two points is the mean of the tangents at both (trapezoidal rule) up to the third
+!> order of its length, the load changes at a rate between those at both, and over an increment worth its name the tangent
+!> turns little. A corrector that has landed on another path, or behind a loop of its own, meets all of this by accident
+!> only. Tested so for every strategy, after the fact (distance and angle: Allgower & Georg 1990, 6.1; Rheinboldt & Burkardt
+!> 1983).
+!>
+!> Displacements are measured in the metric of path_control, the change of the load against the faster of its rates at both
+!> ends: nothing depends on units, on the mesh or on the strategy. Nodes that go with touchdown points count, for they go
+!> smoothly, and so does the tangent (path_control).
+module path_continuity
+   use kinds, only: wp
+   use model, only: method_cylindrical, method_load, method_linearised
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use state_transfer, only: move_nodes, displacements_at, field_at
+   use linear_system, only: system_t
+   use path_control, only: control_t, is_arc_length, metric, turning, path_length, set_tangent
+   use force_law, only: segment_unknown
+   implicit none
+   private
+   public :: path_tangent_t, normal_plane, relation_t, path_tangent_at, relate, same_path, turned_over, too_far, at_corner, &
+      & length_to_corner, angle_between, stands_still, chord_between, seen_from, between, part_at, lies_between, goes_back, &
+      & alike, blend_geometry, largest_turn, largest_distance
+
+   !> Unit tangent of a path at a point.
+   type :: path_tangent_t
+      real(wp), allocatable :: u(:, :)          !! (3, nodes) d(displacements)/d(arc length)
+      real(wp) :: load = 0.0_wp                 !! d(load factor)/d(arc length); 1 where nothing moves
+   end type path_tangent_t
+
+   !> How two points and their tangents fit together.
+   type :: relation_t
+      logical :: told = .false.                 !! false: nothing moves, there is nothing to compare
+      real(wp) :: length = 0.0_wp               !! of the chord
+      real(wp) :: turn = 0.0_wp                 !! angle between the tangents
+      real(wp) :: distance = 0.0_wp             !! |chord - mean of the tangents|, of the chord; 1/8 turn^2 on a circle
+      real(wp) :: load = 0.0_wp                 !! how far the load's mean rate is from between its rates, of the faster one
+      real(wp) :: bending = 0.0_wp              !! the same of the rotations' rates, as vectors
+      real(wp) :: rotation = 0.0_wp             !! [rad] largest, where the first tangent is not known
+   end type relation_t
+
+   interface stands_still
+      module procedure heading_stands, rate_stands
+   end interface stands_still
+
+   real(wp), parameter :: largest_turn = 0.5_wp !! of the tangent in one increment
+   real(wp), parameter :: largest_distance = 0.5_wp * largest_turn**2 !! four times what a circle's arc of that turn gives
+   real(wp), parameter :: largest_load = largest_distance !! of a rate that is not monotone over the increment
+   real(wp), parameter :: right_angle = acos(0.0_wp)
+   real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length of rounding, where loads only stress what cannot move
+
+contains
+
+   !> The plane normal to the path at a point, as a control. A change by all of the load counts as much as one by all of the
+   !> displacement, so that at limit points the displacements are held, however little a slender structure has moved until then,
+   !> and the load where hardly anything moves.
+   function normal_plane(problem, state, heading, least) result(plane)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(path_tangent_t), intent(in) :: heading     !! tangent there
+      real(wp), intent(in), optional :: least    !! displacement over the size that counts as all at least
+      type(control_t) :: plane
+      real(wp) :: norm, all_of_it
+      plane%method = method_load
+      if (.not. metric(problem, heading%u, heading%u) > 0.0_wp) return
+      plane%method = method_linearised
+      ! Displacements that have lost half of their digits to rounding are not what holds a point.
+      all_of_it = max(sqrt(metric(problem, state%u, state%u)), sqrt(epsilon(norm)))
+      if (present(least)) all_of_it = max(all_of_it, least)
+      if (abs(state%load_factor) > 0.0_wp) plane%load_scale = all_of_it / abs(state%load_factor)
+      norm = sqrt(1.0_wp + (plane%load_scale * heading%load)**2)
+      plane%tangent = heading%u / norm
+      plane%tangent_load = heading%load / norm
+   end function normal_plane
+
+   !> Tangent at a state, in the sense of a direction.
+   function path_tangent_at(problem, system, direction, direction_load) result(heading)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system      !! factored at the state
+      real(wp), intent(in) :: direction(:, :)   !! (3, nodes) displacements; where they are zero the load factor decides
+      real(wp), intent(in) :: direction_load
+      type(path_tangent_t) :: heading
+      type(control_t) :: control
+      control%method = method_cylindrical
+      call set_tangent(problem, system, direction, direction_load, control)
+      heading%u = control%tangent
+      heading%load = control%tangent_load
+   end function path_tangent_at
+
+   !> Compares two points of a path.
+   pure function relate(problem, from, to, before, after, fresh) result(relation)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      type(path_tangent_t), intent(in) :: before, after !! at `from` and `to`
+      logical, intent(in) :: fresh              !! `from` is a start whose contacts carry nothing: its tangent takes them for
+      !! held. The answer to a small load is proportional to it, so the chord itself stands for that tangent.
+      type(relation_t) :: relation
+      real(wp), dimension(3, size(from%u, 2)) :: chord, first, last
+      real(wp) :: length, rise, rates(2), faster, unknown
+      chord = chord_between(problem, from, to)
+      length = sqrt(metric(problem, chord, chord))
+      if (length <= no_motion) return
+      rise = (to%load_factor - from%load_factor) / length
+      chord = chord / length
+      call seen(after, last, rates(2), to)
+      if (fresh) then
+         first = chord
+         rates(1) = rise
+         relation%rotation = length * maxval(abs(chord(3, :)))
+      else
+         call seen(before, first, rates(1), from)
+      end if
+      if (.not. (metric(problem, first, first) > 0.0_wp .and. metric(problem, last, last) > 0.0_wp)) return
+      ! Where nothing moves tangents are rounding, and the chord is what was left of a located point.
+      if (length <= problem%model%step(problem%step)%locate_tolerance .and. stands_still(rates(1), length * rise) .and. &
+         & stands_still(rates(2), length * rise)) return
+      relation%told = .true.
+      relation%turn = angle_between(problem, first, last)
+      chord = chord - 0.5_wp * (first + last)
+      relation%distance = sqrt(metric(problem, chord, chord))
+      relation%length = length
+      relation%load = max(rise - maxval(rates), minval(rates) - rise) - &
+         & problem%model%step(problem%step)%tolerance * max(abs(from%load_factor), abs(to%load_factor)) / length
+      relation%load = max(relation%load, 0.0_wp) / max(maxval(abs(rates)), tiny(1.0_wp))
+      ! The chord has become its distance from the tangents' mean.
+      last = 0.5_wp * (last - first)
+      faster = sqrt(max(turning(problem, first, first), turning(problem, first + 2.0_wp * last, first + 2.0_wp * last)))
+      ! Forces do not tell how far a rod has rolled that may: that is known to what the iteration leaves of it. Of all others
+      ! meshes leave what was asked for.
+      unknown = no_motion / length
+      associate (step => problem%model%step(problem%step))
+         if (problem%rolling > 0) unknown = max(unknown, step%tolerance * problem%size / length)
+         if (any(problem%layout%stretch%placed)) unknown = max(unknown, min(step%asked, step%asked_of_path))
+      end associate
+      relation%bending = sqrt(turning(problem, chord, chord)) - sqrt(turning(problem, last, last)) - unknown
+      relation%bending = max(relation%bending, 0.0_wp) / max(faster, epsilon(faster) * relation%bending, tiny(1.0_wp))
+
+   contains
+
+      !> A tangent as the nodes of `from` see it, its length 1 again.
+      pure subroutine seen(heading, u, rate, there)
+         type(path_tangent_t), intent(in) :: heading
+         real(wp), intent(out) :: u(:, :), rate
+         type(state_t), intent(in) :: there     !! whose tangent it is
+         real(wp) :: norm
+         u = seen_from(problem, from, there, heading%u)
+         norm = sqrt(metric(problem, u, u))
+         rate = heading%load
+         if (.not. norm > 0.0_wp) return
+         u = u / norm
+         rate = heading%load / norm
+      end subroutine seen
+   end function relate
+
+   !> True for two points that fit together as neighbours on one path do, or of which nothing can be told.
+   pure logical function same_path(relation)
+      type(relation_t), intent(in) :: relation
+      same_path = .not. relation%told .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
+         & relation%load <= largest_load .and. &
+         & relation%bending <= largest_load .and. .not. turned_over(relation))
+   end function same_path
+
+   !> True for a rod that Newton's method may have turned over, from a start that tells no tangent: what turns by more than a right
+   !> angle at once is not believed.
+   pure logical function turned_over(relation)
+      type(relation_t), intent(in) :: relation
+      turned_over = relation%told .and. relation%rotation > right_angle
+   end function turned_over
+
+   !> True for a point much further away than its increment was to go. Strategies whose corrections are only normal to
+   !> something can get there; on one path they are off by the square of what it turns.
+   pure logical function too_far(problem, control, relation)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control    !! its tangent set where it prescribes an arc length
+      type(relation_t), intent(in) :: relation
+      too_far = .false.
+      if (is_arc_length(control%method)) too_far = relation%length > (1.0_wp + largest_turn) * abs(control%increment) * &
+         & sqrt(metric(problem, control%tangent, control%tangent))
+   end function too_far
+
+   !> True for a path that turns at a corner, not on a curve: shorter increments from the same point turn as much. Laws of
+   !> foundations have corners, and so have contacts.
+   pure logical function at_corner(longer, shorter)
+      type(relation_t), intent(in) :: longer, shorter !! of two increments from one point
+      real(wp), parameter :: as_much = 0.75_wp  ! half of it would be a curve's
+      at_corner = longer%told .and. shorter%told .and. shorter%length < as_much * longer%length .and. &
+         & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle
+   end function at_corner
+
+   !> Angle between two fields; 0 where one of them is zero.
+   pure real(wp) function angle_between(problem, a, b) result(angle)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes)
+      real(wp) :: norms
+      angle = 0.0_wp
+      norms = sqrt(metric(problem, a, a) * metric(problem, b, b))
+      if (norms > 0.0_wp) angle = acos(min(max(metric(problem, a, b) / norms, -1.0_wp), 1.0_wp))
+   end function angle_between
+
+   !> Arc length from a point to where its tangent meets that of another one, the corner between them; negative where the two do not
+   !> meet, as on different paths.
+   pure real(wp) function length_to_corner(problem, from, to, before, after) result(first)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      type(path_tangent_t), intent(in) :: before, after !! at `from` and `to`
+      real(wp), dimension(3, size(from%u, 2)) :: chord, ahead
+      real(wp) :: length, cosine, second, along(2), rate, left
+      first = -1.0_wp
+      chord = chord_between(problem, from, to)
+      length = sqrt(metric(problem, chord, chord))
+      ahead = seen_from(problem, from, to, after%u)
+      rate = sqrt(metric(problem, ahead, ahead))
+      if (.not. (length > no_motion .and. rate > 0.0_wp .and. metric(problem, before%u, before%u) > 0.0_wp)) return
+      ahead = ahead / rate
+      rate = after%load / rate
+      cosine = metric(problem, before%u, ahead)
+      if (.not. abs(cosine) < 1.0_wp) return
+      ! The chord is as much of one and as much of the other, by least squares.
+      along = [metric(problem, chord, before%u), metric(problem, chord, ahead)]
+      second = (along(2) - cosine * along(1)) / (1.0_wp - cosine**2)
+      left = to%load_factor - from%load_factor
+      chord = chord - (along(1) - cosine * second) * before%u - second * ahead
+      left = left - (along(1) - cosine * second) * before%load - second * rate
+      if (second < 0.0_wp .or. sqrt(metric(problem, chord, chord)) > largest_distance * length .or. &
+         & abs(left) > largest_load * length * max(abs(before%load), abs(rate))) return
+      first = along(1) - cosine * second
+   end function length_to_corner
+
+   !> True where a change of the load factor moves nothing but by rounding: such a tangent has no direction.
+   pure logical function heading_stands(heading, rise) result(stands)
+      type(path_tangent_t), intent(in) :: heading
+      real(wp), intent(in) :: rise              !! of the load factor
+      stands = .not. any(abs(heading%u) > 0.0_wp) .or. rate_stands(heading%load, rise)
+   end function heading_stands
+
+   !> The same of a tangent that moves something.
+   pure logical function rate_stands(rate, rise) result(stands)
+      real(wp), intent(in) :: rate              !! of the load factor by the arc length
+      real(wp), intent(in) :: rise
+      stands = abs(rise) <= no_motion * abs(rate)
+   end function rate_stands
+
+   !> Difference of the displacements of the material points at the nodes of `from`.
+   pure function chord_between(problem, from, to) result(chord)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      real(wp) :: chord(3, size(from%u, 2))     !! (3, nodes)
+      if (problem%moves_nodes()) then
+         chord = displacements_at(problem, to, from%geometry) - from%u
+         return
+      end if
+      chord = to%u - from%u
+   end function chord_between
+
+   !> A tangent at one state as the nodes of another one see it.
+   pure function seen_from(problem, from, there, u) result(seen)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, there
+      real(wp), intent(in) :: u(:, :)           !! (3, nodes) at the nodes of `there`
+      real(wp) :: seen(3, size(u, 2))
+      seen = u
+      if (problem%moves_nodes()) seen = field_at(problem, there, u, from%geometry)
+   end function seen_from
+
+   !> True for states that differ in nothing that jumps: contact set, places of the nodes along the rod.
+   pure logical function alike(problem, a, b)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: a, b
+      integer :: c, e
+      alike = all(a%active .eqv. b%active)
+      do c = 1, size(a%segment)
+         if (.not. alike) return
+         if (a%segment(c) == b%segment(c)) cycle
+         ! What is settled at one of them only must at least touch at both, or at none.
+         alike = any([a%segment(c), b%segment(c)] == segment_unknown)
+         if (.not. alike) return
+         e = problem%ground%chain%element(2, c)
+         alike = a%grounded(e) .eqv. b%grounded(e)
+      end do
+      if (problem%moves_nodes()) return
+      do e = 1, size(a%geometry%element)
+         if (.not. alike) return
+         alike = all(abs(a%geometry%element(e)%s - b%geometry%element(e)%s) <= 0.0_wp)
+      end do
+   end function alike
+
+   !> A guess between two points of one path: cubic in displacements and load, linear in the rest.
+   function between(problem, from, to, before, after, part) result(state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to     !! alike
+      type(path_tangent_t), intent(in) :: before, after !! at these; without displacements: linear there, too
+      real(wp), intent(in) :: part              !! 0 to 1, of the arc length
+      type(state_t) :: state
+      real(wp) :: length, weight(3)
+      state = from
+      length = path_length(problem, from, to)
+      weight = hermite(part)
+      if (.not. (metric(problem, before%u, before%u) > 0.0_wp .and. metric(problem, after%u, after%u) > 0.0_wp)) &
+         & weight = [0.0_wp, part, 0.0_wp]
+      weight([1, 3]) = weight([1, 3]) * length
+      state%load_factor = from%load_factor + weight(1) * before%load + weight(2) * (to%load_factor - from%load_factor) + &
+         & weight(3) * after%load
+      ! Where nodes go along the rod their own displacements change at other rates.
+      if (problem%moves_nodes()) weight = [0.0_wp, part, 0.0_wp]
+      state%u = from%u + weight(1) * before%u + weight(2) * (to%u - from%u) + weight(3) * after%u
+      state%z = from%z + part * (to%z - from%z)
+      state%reaction = from%reaction + part * (to%reaction - from%reaction)
+      where (state%segment == segment_unknown) state%segment = to%segment
+      if (problem%moves_nodes()) call blend_geometry(problem, [from, to], [1.0_wp - part, part], state)
+   end function between
+
+   !> Nodes of a state where those of others are, by their weights, which sum up to one.
+   subroutine blend_geometry(problem, states, weight, state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: states(:)
+      real(wp), intent(in) :: weight(:)
+      type(state_t), intent(inout) :: state     !! its displacements go with the nodes
+      real(wp) :: shift(problem%model%mesh%n_nodes)
+      integer :: e, i
+      shift = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         do i = 1, size(states)
+            associate (node => problem%model%mesh%node(2, e))
+               if (i == 1) shift(node) = -state%geometry%element(e)%s(2)
+               shift(node) = shift(node) + weight(i) * states(i)%geometry%element(e)%s(2)
+            end associate
+         end do
+      end do
+      do i = 1, problem%model%mesh%n_nodes
+         ! Breakpoints stay, and so does what only rounding moves.
+         if (abs(shift(i)) <= 8.0_wp * epsilon(shift) * problem%size) shift(i) = 0.0_wp
+      end do
+      call move_nodes(problem, shift, state%geometry)
+   end subroutine blend_geometry
+
+   !> Weights of the first slope, the change and the last slope in the cubic that has them at both ends of (0, 1).
+   pure function hermite(part) result(weight)
+      real(wp), intent(in) :: part
+      real(wp) :: weight(3)
+      weight = [part * (1.0_wp - part)**2, part**2 * (3.0_wp - 2.0_wp * part), -part**2 * (1.0_wp - part)]
+   end function hermite
+
+   !> Part of the arc length at which a quantity that grows by a unit between two points, with given slopes there, has a value.
+   pure real(wp) function part_at(value, slope_before, slope_after) result(part)
+      real(wp), intent(in) :: value             !! 0 to 1
+      real(wp), intent(in) :: slope_before, slope_after
+      real(wp) :: low, high
+      integer :: halving
+      low = 0.0_wp
+      high = 1.0_wp
+      do halving = 1, digits(value)
+         part = 0.5_wp * (low + high)
+         if (dot_product(hermite(part), [slope_before, 1.0_wp, slope_after]) < value) then
+            low = part
+         else
+            high = part
+         end if
+      end do
+   end function part_at
+
+   !> True for a point that lies on a stretch of the path between two others and goes the other way: a path that has turned
+   !> round without an event runs back over its own points. The two arms of a hairpin are told apart by shorter increments.
+   pure logical function goes_back(problem, from, to, chord, before, after, place, heading)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to, place
+      real(wp), intent(in) :: chord(:, :)       !! (3, nodes) of the stretch, see chord_between
+      type(path_tangent_t), intent(in) :: before, after, heading !! at these
+      real(wp), parameter :: same = 0.04_wp * largest_turn**2 !! of the stretch; a cubic is good to a fourth of its square
+      real(wp), dimension(3, size(from%u, 2)) :: way, last
+      real(wp) :: length, along, weight(3), load
+      goes_back = .false.
+      length = sqrt(metric(problem, chord, chord))
+      if (length <= no_motion) return
+      way = chord_between(problem, from, place)
+      along = metric(problem, way, chord) / length**2
+      if (along <= 0.0_wp .or. along >= 1.0_wp) return
+      if (metric(problem, chord, seen_from(problem, from, place, heading%u)) >= 0.0_wp) return
+      weight = hermite(along)
+      last = seen_from(problem, from, to, after%u)
+      way = way - weight(1) * length * before%u - weight(2) * chord - weight(3) * length * last
+      load = place%load_factor - from%load_factor - weight(2) * (to%load_factor - from%load_factor) - &
+         & length * (weight(1) * before%load + weight(3) * after%load)
+      goes_back = sqrt(metric(problem, way, way)) <= same * length .and. &
+         & abs(load) <= same * length * max(abs(before%load), abs(after%load))
+   end function goes_back
+
+   !> True for a state that lies where the path between two others of its points must pass; no tangent is needed there.
+   logical function lies_between(problem, from, to, before, after, place) result(lies)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to, place !! all alike
+      type(path_tangent_t), intent(in) :: before, after
+      type(state_t) :: expected
+      real(wp) :: length, along, part, distance, load, weight(3)
+      real(wp), dimension(3, size(from%u, 2)) :: chord, way
+      lies = .true.
+      chord = chord_between(problem, from, to)
+      length = sqrt(metric(problem, chord, chord))
+      if (length <= no_motion) return
+      way = chord_between(problem, from, place)
+      along = metric(problem, way, chord) / length**2
+      part = min(max(along, 0.0_wp), 1.0_wp)
+      if (problem%moves_nodes()) then
+         ! The nodes go along the rod: the cubic of the material points where those of the start are.
+         weight = hermite(part)
+         way = way - weight(1) * length * before%u - weight(2) * chord - weight(3) * length * &
+            & seen_from(problem, from, to, after%u)
+         distance = sqrt(metric(problem, way, way))
+         load = from%load_factor + weight(2) * (to%load_factor - from%load_factor) + length * (weight(1) * before%load + &
+            & weight(3) * after%load)
+      else
+         expected = between(problem, from, to, before, after, part)
+         distance = path_length(problem, expected, place)
+         load = expected%load_factor
+      end if
+      lies = distance <= largest_distance * length .and. &
+         & abs(load - place%load_factor) <= largest_load * length * max(abs(before%load), abs(after%load))
+   end function lies_between
+end module path_continuity

@@ -1,0 +1,362 @@
+!> Increment strategies: what fixes the position of the next point on the path. Each is one linear row a Newton step.
+!>
+!> Displacements enter through the metric <a, b> = sum w_i (a_x b_x + a_y b_y)_i, w_i the node's share of the rod's length
+!> over the structure's size squared: dimensionless, and independent of units and mesh. Of nodes that go with
+!> touchdown points the displacements of one and the same material points are compared. The load factor enters multiplied
+!> by `load_scale`, set from the first increment, so that it does not depend on how the user scaled the loads either.
+!>
+!> load:         load factor = start + increment
+!> displacement: monitor = start + increment                                   (Batoz & Dhatt 1979)
+!> cylindrical:  |du| = increment                                              (Crisfield 1981)
+!> spherical:    |du|^2 + (load_scale dl)^2 = increment^2                      (Crisfield 1981)
+!> linearised:   the plane normal to the tangent at distance `increment`       (Riks 1979)
+!> largest displacement: that of the tangent's step of length `increment` which moves most (Rheinboldt 1981)
+!> flat:         excess of curvature at a point contact = increment (curvature_row)
+!> The others take the tangent's step as predictor, and then corrections normal to
+!> minimum residual:        the load's own displacements: as short as possible (Chan 1988)
+!> variable load:           the displacements of the increment so far          (Gierlinski & Graves Smith 1985)
+!> generalised displacement: the tangent of the increment before               (Yang & Shieh 1990)
+module path_control
+   use kinds, only: wp
+   use model, only: step_t, method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
+      & method_minimum_residual, method_variable_load, method_generalised, method_largest, quantity_displacement
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use state_transfer, only: displacements_at, field_at, see_from
+   use linear_system, only: system_t
+   use bordered_system, only: set_path_row, solve_bordered, all_to_global
+   use curvature_row, only: curvature_row_t, new_curvature_row
+   use conforming_span, only: excess_curvature
+   use monitor_rows, only: monitor_row_t, monitor_row, watched_displacement
+   implicit none
+   private
+   public :: control_t, control_row, held_row, control_error, held_within, is_arc_length, set_tangent, path_length, metric, &
+      & turning, displacement_between, follow_nodes, can_be_held, holding_value
+
+   type :: control_t
+      integer :: method = method_load
+      integer :: monitor = 0
+      real(wp) :: increment = 0.0_wp           !! load factor, monitor's unit or arc length
+      real(wp) :: whole = 0.0_wp               !! the increment that this one is a part of, where one is divided
+      real(wp) :: load_scale = 0.0_wp          !! arc length per unit load factor
+      real(wp), allocatable :: tangent(:, :)   !! (3, nodes) unit tangent at the start, only displacements count
+      real(wp) :: tangent_load = 0.0_wp        !! its load factor component
+      real(wp), allocatable :: previous(:, :)  !! the tangent of the increment before, when there was one
+      integer :: flat = 0                      !! candidate of a point contact that is to be more curved than its obstacle by
+      !! the increment, whatever the method; 0: none
+      real(wp), allocatable :: watched         !! the controlled monitor's displacement at the start, where that has moved nodes
+   end type control_t
+
+contains
+
+   !> True for the strategies whose increment is an arc length.
+   pure logical function is_arc_length(method)
+      integer, intent(in) :: method
+      is_arc_length = any(method == [method_cylindrical, method_spherical, method_linearised, &
+         & method_minimum_residual, method_variable_load, method_generalised, method_largest])
+   end function is_arc_length
+
+   !> True for the load factor, and for monitors that an increment can prescribe.
+   pure logical function can_be_held(problem, monitor)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: monitor             !! 0: the load factor
+      can_be_held = monitor == 0
+      if (monitor > 0) can_be_held = problem%deck%monitor(monitor)%quantity == quantity_displacement
+   end function can_be_held
+
+   !> The control that goes on until a number that can be held has changed by so much.
+   pure type(control_t) function holding_value(monitor, change) result(control)
+      integer, intent(in) :: monitor             !! 0: the load factor
+      real(wp), intent(in) :: change             !! in its unit
+      control%method = merge(method_displacement, method_load, monitor > 0)
+      control%monitor = monitor
+      control%increment = change
+   end function holding_value
+
+   !> True for the strategies whose corrections are normal to something: they have no constraint that a point must meet.
+   pure logical function is_free(method)
+      integer, intent(in) :: method
+      is_free = any(method == [method_minimum_residual, method_variable_load, method_generalised])
+   end function is_free
+
+   !> Weight of the load factor in the arc length.
+   pure real(wp) function load_weight(control)
+      type(control_t), intent(in) :: control
+      load_weight = 0.0_wp
+      if (any(control%method == [method_spherical, method_linearised])) load_weight = control%load_scale**2
+   end function load_weight
+
+   !> <a, b> of the displacement parts.
+   pure real(wp) function metric(problem, a, b)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes)
+      integer :: i
+      metric = 0.0_wp
+      do i = 1, size(problem%weight)
+         metric = metric + problem%weight(i) * (a(1, i) * b(1, i) + a(2, i) * b(2, i))
+      end do
+   end function metric
+
+   !> The same of the rotation parts: bending, which displacements hardly tell where a rod is shortened by much more than it bends.
+   pure real(wp) function turning(problem, a, b)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: a(:, :), b(:, :)   !! (3, nodes)
+      turning = problem%size**2 * dot_product(problem%weight, a(3, :) * b(3, :))
+   end function turning
+
+   !> Unit tangent at the start from the solved system, pointing along `direction`.
+   subroutine set_tangent(problem, system, direction, direction_load, control)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: direction(:, :), direction_load !! last increment: displacements and load factor;
+      !! the load factor alone decides where the displacements are zero
+      type(control_t), intent(inout) :: control
+      real(wp) :: norm, along
+      control%tangent = all_to_global(problem, system, system%tangent)
+      norm = sqrt(metric(problem, control%tangent, control%tangent) + load_weight(control))
+      control%tangent_load = 1.0_wp
+      if (norm > 0.0_wp) then
+         control%tangent = control%tangent / norm
+         control%tangent_load = 1.0_wp / norm
+      end if
+      along = metric(problem, control%tangent, direction) + load_weight(control) * control%tangent_load * direction_load
+      if (.not. abs(along) > 0.0_wp) along = control%tangent_load * direction_load
+      if (along < 0.0_wp) then
+         control%tangent = -control%tangent
+         control%tangent_load = -control%tangent_load
+      end if
+   end subroutine set_tangent
+
+   !> Sets the path row of the system at an iterate and returns its right-hand side.
+   subroutine control_row(problem, control, start, state, system, rhs)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      type(state_t), intent(in) :: start          !! last accepted point
+      type(state_t), intent(in) :: state          !! the iterate; equal to `start` for the predictor
+      type(system_t), intent(inout) :: system     !! assembled at the iterate
+      real(wp), intent(out) :: rhs
+      real(wp), dimension(3, size(state%u, 2)) :: row
+      real(wp) :: dl, travelled, corner, defect
+      type(curvature_row_t) :: curved
+      integer :: node, component
+      if (control%flat > 0) then
+         curved = new_curvature_row(problem, state, system, control%flat)
+         rhs = control%increment - curved%excess - curved%defect
+         call set_path_row(problem, system, curved%node, curved%load)
+         return
+      end if
+      dl = state%load_factor - start%load_factor
+      if (any(control%method == [method_load, method_displacement])) then
+         call held_row(problem, control, state, system, row, corner, defect)
+         rhs = control%increment - dl
+         if (control%method == method_displacement) rhs = control%increment - change_so_far(problem, control, start, state) - defect
+         call set_path_row(problem, system, row, corner)
+         return
+      end if
+      if (control%method == method_largest) then
+         call largest_component(control, node, component)
+         row = 0.0_wp
+         row(component, node) = 1.0_wp
+         rhs = control%increment * control%tangent(component, node) - (state%u(component, node) - start%u(component, node))
+         call set_path_row(problem, system, row, 0.0_wp)
+         return
+      end if
+      row = state%u - start%u
+      travelled = metric(problem, row, row) + load_weight(control) * dl**2
+      if (control%method == method_linearised .or. travelled <= 0.0_wp) then
+         rhs = control%increment - metric(problem, control%tangent, row) - load_weight(control) * control%tangent_load * dl
+         call held_row(problem, control, state, system, row, corner, defect)
+         call set_path_row(problem, system, row, corner)
+      else if (is_free(control%method)) then
+         rhs = 0.0_wp
+         if (control%method == method_minimum_residual) row = all_to_global(problem, system, system%tangent)
+         if (control%method == method_generalised) then
+            row = control%tangent
+            if (allocated(control%previous)) row = control%previous
+         end if
+         call set_path_row(problem, system, metric_row(problem, row), 0.0_wp)
+      else
+         call circle_row(problem, control, row, dl, system, rhs)
+      end if
+   end subroutine control_row
+
+   !> What holds a point of the path, as a row row.u + corner * load factor: the load factor, the monitor, or the plane normal to
+   !> the control's tangent.
+   subroutine held_row(problem, control, state, system, row, corner, defect)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system        !! assembled there
+      real(wp), intent(out) :: row(:, :)          !! (3, nodes) in global axes
+      real(wp), intent(out) :: corner
+      real(wp), intent(out) :: defect             !! what closes elements' own defects changes a monitor by
+      type(monitor_row_t) :: watched
+      defect = 0.0_wp
+      select case (control%method)
+      case (method_load)
+         row = 0.0_wp
+         corner = 1.0_wp
+      case (method_displacement)
+         call monitor_row(problem, state, system, control%monitor, watched)
+         row = watched%node
+         corner = watched%load
+         defect = watched%defect
+      case default
+         row = metric_row(problem, control%tangent)
+         corner = load_weight(control) * control%tangent_load
+      end select
+   end subroutine held_row
+
+   !> What the controlled monitor has changed by since the start.
+   pure real(wp) function change_so_far(problem, control, start, state) result(change)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      type(state_t), intent(in) :: start, state
+      change = watched_displacement(problem, state, control%monitor)
+      if (allocated(control%watched)) then
+         change = change - control%watched
+      else
+         change = change - watched_displacement(problem, start, control%monitor)
+      end if
+   end function change_so_far
+
+   !> The displacement that the tangent moves most.
+   pure subroutine largest_component(control, node, component)
+      type(control_t), intent(in) :: control    !! its tangent set
+      integer, intent(out) :: node, component
+      integer :: place(2)
+      place = maxloc(abs(control%tangent(1:2, :)))
+      component = place(1)
+      node = place(2)
+   end subroutine largest_component
+
+   !> The row of the cylindrical and spherical strategies: tangent plane of the circle at the root that Crisfield's quadratic
+   !> has nearer to the increment so far. Without a real root: the point of the line that is nearest to the circle.
+   subroutine circle_row(problem, control, so_far, dl, system, rhs)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      real(wp), intent(in) :: so_far(:, :), dl    !! displacements and load factor of the increment so far
+      type(system_t), intent(inout) :: system
+      real(wp), intent(out) :: rhs
+      real(wp), parameter :: grazing = 0.1_wp     !! sine of the angle between line and circle
+      real(wp) :: x(system%n), y
+      real(wp) :: a, b, c, root, discriminant, weight
+      real(wp), dimension(3, size(so_far, 2)) :: line, fixed, at
+      logical :: ok
+      ! What the residuals alone would do, the load factor held.
+      at = 0.0_wp
+      call set_path_row(problem, system, at, 1.0_wp)
+      call solve_bordered(system, -system%residual, system%value, 0.0_wp, x, y, ok)
+      weight = load_weight(control)
+      fixed = all_to_global(problem, system, x)
+      line = all_to_global(problem, system, system%tangent)
+      at = so_far + fixed
+      a = metric(problem, line, line) + weight
+      b = metric(problem, at, line) + weight * dl
+      c = metric(problem, at, at) + weight * dl**2 - control%increment**2
+      discriminant = b**2 - a * c
+      root = -b / a
+      if (discriminant > 0.0_wp) root = root + sign(sqrt(discriminant) / a, &
+         & metric(problem, so_far, line) + weight * dl)
+      if (discriminant > (grazing * control%increment)**2 * a) then
+         at = at + root * line
+         rhs = metric(problem, at, fixed + root * line) + weight * (dl + root) * root
+         call set_path_row(problem, system, metric_row(problem, at), weight * (dl + root))
+      else
+         rhs = metric(problem, line, fixed + root * line) + weight * root
+         call set_path_row(problem, system, metric_row(problem, line), weight)
+      end if
+   end subroutine circle_row
+
+   !> Row of <direction, .>.
+   pure function metric_row(problem, direction) result(row)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: direction(:, :)
+      real(wp) :: row(3, size(direction, 2))
+      integer :: i
+      do i = 1, size(row, 2)
+         row(:, i) = problem%weight(i) * [direction(1:2, i), 0.0_wp]
+      end do
+   end function metric_row
+
+   !> How far an iterate is from meeting the constraint, relative to the increment.
+   pure real(wp) function control_error(problem, control, start, state)
+      type(problem_t), intent(in) :: problem
+      type(control_t), intent(in) :: control
+      type(state_t), intent(in) :: start, state
+      real(wp), allocatable :: row(:, :)
+      real(wp) :: dl, scale, excess, extension
+      integer :: node, component
+      dl = state%load_factor - start%load_factor
+      scale = max(abs(control%increment), abs(control%whole))
+      if (.not. scale > 0.0_wp) scale = 1.0_wp
+      if (control%flat > 0) then
+         call excess_curvature(problem, state, control%flat, excess, extension)
+         control_error = abs(control%increment - excess) / scale
+         return
+      end if
+      select case (control%method)
+      case (method_load)
+         control_error = abs(control%increment - dl) / scale
+      case (method_displacement)
+         control_error = abs(control%increment - change_so_far(problem, control, start, state)) / scale
+      case default
+         row = state%u - start%u
+         if (is_free(control%method)) then
+            control_error = 0.0_wp
+         else if (control%method == method_largest) then
+            call largest_component(control, node, component)
+            control_error = abs(control%increment - row(component, node) / control%tangent(component, node)) / scale
+         else if (control%method == method_linearised) then
+            control_error = abs(control%increment - metric(problem, control%tangent, row) - &
+               & load_weight(control) * control%tangent_load * dl) / scale
+         else
+            control_error = abs(sqrt(metric(problem, row, row) + load_weight(control) * dl**2) - control%increment) / scale
+         end if
+      end select
+   end function control_error
+
+   !> How far that may be at a point of the path.
+   pure real(wp) function held_within(step)
+      type(step_t), intent(in) :: step
+      held_within = max(step%tolerance, 1.0e-9_wp)
+   end function held_within
+
+   !> Dimensionless length between two states, displacements only: the arc length that the results report.
+   pure real(wp) function path_length(problem, from, to)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      real(wp) :: u(3, size(to%u, 2))
+      u = displacement_between(problem, from, to)
+      path_length = sqrt(metric(problem, u, u))
+   end function path_length
+
+   !> Displacements from one state to another, of the material points where the nodes of the second one stand.
+   pure function displacement_between(problem, from, to) result(u)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      real(wp) :: u(3, size(to%u, 2))
+      if (problem%moves_nodes()) then
+         u = to%u - displacements_at(problem, from, to%geometry)
+      else
+         u = to%u - from%u
+      end if
+   end function displacement_between
+
+   !> Start and control of an increment as seen from the nodes of an iterate.
+   subroutine follow_nodes(problem, start, control, state, origin, seen)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: start
+      type(control_t), intent(in) :: control
+      type(state_t), intent(in) :: state
+      type(state_t), intent(inout) :: origin      !! the start: its displacements become those at the iterate's nodes
+      type(control_t), intent(inout) :: seen      !! the control: its tangents, too
+      if (allocated(control%tangent)) then
+         call see_from(problem, start, state%geometry, u=origin%u, field=control%tangent, moved=seen%tangent)
+      else
+         origin%u = displacements_at(problem, start, state%geometry)
+      end if
+      if (allocated(control%previous)) seen%previous = field_at(problem, start, control%previous, state%geometry)
+      if (control%method == method_displacement) seen%watched = watched_displacement(problem, start, control%monitor)
+   end subroutine follow_nodes
+end module path_control

@@ -1,0 +1,95 @@
+!> A state of the path between others around it, and its tangent, by a cubic: where Newton's method has no use for its last
+!> correction, as at a bifurcation, or no solution to find, as where a point contact is as curved as its obstacle.
+module path_samples
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use state_transfer, only: displacements_at
+   use path_control, only: metric
+   use path_continuity, only: path_tangent_t, blend_geometry
+   implicit none
+   private
+   public :: state_between, lagrange, zero_of_cubic, n_samples
+
+   integer, parameter :: n_samples = 4           !! of a cubic
+
+contains
+
+   !> State and tangent of length 1 by the cubic through the samples.
+   subroutine state_between(problem, sample, at, x, place, heading)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: sample(n_samples)
+      real(wp), intent(in) :: at(n_samples)      !! where they are along the path
+      real(wp), intent(in) :: x                  !! where the place is
+      type(state_t), intent(out) :: place
+      type(path_tangent_t), intent(out) :: heading
+      real(wp) :: w(n_samples), d(n_samples), norm
+      integer :: i
+      call lagrange(at, x, w, d)
+      place = sample(1)
+      place%u = 0.0_wp
+      place%z = 0.0_wp
+      place%reaction = 0.0_wp
+      place%load_factor = 0.0_wp
+      do i = 1, n_samples
+         place%u = place%u + w(i) * sample(i)%u
+         place%z = place%z + w(i) * sample(i)%z
+         place%reaction = place%reaction + w(i) * sample(i)%reaction
+         place%load_factor = place%load_factor + w(i) * sample(i)%load_factor
+         heading%load = heading%load + d(i) * sample(i)%load_factor
+      end do
+      if (problem%moves_nodes()) call blend_geometry(problem, sample, w, place)
+      heading%u = 0.0_wp * place%u
+      do i = 1, n_samples
+         if (problem%moves_nodes()) then
+            heading%u = heading%u + d(i) * displacements_at(problem, sample(i), place%geometry)
+         else
+            heading%u = heading%u + d(i) * sample(i)%u
+         end if
+      end do
+      norm = sqrt(metric(problem, heading%u, heading%u))
+      if (.not. norm > 0.0_wp) return
+      heading%u = heading%u / norm
+      heading%load = heading%load / norm
+   end subroutine state_between
+
+   !> Weights of the polynomial through samples, for its value and its derivative.
+   pure subroutine lagrange(at, x, value, derivative)
+      real(wp), intent(in) :: at(:), x
+      real(wp), intent(out) :: value(:), derivative(:)
+      real(wp) :: product
+      integer :: i, j, k
+      do i = 1, size(at)
+         value(i) = 1.0_wp
+         derivative(i) = 0.0_wp
+         do j = 1, size(at)
+            if (j == i) cycle
+            value(i) = value(i) * (x - at(j)) / (at(i) - at(j))
+            product = 1.0_wp / (at(i) - at(j))
+            do k = 1, size(at)
+               if (k /= i .and. k /= j) product = product * (x - at(k)) / (at(i) - at(k))
+            end do
+            derivative(i) = derivative(i) + product
+         end do
+      end do
+   end subroutine lagrange
+
+   !> Zero of the cubic through four samples that is next to their middle, by Newton's method.
+   pure real(wp) function zero_of_cubic(at, mu) result(x)
+      real(wp), intent(in) :: at(n_samples), mu(n_samples)
+      real(wp) :: value(n_samples), derivative(n_samples), slope, shift, reach
+      integer :: iteration
+      reach = at(n_samples) - at(1)
+      x = 0.5_wp * (at(1) + at(n_samples))
+      do iteration = 1, 20
+         call lagrange(at, x, value, derivative)
+         slope = dot_product(derivative, mu)
+         if (.not. abs(slope) > 0.0_wp) return
+         shift = -dot_product(value, mu) / slope
+         ! No extrapolation worth the name.
+         shift = min(max(shift, -reach), reach)
+         x = x + shift
+         if (abs(shift) <= epsilon(x) * max(abs(x), reach)) return
+      end do
+   end function zero_of_cubic
+end module path_samples

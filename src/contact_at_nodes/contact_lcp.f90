@@ -1,0 +1,233 @@
+!> The LCP of the candidates in doubt about the present contact set, a principal pivotal transform of the textbook LCP (17)-(18)
+!> of the paper. Complementary variables of a candidate:
+!>
+!>   open now:   z = reaction r,            w = opening b = gap + r/k
+!>   active now: z = opening b = gap + r/k, w = reaction r          (1/k = 0 for rigid obstacles)
+!>
+!> Every column is one of the bordered system, so that the load factor takes part: nothing is singular at limit points, nor
+!> where the structure is held by contact alone.
+module contact_lcp
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t, contact_reaction, turn_pair
+   use tied_nodes, only: spread_force
+   use bordered_system, only: solve_bordered
+   use active_coupling, only: coupled_answer, add_forces
+   use contact_response, only: predict_contact, gap_change, reaction_change
+   use lemke, only: solve_lcp, outcome_name, lcp_solved
+   use lcp_check, only: lcp_error
+   use timing, only: count_up, counter_lcp, counter_lcp_pivots, counter_lcp_failed
+   implicit none
+   private
+   public :: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_answer
+
+   real(wp), parameter :: lcp_tolerance = 1.0e-10_wp      !! accepted componentwise error of an LCP's answer
+
+   !> w = q + M z of n candidates, and the columns of the bordered system behind M: responses to a unit of each z.
+   type :: contact_lcp_t
+      integer, allocatable :: candidate(:)      !! (n) in doubt, in the order in which they came to be
+      real(wp), allocatable :: x(:, :), y(:)    !! (unknowns, n), (n) increments of the unknowns and the load factor
+      real(wp), allocatable :: force(:, :)      !! (unknowns, n) forces on the nodes that go with them
+      real(wp), allocatable :: m(:, :)          !! (n, n)
+      real(wp), allocatable :: z(:), w(:)       !! the last answer
+   end type contact_lcp_t
+
+contains
+
+   !> An LCP without candidates.
+   pure function new_contact_lcp(unknowns) result(lcp)
+      integer, intent(in) :: unknowns
+      type(contact_lcp_t) :: lcp
+      allocate (lcp%candidate(0), lcp%x(unknowns, 0), lcp%y(0), lcp%force(unknowns, 0), lcp%m(0, 0), lcp%z(0), lcp%w(0))
+   end function new_contact_lcp
+
+   !> Rows and columns of further candidates.
+   subroutine add_candidates(problem, state, system, more, lcp, ok)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system     !! assembled and factored at `state`
+      integer, intent(in) :: more(:)           !! candidates
+      type(contact_lcp_t), intent(inout) :: lcp
+      logical, intent(out) :: ok               !! false: the bordered system is singular
+      real(wp) :: gap(problem%candidates%n), reaction(problem%candidates%n)
+      integer :: old, n, i, k
+
+      old = size(lcp%candidate)
+      n = old + size(more)
+      lcp%candidate = [lcp%candidate, more]
+      lcp%y = [lcp%y, spread(0.0_wp, 1, size(more))]
+      call grow(lcp%x, system%n, n)
+      call grow(lcp%force, system%n, n)
+      call grow(lcp%m, n, n)
+      ok = .true.
+      do k = old + 1, n
+         call solve_column(problem, state, system, lcp%candidate(k), lcp%x(:, k), lcp%y(k), lcp%force(:, k), ok)
+         if (.not. ok) return
+      end do
+      do k = 1, n
+         associate (candidate => lcp%candidate(k))
+            if (problem%coupling%n > 0) call answer_of_column(problem, system, candidate, lcp%x(:, k), lcp%y(k), gap, reaction)
+            do i = merge(old + 1, 1, k <= old), n
+               lcp%m(i, k) = response(lcp%candidate(i), lcp%x(:, k), lcp%y(k), lcp%force(:, k))
+            end do
+            ! Compliance of the foundation, or its stiffness seen from an opening.
+            if (k <= old .or. .not. system%soft(candidate) .or. problem%coupling%entry(candidate) > 0) cycle
+            if (state%active(candidate)) then
+               lcp%m(k, k) = lcp%m(k, k) + system%spring(candidate)
+            else
+               lcp%m(k, k) = lcp%m(k, k) + 1.0_wp / system%spring(candidate)
+            end if
+         end associate
+      end do
+
+   contains
+
+      !> Response of a candidate's w to a column.
+      real(wp) function response(candidate, x, y, force)
+         integer, intent(in) :: candidate
+         real(wp), intent(in) :: x(:), y, force(:)
+         if (problem%coupling%entry(candidate) > 0) then
+            response = merge(reaction(candidate), gap(candidate), state%active(candidate))
+         else if (state%active(candidate) .and. system%unknown(candidate) > 0) then
+            response = reaction_change(system, candidate, x, y) - contact_reaction(system, candidate, force)
+         else
+            response = gap_change(problem, system, candidate, x, y)
+            if (state%active(candidate)) response = -system%spring(candidate) * response
+         end if
+      end function response
+   end subroutine add_candidates
+
+   !> z and w for the gaps and reactions that the increment has without a change of contact.
+   subroutine solve_contact_lcp(state, gap, reaction, lcp, pivots, message)
+      type(state_t), intent(in) :: state
+      real(wp), intent(in) :: gap(:), reaction(:)       !! (candidates)
+      type(contact_lcp_t), intent(inout) :: lcp
+      integer, intent(out) :: pivots
+      character(:), allocatable, intent(out) :: message !! allocated: no answer, or one that the independent check refuses
+      real(wp), allocatable :: q(:)
+      integer :: outcome
+      q = merge(reaction(lcp%candidate), gap(lcp%candidate), state%active(lcp%candidate))
+      deallocate (lcp%z, lcp%w)
+      allocate (lcp%z(size(q)), lcp%w(size(q)))
+      call solve_lcp(lcp%m, q, lcp%z, lcp%w, outcome, pivots)
+      call count_up(counter_lcp)
+      call count_up(counter_lcp_pivots, pivots)
+      if (outcome /= lcp_solved) then
+         message = 'no contact state meets the increment (Lemke: '//outcome_name(outcome)//')'
+      else if (lcp_error(lcp%m, q, lcp%z) > lcp_tolerance) then
+         message = 'the answer of the contact LCP failed the independent check'
+      end if
+      if (allocated(message)) call count_up(counter_lcp_failed)
+   end subroutine solve_contact_lcp
+
+   !> Adds the columns of the answer to an increment; gaps and reactions of all candidates after it.
+   subroutine add_answer(problem, state, system, lcp, x, y, gap, reaction)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      type(contact_lcp_t), intent(in) :: lcp
+      real(wp), intent(inout) :: x(:), y
+      real(wp), intent(inout) :: gap(:), reaction(:)   !! (candidates)
+      real(wp) :: force(system%n), given(problem%candidates%n)
+      integer :: k
+      force = 0.0_wp
+      do k = 1, size(lcp%candidate)
+         if (.not. lcp%z(k) > 0.0_wp) cycle
+         x = x + lcp%z(k) * lcp%x(:, k)
+         y = y + lcp%z(k) * lcp%y(k)
+         force = force + lcp%z(k) * lcp%force(:, k)
+      end do
+      given = 0.0_wp
+      given(lcp%candidate) = lcp%z
+      call predict_contact(problem, system, x, y, state%active, given, force, gap, reaction)
+   end subroutine add_answer
+
+   !> Response to a unit reaction of an open candidate, or to a unit opening of an active one.
+   subroutine solve_column(problem, state, system, candidate, x, y, force, ok)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate
+      real(wp), intent(inout) :: x(:)
+      real(wp), intent(out) :: y               !! its increment of the load factor
+      real(wp), intent(out) :: force(:)        !! on the nodes, that goes with it
+      logical, intent(out) :: ok
+      real(wp) :: prescribed(system%n)
+      integer :: d
+      force = 0.0_wp
+      prescribed = 0.0_wp
+      if (state%active(candidate) .and. system%unknown(candidate) > 0) then
+         prescribed(system%unknown(candidate)) = 1.0_wp / system%slope(candidate)
+         d = system%partner(candidate)
+         ! The node moves along the other obstacle of its corner.
+         if (d > 0) prescribed(system%unknown(d)) = -prescribed(system%unknown(candidate)) * &
+            & dot_product(system%normal(:, candidate), system%normal(:, d)) / system%slope(d)
+      else
+         if (problem%coupling%entry(candidate) > 0) call add_coupled_load(problem, system, candidate, force)
+         if (problem%coupling%entry(candidate) == 0 .or. .not. state%active(candidate)) then
+            call spread_force(problem, system%tie_block, problem%candidates%node(candidate), [own_force(), 0.0_wp], force)
+         end if
+      end if
+      call solve_bordered(system, force, prescribed, 0.0_wp, x, y, ok)
+
+   contains
+
+      !> In node axes: of a unit of reaction, or of a unit of opening.
+      function own_force() result(pair)
+         real(wp) :: pair(2)
+         pair = system%normal(:, candidate)
+         associate (node => problem%candidates%node(candidate))
+            if (system%turned(node)) call turn_pair(system%axis(:, node), pair)
+         end associate
+         if (state%active(candidate)) pair = pair * system%spring(candidate)
+      end function own_force
+   end subroutine solve_column
+
+   !> Openings and reactions of the candidates that couple, in a column; of the others nothing is set.
+   subroutine answer_of_column(problem, system, candidate, x, y, gap, reaction)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate         !! whose column it is
+      real(wp), intent(in) :: x(:), y
+      real(wp), intent(inout) :: gap(:), reaction(:)
+      integer :: j
+      do j = 1, problem%coupling%n
+         associate (coupled => problem%coupling%candidate(j))
+            gap(coupled) = gap_change(problem, system, coupled, x, y)
+         end associate
+      end do
+      call coupled_answer(problem%coupling, system%coupling, unit(problem, candidate), gap, reaction)
+   end subroutine answer_of_column
+
+   !> Forces on a node and its neighbours on the ground by a unit of a candidate's own variable, the nodes held.
+   subroutine add_coupled_load(problem, system, candidate, force)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate
+      real(wp), intent(inout) :: force(:)
+      real(wp) :: opening(problem%candidates%n), push(problem%candidates%n)
+      opening = 0.0_wp
+      call coupled_answer(problem%coupling, system%coupling, unit(problem, candidate), opening, push)
+      call add_forces(system%coupling, push(system%coupling%candidate), force)
+   end subroutine add_coupled_load
+
+   !> 1 for one candidate, 0 for the others.
+   pure function unit(problem, candidate)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      real(wp) :: unit(problem%candidates%n)
+      unit = 0.0_wp
+      unit(candidate) = 1.0_wp
+   end function unit
+
+   !> Makes room for more rows and columns.
+   pure subroutine grow(a, rows, columns)
+      real(wp), allocatable, intent(inout) :: a(:, :)
+      integer, intent(in) :: rows, columns
+      real(wp), allocatable :: b(:, :)
+      allocate (b(rows, columns))
+      b(:size(a, 1), :size(a, 2)) = a
+      call move_alloc(b, a)
+   end subroutine grow
+end module contact_lcp

@@ -1,0 +1,276 @@
+!> One Newton step with unilateral contact: the linearised equations about the present contact set, and an LCP for the
+!> candidates in doubt only. A candidate enters when its sign is violated, or a neighbour's is; the set grows until nothing
+!> outside it is violated.
+module contact_set
+   use kinds, only: wp
+   use problem, only: problem_t, dof
+   use rod_state, only: state_t, parallel
+   use linear_system, only: system_t
+   use bordered_system, only: solve_bordered
+   use contact_response, only: predict_contact
+   use contact_lcp, only: contact_lcp_t, new_contact_lcp, add_candidates, solve_contact_lcp, add_answer
+   use timing, only: timing_start, timing_stop, count_up, phase_contact, counter_set_changes
+   implicit none
+   private
+   public :: contact_step_t, solve_contact_step, gap_tolerance, overlap_allowed
+
+   real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! of the structure's size
+   real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! of the force scale
+   integer, parameter :: largest_lcp = 400                !! more candidates in doubt are flipped without an LCP
+   integer, parameter :: max_rounds = 20
+   character(*), parameter :: singular_border = 'the bordered system is singular: the structure cannot follow what the '// &
+      & 'increment prescribes; another METHOD may (SPHERICAL)'
+
+   !> A solved increment and the contact set it leads to.
+   type :: contact_step_t
+      real(wp), allocatable :: x(:)          !! (n) nodal increments, node axes
+      real(wp) :: y = 0.0_wp                 !! increment of the load factor
+      logical, allocatable :: active(:)      !! (candidates)
+      real(wp), allocatable :: reaction(:)   !! (candidates) predicted
+      logical :: flipped = .false.           !! the set was changed without a step: linearise again
+      integer :: lcp_size = 0, lcp_pivots = 0
+      logical :: ok = .false.
+      character(:), allocatable :: message   !! why not ok
+   end type contact_step_t
+
+contains
+
+   !> Solves for the increment that closes the residual and meets the path constraint and the contact conditions.
+   !> With `frozen` the contact set is kept whatever the signs say (the paper's equilibrium iterations).
+   subroutine solve_contact_step(problem, state, system, path_rhs, frozen, result)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system     !! assembled and factored at `state`, path row set
+      real(wp), intent(in) :: path_rhs
+      logical, intent(in) :: frozen
+      type(contact_step_t), intent(inout) :: result
+      real(wp) :: gap(problem%candidates%n), reaction(problem%candidates%n), none(problem%candidates%n)
+
+      if (allocated(result%x)) deallocate (result%x)
+      allocate (result%x(system%n))
+      result%active = state%active
+      result%reaction = state%reaction
+      result%flipped = .false.
+      result%lcp_size = 0
+      result%lcp_pivots = 0
+      call solve_bordered(system, -system%residual, system%value, path_rhs, result%x, result%y, result%ok)
+      if (.not. result%ok) then
+         result%message = singular_border
+         return
+      end if
+      if (problem%candidates%n == 0) return
+      call timing_start(phase_contact)
+      none = 0.0_wp
+      call predict_contact(problem, system, result%x, result%y, state%active, none, 0.0_wp * result%x, gap, reaction)
+      if (frozen) then
+         result%reaction = merge(reaction, 0.0_wp, state%active)
+      else
+         call complement(problem, state, system, gap, reaction, result)
+      end if
+      call timing_stop(phase_contact)
+   end subroutine solve_contact_step
+
+   !> Finds the contact set that the prediction is consistent with.
+   subroutine complement(problem, state, system, gap, reaction, result)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      real(wp), intent(inout) :: gap(:), reaction(:)  !! (candidates) predicted; those of the answer on return
+      type(contact_step_t), intent(inout) :: result
+      type(contact_lcp_t) :: lcp
+      integer, allocatable :: more(:)
+      logical :: in_doubt(problem%candidates%n), wrong(problem%candidates%n)
+      real(wp) :: gap_0(problem%candidates%n), reaction_0(problem%candidates%n), x(system%n), y
+      integer :: round, pivots
+
+      lcp = new_contact_lcp(system%n)
+      in_doubt = .false.
+      gap_0 = gap
+      reaction_0 = reaction
+      y = result%y
+      rounds: do round = 1, max_rounds
+         wrong = violated(problem, state, system, y, gap, reaction) .and. .not. in_doubt
+         if (.not. any(wrong)) exit rounds
+         if (round == 1 .and. count(wrong) > largest_lcp) then
+            call flip()
+            return
+         end if
+         more = next_in_doubt(problem, system, wrong, in_doubt, round)
+         if (size(more) == 0) exit rounds
+         if (count(in_doubt) + size(more) > 2 * largest_lcp) then
+            if (problem%coupling%n > 0) call flip()
+            if (problem%coupling%n == 0) call fail_with('the contact set changes at too many candidates at once')
+            return
+         end if
+         in_doubt(more) = .true.
+         call add_candidates(problem, state, system, more, lcp, result%ok)
+         if (.not. result%ok) then
+            call fail_with(singular_border)
+            return
+         end if
+         call solve_contact_lcp(state, gap_0, reaction_0, lcp, pivots, result%message)
+         result%lcp_size = max(result%lcp_size, size(lcp%candidate))
+         result%lcp_pivots = result%lcp_pivots + pivots
+         result%ok = .not. allocated(result%message)
+         if (.not. result%ok) return
+         x = result%x
+         y = result%y
+         call add_answer(problem, state, system, lcp, x, y, gap, reaction)
+         if (round == max_rounds) then
+            call fail_with('the contact set did not settle')
+            return
+         end if
+      end do rounds
+
+      result%reaction = merge(reaction, 0.0_wp, state%active)
+      if (size(lcp%candidate) == 0) return
+      associate (doubt => lcp%candidate)
+         result%active(doubt) = state%active(doubt) .neqv. lcp%z > 0.0_wp
+         result%reaction(doubt) = merge(merge(lcp%w, 0.0_wp, result%active(doubt)), lcp%z, state%active(doubt))
+         call hold_once(problem, system, doubt, result)
+      end associate
+      result%x = x
+      result%y = y
+      if (any(result%active .neqv. state%active)) call count_up(counter_set_changes)
+
+   contains
+
+      !> Too many for an LCP: what the last one says of those that were in doubt then, the others by their signs; the next
+      !> linearisation tells more.
+      subroutine flip()
+         result%active = state%active .neqv. wrong
+         result%active(lcp%candidate) = state%active(lcp%candidate) .neqv. lcp%z > 0.0_wp
+         where (.not. result%active) result%reaction = 0.0_wp
+         result%flipped = .true.
+         call count_up(counter_set_changes)
+      end subroutine flip
+
+      !> There is no answer.
+      subroutine fail_with(message)
+         character(*), intent(in) :: message
+         result%ok = .false.
+         result%message = message
+      end subroutine fail_with
+   end subroutine complement
+
+   !> Two rigid obstacles cannot hold one node along one line: the one that does not push is let go, though it touches.
+   subroutine hold_once(problem, system, doubt, result)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: doubt(:)          !! candidates that the LCP has decided about
+      type(contact_step_t), intent(inout) :: result
+      integer :: i, j
+      do i = 1, size(doubt)
+         if (.not. held(doubt(i))) cycle
+         do j = 1, size(doubt)
+            if (i == j .or. .not. held(doubt(j))) cycle
+            if (problem%candidates%node(doubt(i)) /= problem%candidates%node(doubt(j))) cycle
+            associate (a => system%normal(:, doubt(i)), b => system%normal(:, doubt(j)))
+               if (abs(a(1) * b(2) - a(2) * b(1)) >= parallel) cycle
+            end associate
+            if (result%reaction(doubt(i)) < result%reaction(doubt(j))) result%active(doubt(i)) = .false.
+         end do
+      end do
+      where (.not. result%active) result%reaction = 0.0_wp
+
+   contains
+
+      !> True for a rigid contact of the answer.
+      pure logical function held(c)
+         integer, intent(in) :: c
+         held = result%active(c) .and. .not. system%soft(c)
+      end function held
+   end subroutine hold_once
+
+   !> Candidates whose predicted gap or reaction has the wrong sign; bilateral ones have none. A reaction's sign is known to the
+   !> rounding of what acts, which at the start of a path is the increment of the loads.
+   function violated(problem, state, system, rise, gap, reaction) result(wrong)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: rise             !! of the load factor
+      real(wp), intent(in) :: gap(:), reaction(:)
+      logical, allocatable :: wrong(:)
+      real(wp) :: scale
+      integer :: c
+      scale = max(system%force_scale, maxval(abs(reaction)), abs(rise) * largest_force(problem, system%load))
+      wrong = merge(reaction < -reaction_tolerance * scale, gap < -[(overlap_allowed(problem, system, c), &
+         & c=1, problem%candidates%n)], state%active) .and. .not. problem%candidates%bilateral
+   end function violated
+
+   !> The largest component of what the loads do to a node, per unit of the load factor.
+   pure real(wp) function largest_force(problem, load) result(largest)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: load(:)          !! (unknowns)
+      integer :: node, i
+      largest = 0.0_wp
+      do node = 1, problem%model%mesh%n_nodes
+         do i = 1, 2
+            largest = max(largest, abs(load(dof(problem, node, i))))
+         end do
+      end do
+   end function largest_force
+
+   !> Candidates that come into doubt by those whose signs are wrong.
+   function next_in_doubt(problem, system, wrong, in_doubt, round) result(more)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      logical, intent(in) :: wrong(:), in_doubt(:) !! (candidates)
+      integer, intent(in) :: round
+      integer, allocatable :: more(:)
+      logical :: may(problem%candidates%n), wrong_at(problem%model%mesh%n_nodes)
+      integer :: c
+      wrong_at = .false.
+      do c = 1, size(wrong)
+         if (wrong(c)) wrong_at(problem%candidates%node(c)) = .true.
+      end do
+      ! Two obstacles of one node may hand it over to each other.
+      may = (with_neighbours(problem, wrong, round) .or. wrong_at(problem%candidates%node)) .and. .not. in_doubt
+      do c = 1, size(may)
+         if (.not. can_act(system, c) .or. problem%candidates%bilateral(c)) may(c) = .false.
+         ! On a level stretch of its law a reaction does not change: it can only open from the first segment.
+         if (system%soft(c) .and. .not. system%spring(c) > 0.0_wp) may(c) = .false.
+      end do
+      more = pack([(c, c=1, size(may))], may)
+   end function next_in_doubt
+
+   !> Candidates and their neighbours; where a ground couples them a change goes far, and further ones from round to round.
+   function with_neighbours(problem, chosen, round) result(near)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: chosen(:)         !! (candidates)
+      integer, intent(in) :: round
+      logical, allocatable :: near(:), before(:)
+      integer :: c, i, k, step
+      near = chosen
+      do step = 1, 2**(round - 1)
+         before = near
+         do c = 1, problem%candidates%n
+            if (.not. before(c) .or. (step > 1 .and. problem%coupling%entry(c) == 0)) cycle
+            do i = 1, 2
+               k = problem%candidates%neighbour(i, c)
+               if (k > 0) near(k) = .true.
+            end do
+         end do
+         if (problem%coupling%n == 0 .or. all(near .eqv. before)) exit
+      end do
+   end function with_neighbours
+
+   !> How far behind its obstacle an open candidate may be: on a foundation no further than what its reaction there, and the
+   !> rounding of gaps, tell from nothing.
+   pure real(wp) function overlap_allowed(problem, system, candidate) result(overlap)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate
+      overlap = gap_tolerance * problem%size
+      if (.not. system%soft(candidate) .or. problem%coupling%entry(candidate) > 0) return
+      overlap = min(overlap, max(reaction_tolerance * system%force_scale / max(system%spring(candidate), tiny(overlap)), &
+         & system%gap_error))
+   end function overlap_allowed
+
+   !> A support may take all that an obstacle could push (see may_react).
+   pure logical function can_act(system, candidate)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate
+      can_act = abs(system%slope(candidate)) > 0.0_wp
+   end function can_act
+end module contact_set

@@ -1,0 +1,240 @@
+!> Where the kinks of foundations lie along the stretches of the rods, whatever mesh they were found on, and the marks that a mesh
+!> with nodes there gets.
+module ground_cuts
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use ground_mark, only: cut_t, mark_t
+   use ground_segments, only: has_kinks, element_cuts, crosses_at, segment_at
+   use ground_marks, only: is_live
+   use remeshed_model, only: division_t
+   use mesh_density, only: mesh_density_t, between, equal_shares
+   use force_law, only: segment_unknown
+   implicit none
+   private
+   public :: find_cuts, inner_cuts, marked, add_marks, graded
+
+   real(wp), parameter :: shortest = 1.0e-6_wp !! span between two cuts, over the size: shorter ones stay inside elements
+   !> The same between two cuts at one level, over the length of a layer beside it, and what lies between a cut and a breakpoint.
+   !> Such a span comes and goes by the root of the load, or goes on beyond the breakpoint, where no mark can follow; what elements
+   !> that find out for themselves miss of its forces is the third power of this.
+   real(wp), parameter :: shortest_of_layer = 0.1_wp
+   real(wp), parameter :: here = 1.0e-12_wp    !! of the size: one and the same place
+
+contains
+
+   !> All kinks of a converged state, in order along each stretch.
+   function find_cuts(problem, state) result(cut)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(cut_t), allocatable :: cut(:)
+      real(wp), allocatable :: tau(:), level(:)
+      integer :: c, e, m, j, n
+      allocate (cut(0))
+      do m = 1, size(problem%mark)
+         if (.not. is_live(problem, state, m)) then
+            ! Elements beside it have found out for themselves.
+            if (.not. crosses_at(problem, state, m)) cycle
+         end if
+         c = problem%mark(m)%candidate(2)
+         e = problem%ground%chain%element(2, c)
+         call add(c, e, state%geometry%element(e)%s(1), problem%mark(m)%level)
+      end do
+      do c = 1, problem%ground%chain%n
+         if (state%segment(c) /= segment_unknown .or. .not. has_kinks(problem, c)) cycle
+         e = problem%ground%chain%element(2, c)
+         if (.not. problem%layout%stretch(problem%stretch(e))%free) cycle
+         call element_cuts(problem, state, c, n, tau, level)
+         associate (s => state%geometry%element(e)%s)
+            do j = 1, n
+               call add(c, e, s(1) + tau(j) * (s(2) - s(1)), level(j))
+            end do
+         end associate
+      end do
+      call sort(cut)
+      call add_layers(problem, state, cut)
+      call thin(problem, cut)
+      call add_layers(problem, state, cut)
+
+   contains
+
+      subroutine add(candidate, e, s, at_level)
+         integer, intent(in) :: candidate, e
+         real(wp), intent(in) :: s, at_level
+         cut = [cut, cut_t(stretch=problem%stretch(e), contact=problem%ground%chain%contact(candidate), &
+            & at=s + problem%origin(e), level=at_level)]
+      end subroutine add
+   end function find_cuts
+
+   !> True where the mesh has marks at all kinks, and no others.
+   logical function marked(problem, state, cut)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(cut_t), intent(in) :: cut(:)              !! of this state
+      integer :: m
+      marked = inner_cuts(cut) == size(problem%mark)
+      do m = 1, size(problem%mark)
+         marked = marked .and. is_live(problem, state, m)
+      end do
+   end function marked
+
+   !> How many of them can have marks.
+   pure integer function inner_cuts(cut)
+      type(cut_t), intent(in) :: cut(:)
+      inner_cuts = count(.not. cut%at_end)
+   end function inner_cuts
+
+   !> Orders cuts along the stretches.
+   pure subroutine sort(cut)
+      type(cut_t), intent(inout) :: cut(:)
+      type(cut_t) :: next
+      integer :: i, j
+      do i = 2, size(cut)
+         next = cut(i)
+         do j = i - 1, 1, -1
+            if (cut(j)%stretch < next%stretch .or. (cut(j)%stretch == next%stretch .and. cut(j)%at <= next%at)) exit
+            cut(j + 1) = cut(j)
+         end do
+         cut(j + 1) = next
+      end do
+   end subroutine sort
+
+   !> Leaves out what no element has room between, and waves of polynomials with the same on both sides; what lies next to a
+   !> breakpoint goes there.
+   subroutine thin(problem, cut)
+      type(problem_t), intent(in) :: problem
+      type(cut_t), allocatable, intent(inout) :: cut(:)
+      logical, allocatable :: kept(:)
+      real(wp) :: beside, apart
+      integer :: i
+      cut = pack(cut, cut%segment(1) /= cut%segment(2))
+      allocate (kept(size(cut)), source=.true.)
+      do i = 1, size(cut)
+         associate (length => problem%layout%stretch(cut(i)%stretch)%length)
+            beside = max(shortest * problem%size, shortest_of_layer * maxval(cut(i)%layer))
+            cut(i)%at_end = min(cut(i)%at, length - cut(i)%at) <= beside
+            if (cut(i)%at_end) cut(i)%at = merge(0.0_wp, length, cut(i)%at < 0.5_wp * length)
+            if (i == 1) cycle
+            if (cut(i - 1)%stretch /= cut(i)%stretch) cycle
+            apart = shortest * problem%size
+            if (cut(i - 1)%contact == cut(i)%contact .and. .not. abs(cut(i - 1)%level - cut(i)%level) > 0.0_wp) &
+               & apart = max(apart, shortest_of_layer * max(maxval(cut(i - 1)%layer), maxval(cut(i)%layer)))
+            if (cut(i)%at - cut(i - 1)%at <= apart) kept(i - 1:i) = .false.
+         end associate
+      end do
+      cut = pack(cut, kept)
+   end subroutine thin
+
+   !> The lengths over which foundations bend the rod beside each cut, from the gaps half way to the next ones.
+   subroutine add_layers(problem, state, cut)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(cut_t), intent(inout) :: cut(:)
+      real(wp) :: ends(2), stiffness
+      integer :: i, j, side
+      do i = 1, size(cut)
+         ends = [0.0_wp, problem%layout%stretch(cut(i)%stretch)%length]
+         do j = 1, size(cut)
+            if (cut(j)%stretch /= cut(i)%stretch .or. cut(j)%contact /= cut(i)%contact) cycle
+            if (cut(j)%at < cut(i)%at) ends(1) = max(ends(1), cut(j)%at)
+            if (cut(j)%at > cut(i)%at) ends(2) = min(ends(2), cut(j)%at)
+         end do
+         do side = 1, 2
+            call segment_at(problem, state, cut(i)%stretch, cut(i)%contact, 0.5_wp * (cut(i)%at + ends(side)), &
+               & cut(i)%segment(side), stiffness)
+            cut(i)%layer(side) = 0.0_wp
+            associate (first => problem%layout%stretch(cut(i)%stretch)%element(1), deck => problem%deck)
+               if (stiffness > 0.0_wp) cut(i)%layer(side) = (deck%section(deck%mesh%section(first))%ei / stiffness)**0.25_wp
+            end associate
+         end do
+      end do
+   end subroutine add_layers
+
+   !> Marks at the nodes where the cuts are.
+   subroutine add_marks(problem, cut, division)
+      type(problem_t), intent(inout) :: problem
+      type(cut_t), intent(in) :: cut(:)
+      type(division_t), intent(in) :: division(:)    !! (stretches) that of its mesh
+      type(mark_t) :: mark
+      integer :: i, j, k, e, side
+      deallocate (problem%mark)
+      allocate (problem%mark(0))
+      do i = 1, size(cut)
+         if (cut(i)%at_end) cycle
+         associate (at => division(cut(i)%stretch)%at, first => problem%element_first(cut(i)%stretch))
+            j = minloc(abs(at - cut(i)%at), 1)
+            if (j == 1 .or. j == size(at)) cycle
+            if (abs(at(j) - cut(i)%at) > here * problem%size) cycle
+            mark%node = problem%model%mesh%node(1, first + j - 1)
+            mark%level = cut(i)%level
+            mark%segment = cut(i)%segment
+            do side = 1, 2
+               e = first + j - 3 + side
+               mark%candidate(side) = 0
+               do k = problem%ground%first(e), problem%ground%first(e + 1) - 1
+                  if (problem%ground%chain%contact(problem%ground%candidate(k)) == cut(i)%contact) &
+                     & mark%candidate(side) = problem%ground%candidate(k)
+               end do
+            end do
+            if (all(mark%candidate > 0)) problem%mark = [problem%mark, mark]
+         end associate
+      end do
+      problem%ground%tabled = size(problem%mark) == 0
+   end subroutine add_marks
+
+   !> Coordinates of nodes between two places, n elements of equal shares of a demand where nothing asks for shorter ones. Beside an
+   !> end with a layer of length l, in which all falls as exp(-x / (sqrt(2) l)), an element of s stages errs by its length to the
+   !> power 2 s + 1 times that: with a first length l the lengths that err alike grow as exp(x / ((2 s + 1) sqrt(2) l)).
+   pure function graded(demand, from, to, n, layer, stages) result(at)
+      type(mesh_density_t), intent(in) :: demand
+      real(wp), intent(in) :: from, to
+      integer, intent(in) :: n, stages
+      real(wp), intent(in) :: layer(2)               !! at both ends, 0: none
+      real(wp), allocatable :: at(:)                 !! both ends among them
+      real(wp), allocatable :: first(:), last(:), inner(:)
+      real(wp) :: whole
+      integer :: i, middle
+      whole = between(demand, from, to)
+      first = from + side(layer(1), 1.0_wp, from)
+      last = to - side(layer(2), -1.0_wp, to)
+      associate (a => first(size(first)), b => last(size(last)))
+         middle = max(1, ceiling(n * between(demand, a, b) / whole - 0.01_wp), &
+            & ceiling(wanted(layer(1), a - from, b - from) + wanted(layer(2), to - b, to - a) - 0.01_wp))
+         inner = equal_shares(demand, a, b, middle)
+      end associate
+      at = [first, inner(2:middle), [(last(i), i=size(last), 1, -1)]]
+
+   contains
+
+      !> Distances from an end with a layer, 0 first, as long as elements are shorter than all others, up to the middle.
+      pure function side(l, sense, end) result(x)
+         real(wp), intent(in) :: l, sense, end
+         real(wp), allocatable :: x(:)
+         real(wp) :: h, now
+         x = [0.0_wp]
+         if (.not. l > 0.0_wp) return
+         now = 0.0_wp
+         do
+            h = l * exp(now / grown(l))
+            if (now + 1.5_wp * h > 0.5_wp * (to - from)) exit
+            if (n * between(demand, min(end + sense * now, end + sense * (now + h)), max(end + sense * now, &
+               & end + sense * (now + h))) >= whole) exit
+            now = now + h
+            x = [x, now]
+         end do
+      end function side
+
+      !> How many elements of these lengths lie between two distances from an end with a layer.
+      pure real(wp) function wanted(l, near, far)
+         real(wp), intent(in) :: l, near, far
+         wanted = 0.0_wp
+         if (l > 0.0_wp) wanted = grown(l) / l * (exp(-near / grown(l)) - exp(-far / grown(l)))
+      end function wanted
+
+      !> The distance over which these lengths grow by e.
+      pure real(wp) function grown(l)
+         real(wp), intent(in) :: l
+         grown = (2 * stages + 1) * sqrt(2.0_wp) * l
+      end function grown
+   end function graded
+end module ground_cuts

@@ -1,0 +1,89 @@
+!> One increment: predictor and Newton iterations from a converged point to the next one, contact included.
+module corrector
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use bordered_system, only: linearise
+   use path_control, only: control_t, control_row, follow_nodes
+   use contact_set, only: contact_step_t
+   use increment_report, only: increment_t
+   use converged_state, only: contact_holds
+   use newton_iteration, only: iterate, solve_step, move
+   implicit none
+   private
+   public :: increment_t, take_increment, correct
+
+   integer, parameter :: max_contact_loops = 12 !! outer loops of the paper's scheme
+
+contains
+
+   !> Goes from `start` by the control's increment. On success `state` is the new point, `system` is assembled and
+   !> factored there; on failure `state` is undefined and `system` belongs to no point.
+   subroutine take_increment(problem, start, control, state, system, report, keep_contact)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: start
+      type(control_t), intent(in) :: control
+      type(state_t), intent(inout) :: state
+      type(system_t), intent(inout) :: system    !! assembled and factored at `start` on entry
+      type(increment_t), intent(out) :: report
+      logical, intent(in), optional :: keep_contact !! true: the contact set of `start`, whatever the signs say
+      type(contact_step_t) :: step
+      integer :: loop
+      real(wp) :: rhs
+      logical :: frozen
+
+      state = start
+      frozen = .false.
+      if (present(keep_contact)) frozen = keep_contact
+      call control_row(problem, control, start, state, system, rhs)
+      if (frozen .or. .not. problem%model%step(problem%step)%paper_loop) then
+         call iterate(problem, start, control, state, system, rhs, frozen, &
+            & problem%model%step(problem%step)%tangent_updates, report)
+         return
+      end if
+      ! The paper's Fig. 2: LCP at the predictor, equilibrium with the set frozen, compare, repeat.
+      do loop = 1, max_contact_loops
+         call solve_step(problem, state, system, rhs, .false., step, report)
+         if (allocated(report%message)) return
+         if (.not. step%flipped) call move(problem, system, step, state)
+         state%active = step%active
+         state%reaction = step%reaction
+         call linearise(problem, state, start, system)
+         if (.not. system%ok) exit
+         call control_row(problem, control, start, state, system, rhs)
+         call iterate(problem, start, control, state, system, rhs, .true., &
+            & problem%model%step(problem%step)%tangent_updates, report)
+         if (.not. report%converged) return
+         if (contact_holds(problem, state, system)) return
+         report%converged = .false.
+         call control_row(problem, control, start, state, system, rhs)
+      end do
+      report%message = 'the contact set did not settle in the outer loop'
+   end subroutine take_increment
+
+   !> Brings a guess to equilibrium at the control's increment from `base`, by full Newton.
+   subroutine correct(problem, base, control, keep_contact, state, system, report, far_off)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: base          !! converged, or the guess itself
+      type(control_t), intent(in) :: control     !! its tangent must be set where its method needs one
+      logical, intent(in) :: keep_contact        !! whatever the signs say
+      type(state_t), intent(inout) :: state
+      type(system_t), intent(inout) :: system
+      type(increment_t), intent(out) :: report
+      logical, intent(in), optional :: far_off   !! touchdown points may be far from where they belong
+      real(wp) :: rhs
+      type(state_t) :: origin
+      type(control_t) :: seen
+      call linearise(problem, state, base, system)
+      if (.not. system%ok) then
+         report%message = 'the tangent is singular'
+         return
+      end if
+      origin = base
+      seen = control
+      if (problem%moves_nodes()) call follow_nodes(problem, base, control, state, origin, seen)
+      call control_row(problem, seen, origin, state, system, rhs)
+      call iterate(problem, base, control, state, system, rhs, keep_contact, huge(1), report, far_off)
+   end subroutine correct
+end module corrector

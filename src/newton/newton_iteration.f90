@@ -1,0 +1,379 @@
+!> Newton's method from a linearised state to a point of the path:
+!>
+!>   solve (solve_step) -> go there (follow_step) -> residual (measure) -> small? (is_small) -> does all hold? (finish)
+!>   -> no: the same tangent or another one (renew_tangent), and once more
+module newton_iteration
+   use kinds, only: wp
+   use problem, only: problem_t, rounding_gap
+   use rod_state, only: state_t, unknown_push
+   use linear_system, only: system_t, assemble
+   use bordered_system, only: factor_system, apply_increment
+   use path_control, only: control_t, control_row, control_error, held_within, is_arc_length, metric, follow_nodes
+   use contact_set, only: contact_step_t, solve_contact_step
+   use foundation_limits, only: why_too_stiff
+   use step_search, only: shorten_step, step_work
+   use touchdown_points, only: move_touchdown_points
+   use force_law, only: segment_unknown
+   use ground_segments, only: segments_hold, settle_found
+   use ground_pressures, only: advance_pressures
+   use increment_report, only: increment_t, effort_of
+   use converged_state, only: constraint_residual, contact_holds, keep_resultants
+   use timing, only: count_up, counter_newton
+   implicit none
+   private
+   public :: iterate, solve_step, move
+
+   real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
+
+   !> What one iteration leaves for the next.
+   type :: newton_t
+      ! What is asked for.
+      logical :: frozen = .false.              !! the contact set stays
+      integer :: tangent_updates = huge(1)     !! iterations after which the tangent is factored anew
+      integer :: most = 0                      !! iterations, while foundations change nothing
+      real(wp) :: tolerance = 0.0_wp           !! of the residual
+      real(wp) :: sharper = 1.0_wp             !! part of that which it is to fall to, where it does
+      real(wp) :: large = large_correction     !! of the increment: a correction after which another one must follow
+      real(wp) :: at_length = 0.0_wp           !! how far the control's increment may be missed
+      ! From where, as seen from the iterate's nodes.
+      type(state_t) :: origin
+      type(control_t) :: control
+      ! The last step.
+      integer :: number = 0                    !! of the iteration
+      type(contact_step_t) :: step
+      real(wp) :: gone = 0.0_wp                !! part of a span beside it that a touchdown point went
+      real(wp) :: correction = 0.0_wp          !! of the displacements, squared, on the nodes of that step
+      real(wp) :: largest = 0.0_wp             !! of a node, huge where only contact changed
+      real(wp) :: forces_left = 0.0_wp         !! out of balance, and defects, that the next step starts from
+      real(wp) :: last_residual = 0.0_wp       !! before it
+      logical :: refactor = .false.            !! the tangent is to be factored anew
+      ! All that there were.
+      real(wp), allocatable :: corrections(:)  !! the largest of all nodes
+      real(wp) :: best = huge(1.0_wp)          !! residual
+      integer :: last_change = 0, last_progress = 0 !! iterations
+      integer :: same_tangent = 0              !! how many there have been with the present one
+      real(wp) :: second_order = huge(1.0_wp)  !! strains rotation^2/2 of the first, as forces
+      ! Of contact that moves.
+      logical :: searching = .false.           !! foundations find out where they touch
+      logical :: told_again = .false.          !! what has been given up on the way has been told where it ended
+      logical :: seeking = .false.             !! touchdown points may be far from where they belong
+      logical :: blamed = .false.              !! foundations cannot be followed
+   end type newton_t
+
+   integer, parameter :: settling_grip = 20     !! times the most iterations while foundations still change where they touch
+   real(wp), parameter :: far = 0.01_wp         !! part of a span that a touchdown point goes and is still on its way
+   integer, parameter :: stalled = 4            !! times the most iterations without a smaller residual: it goes round in circles
+   real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long
+   real(wp), parameter :: far_from_balance = 0.1_wp !! and above this residual
+   integer, parameter :: settling_iterations = 5 !! until then the last correction must be small, too
+   real(wp), parameter :: of_root = 0.3_wp      !! times the root of the error asked for: what is left is a tenth of that
+   real(wp), parameter :: noticed = 0.1_wp      !! of the tolerance: what rounding may leave of forces
+   ! What leaves a stress-free start on a foundation has no scale of its own, as long as the strains rotation^2/2 make no forces.
+   real(wp), parameter :: negligible = 0.01_wp
+
+contains
+
+   !> Newton from a linearised state: solve, add, linearise, until everything holds.
+   subroutine iterate(problem, start, given, state, system, first_rhs, frozen, tangent_updates, report, far_off)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: start
+      type(control_t), intent(in) :: given     !! control of the increment, as seen from the nodes of the start
+      type(state_t), intent(inout) :: state
+      type(system_t), intent(inout) :: system
+      real(wp), intent(in) :: first_rhs
+      logical, intent(in) :: frozen            !! the contact set stays
+      integer, intent(in) :: tangent_updates   !! iterations after which the tangent is factored anew
+      type(increment_t), intent(inout) :: report
+      logical, intent(in), optional :: far_off !! touchdown points may be far from where they belong
+      type(newton_t) :: newton
+      real(wp) :: rhs
+      integer :: iteration
+      call begin(problem, start, given, state, newton)
+      newton%frozen = frozen
+      newton%tangent_updates = tangent_updates
+      if (present(far_off)) newton%seeking = far_off
+      rhs = first_rhs
+      ! Foundations find out where they touch while Newton goes on; the limit counts from then on.
+      do iteration = 1, settling_grip * newton%most
+         newton%number = iteration
+         if (iteration > min(newton%last_change, newton%last_progress + (stalled - 1) * newton%most) + newton%most) exit
+         call solve_step(problem, state, system, rhs, frozen, newton%step, report)
+         if (allocated(report%message)) return
+         report%iterations = report%iterations + 1
+         call count_up(counter_newton)
+         call follow_step(problem, start, given, state, system, newton, report)
+         if (allocated(report%message)) return
+         call measure(problem, state, system, newton, report)
+         if (allocated(report%message)) return
+         if (is_small(problem, state, system, newton, report)) then
+            call finish(problem, state, system, newton, report)
+            if (report%converged .or. allocated(report%message)) return
+         end if
+         call renew_tangent(problem, state, system, newton, report)
+         if (allocated(report%message)) return
+         call control_row(problem, newton%control, newton%origin, state, system, rhs)
+      end do
+      call give_up(problem, state, system, 'no convergence within the allowed iterations', newton, report)
+      report%hopeless = newton%blamed .and. problem%resting .and. all(abs(newton%origin%u) <= 0.0_wp) .and. &
+         & newton%second_order <= negligible
+   end subroutine iterate
+
+   !> What is asked for at the end of the increment, before the first step.
+   subroutine begin(problem, start, given, state, newton)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: start
+      type(control_t), intent(in) :: given
+      type(state_t), intent(in) :: state
+      type(newton_t), intent(inout) :: newton  !! as it begins
+      associate (step => problem%model%step(problem%step))
+         newton%tolerance = step%tolerance
+         newton%sharper = step%sharper
+         if (.not. step%tolerance_given) newton%large = max(newton%large, of_root * sqrt(min(step%asked, step%asked_of_path)))
+         newton%most = step%max_iterations
+         newton%at_length = held_within(step)
+      end associate
+      ! How long an arc is matters to nothing on the path, and nodes that go along it make it uncertain until they rest. Nor does by
+      ! how much exactly a point is more curved than its obstacle.
+      if ((problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) .or. given%flat > 0) &
+         & newton%at_length = large_correction
+      newton%origin = start
+      newton%control = given
+      newton%searching = any(searches(problem, state))
+      newton%told_again = size(problem%mark) == 0
+      allocate (newton%corrections(0))
+   end subroutine begin
+
+   !> Takes the solved step, or the contact set that came out without one, and assembles there.
+   subroutine follow_step(problem, start, given, state, system, newton, report)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: start
+      type(control_t), intent(in) :: given
+      type(state_t), intent(inout) :: state
+      type(system_t), intent(inout) :: system
+      type(newton_t), intent(inout) :: newton
+      type(increment_t), intent(inout) :: report
+      real(wp), allocatable :: spring(:)
+      integer, allocatable :: grip(:)
+      newton%refactor = newton%number <= newton%tangent_updates .or. any(newton%step%active .neqv. state%active)
+      spring = system%spring
+      grip = system%grip
+      newton%correction = 0.0_wp
+      newton%largest = huge(newton%largest)
+      if (newton%step%flipped) then
+         state%active = newton%step%active
+         state%reaction = newton%step%reaction
+         call assemble(problem, state, newton%origin, system)
+      else
+         call take_step(problem, start, given, state, system, newton)
+      end if
+      newton%corrections = [newton%corrections, newton%largest]
+      if (any(system%grip /= grip)) then
+         newton%last_change = newton%number
+         newton%refactor = .true.
+      end if
+      newton%refactor = newton%refactor .or. any(abs(system%spring - spring) > 0.0_wp)
+      if (.not. system%ok) report%message = 'an element has become singular'
+   end subroutine follow_step
+
+   !> Goes along the solved step, not as far where foundations make it far too long, then lets the touchdown points follow.
+   subroutine take_step(problem, start, given, state, system, newton)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: start
+      type(control_t), intent(in) :: given
+      type(state_t), intent(inout) :: state
+      type(system_t), intent(inout) :: system    !! not ok: no element is to be had there
+      type(newton_t), intent(inout) :: newton
+      type(state_t) :: from
+      real(wp) :: work
+      logical :: assembled
+      from = state
+      state%push = unknown_push
+      associate (step => newton%step)
+         if (newton%searching) work = step_work(system, step%x)
+         call move(problem, system, step, state)
+         if (system%gap_noise > noticed * newton%tolerance) call advance_pressures(problem, system, step%x, step%y, from, state)
+         assembled = newton%searching
+         if (newton%searching) then
+            ! The work along a step is that of the equations it solves: with the touchdown points where they were.
+            call assemble(problem, state, newton%origin, system)
+            if (.not. system%ok) return
+            if (max(system%force_residual, system%defect_residual) > far_worse * max(newton%forces_left, far_from_balance)) &
+               & call shorten_step(problem, newton%origin, from, step%x, work, state, system)
+         end if
+      end associate
+      newton%correction = metric(problem, state%u - from%u, state%u - from%u)
+      newton%largest = largest_move(from, state)
+      if (problem%moves_nodes()) then
+         call move_touchdown_points(problem, from, state, newton%gone)
+         ! Touchdown points that are far off get a tenth of the span nearer each time as long as it is much too long: its moment
+         ! falls with the square of its length. The limit counts from then on.
+         if (newton%seeking .and. newton%gone > far) newton%last_change = newton%number
+         call follow_nodes(problem, start, given, state, newton%origin, newton%control)
+         assembled = .false.
+      end if
+      if (.not. assembled) call assemble(problem, state, newton%origin, system)
+      newton%forces_left = max(system%force_residual, system%defect_residual)
+   end subroutine take_step
+
+   !> The residual behind a step; none that is so large comes back.
+   subroutine measure(problem, state, system, newton, report)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system     !! assembled there
+      type(newton_t), intent(inout) :: newton
+      type(increment_t), intent(inout) :: report
+      newton%last_residual = report%residual
+      report%residual = residual_of(problem, state, system)
+      if (.not. report%residual < 1.0e8_wp) then
+         call give_up(problem, state, system, 'Newton diverged', newton, report)
+      else if (newton%number == 1) then
+         newton%second_order = maxval(abs(state%u(3, :) - newton%origin%u(3, :)))**2 / &
+            & (minval(problem%compliance%axial + problem%compliance%give) * system%force_scale)
+      end if
+   end subroutine measure
+
+   !> True where the residual is as small as it has to be. Where less is asked for than rounding allows it falls no more.
+   logical function is_small(problem, state, system, newton, report) result(small)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      type(newton_t), intent(in) :: newton
+      type(increment_t), intent(in) :: report
+      real(wp) :: travelled
+      ! A small residual after a large correction is luck, or softness: the next one still moves the point.
+      travelled = metric(problem, state%u - newton%origin%u, state%u - newton%origin%u)
+      small = newton%correction <= (newton%large**2) * travelled .or. report%residual <= 1.0e-3_wp * newton%tolerance
+      ! A span that is nearly gone has no forces to speak of, wherever it ends.
+      small = .not. newton%step%flipped .and. (small .or. newton%number > settling_iterations) .and. newton%gone <= far .and. &
+         & (report%residual <= max(newton%sharper * newton%tolerance, system%round_off) .or. (newton%number > 1 .and. &
+         & report%residual <= newton%tolerance .and. report%residual > 0.1_wp * newton%last_residual))
+      if (small) small = control_error(problem, newton%control, newton%origin, state) <= newton%at_length
+   end function is_small
+
+   !> The increment has converged, if contact agrees with its signs and segments where the residual is small. Else other equations
+   !> hold from here on.
+   subroutine finish(problem, state, system, newton, report)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(inout) :: state
+      type(system_t), intent(inout) :: system
+      type(newton_t), intent(inout) :: newton
+      type(increment_t), intent(inout) :: report
+      logical, allocatable :: given_up(:)
+      logical :: settled
+      call segments_hold(problem, state, settled, carried=.false.)
+      if (settled .and. .not. newton%told_again .and. any(searches(problem, state))) then
+         ! What has been given up on the way may be settled where it ended.
+         given_up = searches(problem, state)
+         call settle_found(problem, state)
+         settled = all(searches(problem, state) .eqv. given_up)
+         newton%told_again = .true.
+      end if
+      newton%refactor = .true.
+      if (.not. settled) then
+         ! What has been reached with the last equations is nothing to compare with.
+         newton%searching = .true.
+         newton%last_change = newton%number
+         call assemble(problem, state, newton%origin, system)
+         report%residual = residual_of(problem, state, system)
+         newton%best = huge(newton%best)
+         return
+      end if
+      if (.not. newton%frozen) then
+         if (.not. contact_holds(problem, state, system)) return
+      end if
+      call factor_system(system)
+      report%converged = system%ok
+      if (.not. system%ok) report%message = 'the tangent is singular'
+      call keep_resultants(problem, system, state)
+      report%effort = report%effort + effort_of(newton%corrections, &
+         & max(sqrt(newton%tolerance) * largest_move(newton%origin, state), rounding_gap(problem)))
+   end subroutine finish
+
+   !> Whether it goes on, and with which tangent.
+   subroutine renew_tangent(problem, state, system, newton, report)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      type(newton_t), intent(inout) :: newton
+      type(increment_t), intent(inout) :: report
+      ! Below what rounding makes a small residual was luck.
+      if (newton%number > 4 .and. report%residual * 1.0e-3_wp > max(newton%best, system%round_off)) then
+         call give_up(problem, state, system, 'Newton diverged', newton, report)
+         return
+      end if
+      if (report%residual < newton%best) newton%last_progress = newton%number
+      newton%best = min(newton%best, report%residual)
+      ! Foundations change the tangent where a contact's end moves: it stays frozen as long as it gets there in time. The first
+      ! step with it tells nothing yet.
+      if (newton%searching .and. newton%same_tangent > 0) newton%refactor = newton%refactor .or. report%residual * &
+         & (report%residual / newton%last_residual)**(newton%last_change + newton%most - newton%number) > newton%tolerance
+      newton%same_tangent = merge(0, newton%same_tangent + 1, newton%refactor)
+      if (.not. newton%refactor) return
+      call factor_system(system)
+      if (.not. system%ok) report%message = 'the tangent is singular'
+   end subroutine renew_tangent
+
+   !> Says when foundations too stiff are the reason.
+   subroutine give_up(problem, state, system, message, newton, report)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      character(*), intent(in) :: message
+      type(newton_t), intent(inout) :: newton
+      type(increment_t), intent(inout) :: report
+      character(:), allocatable :: why
+      report%message = message
+      if (.not. (newton%searching .or. any(system%soft))) return
+      why = why_too_stiff(problem, state, system)
+      newton%blamed = why /= ''
+      if (newton%blamed) report%message = message//'; '//why
+   end subroutine give_up
+
+   !> Of forces, elements and constraints, the worst.
+   real(wp) function residual_of(problem, state, system) result(residual)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      residual = max(system%force_residual, system%defect_residual, constraint_residual(problem, state, system))
+   end function residual_of
+
+   !> How far the node that moves the most is from where it was.
+   pure real(wp) function largest_move(from, to)
+      type(state_t), intent(in) :: from, to
+      largest_move = sqrt(maxval((to%u(1, :) - from%u(1, :))**2 + (to%u(2, :) - from%u(2, :))**2))
+   end function largest_move
+
+   !> Solves one step and counts what its LCP took.
+   subroutine solve_step(problem, state, system, rhs, frozen, step, report)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: rhs
+      logical, intent(in) :: frozen            !! the contact set stays
+      type(contact_step_t), intent(inout) :: step
+      type(increment_t), intent(inout) :: report
+      call solve_contact_step(problem, state, system, rhs, frozen, step)
+      report%lcp_size = max(report%lcp_size, step%lcp_size)
+      report%lcp_pivots = report%lcp_pivots + step%lcp_pivots
+      if (.not. step%ok) report%message = step%message
+   end subroutine solve_step
+
+   !> Adds a solved step to the state and takes over its contact set.
+   subroutine move(problem, system, step, state)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      type(contact_step_t), intent(in) :: step
+      type(state_t), intent(inout) :: state
+      call apply_increment(problem, system, step%x, step%y, state)
+      state%active = step%active
+      state%reaction = step%reaction
+   end subroutine move
+
+   !> True for elements on foundations that find out for themselves where they touch.
+   pure function searches(problem, state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      logical :: searches(size(state%segment))
+      searches = state%segment == segment_unknown .and. problem%ground%chain%element(2, :) > 0
+   end function searches
+end module newton_iteration

@@ -1,0 +1,84 @@
+!> Shortens a Newton step that foundations make far too long.
+!>
+!> A structure that loses its last contact in an iteration has next to nothing that holds it, and the next step takes it
+!> anywhere. Along that step the work of the forces out of balance changes its sign where the foundations catch it again:
+!> there Newton's method can go on. Only where a step makes things much worse is that looked for.
+module step_search
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t, assemble
+   implicit none
+   private
+   public :: shorten_step, step_work
+
+contains
+
+   !> Moves the state back along its last step, if the work along the step changes its sign on the way.
+   subroutine shorten_step(problem, origin, from, x, work_at_start, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: origin        !! last converged point
+      type(state_t), intent(in) :: from          !! before the step, on the same nodes as the state after it
+      real(wp), intent(in) :: x(:)               !! the step's increment, node axes
+      real(wp), intent(in) :: work_at_start      !! step_work before it
+      type(state_t), intent(inout) :: state      !! after the step; after a part of it on return
+      type(system_t), intent(inout) :: system    !! assembled at `state` on entry and on return
+      integer, parameter :: max_tries = 40
+      real(wp), parameter :: enough = 0.1_wp     !! of the work at the start may be left
+      real(wp), parameter :: torn = 0.1_wp       !! defect of an element whose forces mean nothing
+      type(state_t) :: whole
+      real(wp) :: low, high, work_low, work_high, part, work
+      integer :: try
+      whole = state
+      if (.not. work_at_start < 0.0_wp) return
+      low = 0.0_wp
+      high = 1.0_wp
+      work_low = work_at_start
+      work_high = huge(1.0_wp)
+      part = 1.0_wp
+      do try = 1, max_tries
+         work = step_work(system, x)
+         if (system%ok .and. system%defect_residual < torn) then
+            if (abs(work) <= enough * abs(work_at_start)) return
+            ! Still downhill, and no element torn apart: as far as it goes.
+            if (work < 0.0_wp .and. high >= 1.0_wp) return
+         else
+            work = huge(1.0_wp)
+         end if
+         if (work > 0.0_wp) then
+            high = part
+            work_high = work
+         else
+            low = part
+            work_low = work
+         end if
+         ! Foundations push from nothing at a place unknown by orders of magnitude: first tenths, then secants and halves.
+         if (low <= 0.0_wp .or. work_high > 1.0e10_wp * abs(work_low)) then
+            part = max(0.1_wp * high, 0.5_wp * (low + high))
+            if (low <= 0.0_wp) part = 0.1_wp * high
+         else
+            part = (low * work_high - high * work_low) / (work_high - work_low)
+            part = min(max(part, low + 0.1_wp * (high - low)), high - 0.1_wp * (high - low))
+         end if
+         state = between(part)
+         call assemble(problem, state, origin, system)
+      end do
+
+   contains
+
+      type(state_t) function between(share)
+         real(wp), intent(in) :: share
+         between = whole
+         between%load_factor = from%load_factor + share * (whole%load_factor - from%load_factor)
+         between%u = from%u + share * (whole%u - from%u)
+         between%z = from%z + share * (whole%z - from%z)
+      end function between
+   end subroutine shorten_step
+
+   !> Work of the forces out of balance (internal minus external) on an increment: negative while it goes downhill.
+   pure real(wp) function step_work(system, x) result(work)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)
+      work = dot_product(pack(system%residual, .not. system%fixed), pack(x, .not. system%fixed))
+   end function step_work
+end module step_search

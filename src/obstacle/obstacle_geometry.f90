@@ -1,0 +1,133 @@
+!> Gap function of the obstacles: value, gradient and curvature at a point.
+module obstacle_geometry
+   use kinds, only: wp, degree
+   use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc
+   use obstacle_curve, only: foot_t, nearest_point
+   implicit none
+   private
+   public :: obstacle_gap, moved_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
+
+contains
+
+   !> Signed distance to the obstacle, positive on the free side; hessian = bend * (tangent tangent^T).
+   pure subroutine obstacle_gap(obstacle, x, gap, normal, bend)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: x(2)
+      real(wp), intent(out) :: gap
+      real(wp), intent(out) :: normal(2)   !! unit gradient, towards the free side
+      real(wp), intent(out) :: bend        !! curvature of the gap function along the tangent
+      type(foot_t) :: foot
+      real(wp) :: d(2), r
+      select case (obstacle%kind)
+      case (obstacle_line)
+         d = obstacle%point(:, 2) - obstacle%point(:, 1)
+         d = d / norm2(d)
+         normal = [-d(2), d(1)]
+         gap = dot_product(x - obstacle%point(:, 1), normal)
+         bend = 0.0_wp
+      case (obstacle_circle)
+         d = x - obstacle%centre
+         r = norm2(d)
+         if (r > 0.0_wp) then
+            d = d / r
+            bend = 1.0_wp / r
+         else
+            d = [1.0_wp, 0.0_wp]
+            bend = 0.0_wp
+         end if
+         normal = d
+         gap = r - obstacle%radius
+         if (obstacle%inside) then
+            normal = -d
+            gap = -gap
+            bend = -bend
+         end if
+      case default
+         ! The normal of the curve, not the direction from its point: that one has no meaning where the gap is small.
+         foot = nearest_point(obstacle%curve, x)
+         normal = [-foot%tangent(2), foot%tangent(1)]
+         gap = dot_product(x - foot%point, normal)
+         ! Nearest points end where the gap is the radius of curvature; there the distance has no curvature.
+         r = 1.0_wp - foot%curvature * gap
+         bend = 0.0_wp
+         if (r > epsilon(r)) bend = -foot%curvature / r
+      end select
+   end subroutine obstacle_gap
+
+   !> What a motion does to the gap of a point, with normal and curvature where it ends. On lines and circles the change is
+   !> exact to the rounding of the motion, not to that of positions: a stiff foundation would multiply it.
+   pure subroutine moved_gap(obstacle, home, motion, at_home, change, normal, bend)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: home(2), motion(2)
+      real(wp), intent(out) :: at_home     !! gap before
+      real(wp), intent(out) :: change      !! of the gap
+      real(wp), intent(out) :: normal(2), bend !! as those of obstacle_gap
+      real(wp) :: gap, d(2)
+      call obstacle_gap(obstacle, home, at_home, normal, bend)
+      call obstacle_gap(obstacle, home + motion, gap, normal, bend)
+      select case (obstacle%kind)
+      case (obstacle_line)
+         change = dot_product(motion, normal)
+      case (obstacle_circle)
+         d = home - obstacle%centre
+         change = 0.0_wp
+         if (norm2(d) + norm2(d + motion) > 0.0_wp) &
+            & change = dot_product(2.0_wp * d + motion, motion) / (norm2(d) + norm2(d + motion))
+         if (obstacle%inside) change = -change
+      case default
+         change = gap - at_home
+      end select
+   end subroutine moved_gap
+
+   !> True where contact has an angle about a centre.
+   pure logical function has_angle(obstacle)
+      type(obstacle_t), intent(in) :: obstacle
+      has_angle = obstacle%kind == obstacle_circle .or. obstacle%kind == obstacle_arc
+   end function has_angle
+
+   !> Direction of a point seen from the centre, in degrees from the reference direction, in (-180, 180].
+   pure real(wp) function contact_angle(obstacle, x) result(angle)
+      type(obstacle_t), intent(in) :: obstacle !! with has_angle
+      real(wp), intent(in) :: x(2)
+      real(wp) :: d(2), c, s
+      d = x - obstacle%centre
+      c = cos(obstacle%reference_angle)
+      s = sin(obstacle%reference_angle)
+      angle = atan2(c * d(2) - s * d(1), c * d(1) + s * d(2)) / degree
+   end function contact_angle
+
+   !> True where the angle grows along a rod through point x in direction `tangent`.
+   pure logical function turns_forward(obstacle, x, tangent)
+      type(obstacle_t), intent(in) :: obstacle !! with has_angle
+      real(wp), intent(in) :: x(2), tangent(2)
+      real(wp) :: d(2)
+      d = x - obstacle%centre
+      turns_forward = d(1) * tangent(2) - d(2) * tangent(1) > 0.0_wp
+   end function turns_forward
+
+   !> Adds full turns to the angle where a stretch of contact ends, so that it is about its length over the radius away
+   !> from the angle where it starts, forward or backward.
+   pure subroutine unwrap_angle(obstacle, length, forward, start, end)
+      type(obstacle_t), intent(in) :: obstacle !! with has_angle
+      real(wp), intent(in) :: length
+      logical, intent(in) :: forward
+      real(wp), intent(in) :: start
+      real(wp), intent(inout) :: end
+      real(wp) :: span
+      span = length / obstacle%radius / degree
+      if (.not. forward) span = -span
+      end = end + 360.0_wp * anint((start + span - end) / 360.0_wp)
+   end subroutine unwrap_angle
+
+   !> Curvature d(angle)/ds that a rod running along the obstacle through point x in direction `tangent` would have.
+   pure real(wp) function contact_curvature(obstacle, x, tangent) result(curvature)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: x(2)         !! on the surface, or on a curve that keeps its distance from it
+      real(wp), intent(in) :: tangent(2)
+      real(wp) :: gap, normal(2), bend
+      call obstacle_gap(obstacle, x, gap, normal, bend)
+      curvature = -bend
+      ! The free side is on the left of (n_y, -n_x).
+      if (normal(2) * tangent(1) - normal(1) * tangent(2) < 0.0_wp) curvature = bend
+   end function contact_curvature
+end module obstacle_geometry

@@ -1,0 +1,331 @@
+!> The track of an obstacle: the curve at a constant distance from its surface, on its free side, on which the axis of a rod
+!> in line contact runs. It has the free side on its left, so it runs from the first to the second point of a line, along
+!> curves, anticlockwise within circles and clockwise around them.
+!>
+!> Where the surface has the curvature k (positive when it turns left) and arc length s, the track at the distance d has
+!>   d(sigma) = (1 - k d) ds,   curvature k / (1 - k d),   its derivatives by sigma by the chain rule,
+!> so sigma = s - d * (angle by which the surface has turned to the left). d is smaller than the radius of every turn to the
+!> left: beyond it there is no such curve.
+module obstacle_track
+   use kinds, only: wp, pi
+   use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
+   use obstacle_curve, only: foot_t, nearest_point, shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at, &
+      & first_derivatives
+   implicit none
+   private
+   public :: jump_between, joint_shares, track_t, track_foot, track_at, across_joint, track_ahead, track_between
+
+   !> A point of the track.
+   type :: track_t
+      real(wp) :: sigma = 0.0_wp             !! arc length of the track; lines and curves: from the first point, circles: the
+      !! angle from the x axis times the radius of the track, growing in its sense
+      real(wp) :: place(2) = 0.0_wp
+      real(wp) :: tangent(2) = 0.0_wp        !! unit, the free side on its left
+      real(wp) :: curvature = 0.0_wp         !! d(angle)/d(sigma), positive when the track turns left
+      real(wp) :: curvature_rate = 0.0_wp    !! its derivative by sigma
+      real(wp) :: curvature_second = 0.0_wp  !! and the next one
+      integer :: piece = 0                   !! of a curve, as in foot_t
+   end type track_t
+
+   real(wp), parameter :: at_joint = 1.0e-6_wp !! of a stretch of the track: its end is at the joint
+
+contains
+
+   !> The point of the track that is nearest to x, seen from the obstacle's own axes.
+   pure type(track_t) function track_foot(obstacle, offset, x) result(track)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset      !! distance from the surface, positive towards the free side
+      real(wp), intent(in) :: x(2)
+      type(foot_t) :: foot
+      real(wp) :: d(2)
+      select case (obstacle%kind)
+      case (obstacle_line)
+         d = obstacle%point(:, 2) - obstacle%point(:, 1)
+         d = d / norm2(d)
+         track = on_line(obstacle, offset, dot_product(x - obstacle%point(:, 1), d))
+      case (obstacle_circle)
+         d = x - obstacle%centre
+         if (.not. any(abs(d) > 0.0_wp)) d = [1.0_wp, 0.0_wp]
+         track = on_circle(obstacle, offset, circle_sense(obstacle) * track_radius(obstacle, offset) * atan2(d(2), d(1)))
+      case default
+         foot = nearest_point(obstacle%curve, x)
+         track = on_piece(obstacle, offset, foot%piece, foot%t)
+         track%sigma = piece_start(obstacle, offset, foot%piece) + piece_length(obstacle, offset, foot%piece, foot%t)
+      end select
+   end function track_foot
+
+   !> The point of the track at arc length sigma.
+   !>
+   !> On curves the search starts on the piece of `near`. It goes over to a neighbour only where the curvature does not jump
+   !> (quintic pieces); else the piece goes on beyond its end, straight or circular, so that nothing jumps within Newton's
+   !> method.
+   pure type(track_t) function track_at(obstacle, offset, sigma, near) result(track)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      real(wp), intent(in) :: sigma
+      type(track_t), intent(in) :: near   !! its piece is used
+      integer :: i
+      select case (obstacle%kind)
+      case (obstacle_line)
+         track = on_line(obstacle, offset, sigma)
+      case (obstacle_circle)
+         track = on_circle(obstacle, offset, sigma)
+      case default
+         i = near%piece
+         associate (n => size(obstacle%curve%piece))
+            do while (i > 0)
+               if (sigma >= piece_start(obstacle, offset, i)) exit
+               if (obstacle%curve%jumps(i - 1)) exit
+               i = i - 1
+            end do
+            do while (i <= n)
+               if (sigma <= piece_start(obstacle, offset, i + 1)) exit
+               if (obstacle%curve%jumps(i)) exit
+               i = i + 1
+            end do
+         end associate
+         track = on_piece(obstacle, offset, i, piece_parameter(obstacle, offset, i, sigma))
+         track%sigma = sigma
+      end select
+   end function track_at
+
+   !> Signed arc length from one point of the track to another; on circles the shorter way round.
+   pure real(wp) function track_ahead(obstacle, offset, from, to) result(ahead)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      type(track_t), intent(in) :: from, to
+      real(wp) :: round
+      ahead = to%sigma - from%sigma
+      if (obstacle%kind /= obstacle_circle) return
+      round = 2 * pi * track_radius(obstacle, offset)
+      ahead = ahead - round * anint(ahead / round)
+   end function track_ahead
+
+   !> A point on the piece that a stretch of the track with the given ends lies on, to be the `near` of track_at: ends at a
+   !> joint may count as points of either piece.
+   pure type(track_t) function track_between(obstacle, offset, first, last) result(between)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      type(track_t), intent(in) :: first, last
+      real(wp) :: middle
+      integer :: i
+      between = first
+      if (first%piece == last%piece) return
+      middle = 0.5_wp * (first%sigma + last%sigma)
+      i = min(first%piece, last%piece)
+      do while (i < max(first%piece, last%piece))
+         if (middle <= piece_start(obstacle, offset, i + 1)) exit
+         i = i + 1
+      end do
+      between%piece = i
+   end function track_between
+
+   !> True where the track's curvature jumps between two of its points: a rod cannot lie along it there, for its moment would jump.
+   pure logical function jump_between(obstacle, offset, first, last)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      type(track_t), intent(in) :: first, last   !! in either order
+      real(wp) :: ends(2), joint, margin
+      integer :: i
+      jump_between = .false.
+      if (first%piece == last%piece) return
+      ends = [min(first%sigma, last%sigma), max(first%sigma, last%sigma)]
+      margin = at_joint * (ends(2) - ends(1))
+      do i = min(first%piece, last%piece), max(first%piece, last%piece) - 1
+         if (.not. obstacle%curve%jumps(i)) cycle
+         joint = piece_start(obstacle, offset, i + 1)
+         jump_between = jump_between .or. (joint > ends(1) + margin .and. joint < ends(2) - margin)
+      end do
+   end function jump_between
+
+   !> A point of the track as a point of the piece beyond the nearer joint at which the curvature jumps, or of what continues that;
+   !> the point itself where none is within reach.
+   pure type(track_t) function across_joint(obstacle, offset, track, reach) result(other)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      type(track_t), intent(in) :: track
+      real(wp), intent(in) :: reach       !! along the track
+      real(wp) :: nearest, away
+      integer :: side, i, next
+      other = track
+      if (.not. allocated(obstacle%curve%piece)) return
+      nearest = reach
+      next = track%piece
+      do side = 0, 1
+         i = track%piece - 1 + side
+         if (i < 0 .or. i > size(obstacle%curve%piece)) cycle
+         if (.not. obstacle%curve%jumps(i)) cycle
+         away = abs(piece_start(obstacle, offset, i + 1) - track%sigma)
+         if (away > nearest) cycle
+         nearest = away
+         next = merge(i, i + 1, side == 0)
+      end do
+      if (next == track%piece) return
+      other = on_piece(obstacle, offset, next, piece_parameter(obstacle, offset, next, track%sigma))
+      other%sigma = track%sigma
+   end function across_joint
+
+   !> Where a stretch of the track is joined, as shares of it from its first point on: rising, none at its ends.
+   pure function joint_shares(obstacle, offset, first, last) result(share)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      type(track_t), intent(in) :: first, last   !! in either order
+      real(wp), allocatable :: share(:)
+      integer :: i
+      share = [((piece_start(obstacle, offset, i) - first%sigma) / (last%sigma - first%sigma), &
+         & i=min(first%piece, last%piece) + 1, max(first%piece, last%piece))]
+      share = pack(share, share > at_joint .and. share < 1.0_wp - at_joint)
+      if (first%piece > last%piece) share = share(size(share):1:-1)
+   end function joint_shares
+
+   pure type(track_t) function on_line(obstacle, offset, sigma) result(track)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset, sigma
+      real(wp) :: d(2)
+      d = obstacle%point(:, 2) - obstacle%point(:, 1)
+      d = d / norm2(d)
+      track%sigma = sigma
+      track%place = obstacle%point(:, 1) + sigma * d + offset * [-d(2), d(1)]
+      track%tangent = d
+   end function on_line
+
+   pure type(track_t) function on_circle(obstacle, offset, sigma) result(track)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset, sigma
+      real(wp) :: r, angle, d(2), sense
+      sense = circle_sense(obstacle)
+      r = track_radius(obstacle, offset)
+      angle = sense * sigma / r
+      d = [cos(angle), sin(angle)]
+      track%sigma = sigma
+      track%place = obstacle%centre + r * d
+      track%tangent = sense * [-d(2), d(1)]
+      track%curvature = sense / r
+   end function on_circle
+
+   !> 1 where the track is anticlockwise, -1 where it is clockwise.
+   pure real(wp) function circle_sense(obstacle)
+      type(obstacle_t), intent(in) :: obstacle
+      circle_sense = merge(1.0_wp, -1.0_wp, obstacle%inside)
+   end function circle_sense
+
+   pure real(wp) function track_radius(obstacle, offset)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      track_radius = obstacle%radius - circle_sense(obstacle) * offset
+   end function track_radius
+
+   !> Arc length of the track where piece i begins, 1 to pieces + 1; the first continuation goes backwards from 0, too.
+   pure real(wp) function piece_start(obstacle, offset, i) result(sigma)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      integer, intent(in) :: i
+      sigma = 0.0_wp
+      if (i > 0) sigma = obstacle%curve%start(i) - offset * obstacle%curve%turned(i)
+   end function piece_start
+
+   !> Arc length of the track from the beginning of a piece, or what continues it, to its parameter t.
+   pure real(wp) function piece_length(obstacle, offset, i, t) result(length)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      integer, intent(in) :: i
+      real(wp), intent(in) :: t
+      length = t
+      if (i < 1 .or. i > size(obstacle%curve%piece)) return
+      length = arc_length(obstacle%curve, i, t)
+      if (abs(offset) > 0.0_wp) length = length - offset * turned_angle(obstacle%curve, i, t)
+   end function piece_length
+
+   !> The point of the track that belongs to parameter t of a piece, but for its arc length.
+   pure type(track_t) function on_piece(obstacle, offset, i, t) result(track)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      integer, intent(in) :: i
+      real(wp), intent(in) :: t
+      real(wp) :: k(0:2), d(2), d5(2, 0:5), angle, stretch
+      integer :: e
+      track%piece = i
+      associate (curve => obstacle%curve)
+         if (i < 1 .or. i > size(curve%piece)) then
+            e = merge(1, 2, i < 1)
+            track%tangent = curve%tangent(:, e)
+            track%place = curve%point(:, e) + t * track%tangent + offset * [-track%tangent(2), track%tangent(1)]
+            return
+         end if
+         k = 0.0_wp
+         associate (piece => curve%piece(i))
+            select case (piece%shape)
+            case (shape_arc)
+               angle = piece%angle + t * piece%turn
+               d = [cos(angle), sin(angle)]
+               track%place = piece%centre + piece%radius * d
+               track%tangent = sign(1.0_wp, piece%turn) * [-d(2), d(1)]
+               k(0) = sign(1.0_wp, piece%turn) / piece%radius
+            case (shape_quintic)
+               d5 = polynomial_at(piece%c, t)
+               track%place = d5(:, 0)
+               call polynomial_curvature(d5, track%tangent, k)
+            case default
+               track%place = piece%c(:, 1) + t * piece%c(:, 2)
+               track%tangent = piece%c(:, 2) / norm2(piece%c(:, 2))
+            end select
+         end associate
+      end associate
+      track%place = track%place + offset * [-track%tangent(2), track%tangent(1)]
+      stretch = 1.0_wp - k(0) * offset
+      track%curvature = k(0) / stretch
+      track%curvature_rate = k(1) / stretch**3
+      track%curvature_second = k(2) / stretch**4 + 3 * offset * k(1)**2 / stretch**5
+   end function on_piece
+
+   !> Direction of a polynomial piece and its curvature with two derivatives by the arc length.
+   pure subroutine polynomial_curvature(d, tangent, k)
+      real(wp), intent(in) :: d(2, 0:5)   !! derivatives by the parameter
+      real(wp), intent(out) :: tangent(2), k(0:2)
+      real(wp) :: speed, growth, by_t, twice_by_t
+      associate (d1 => d(:, 1), d2 => d(:, 2), d3 => d(:, 3), d4 => d(:, 4))
+         speed = norm2(d1)
+         tangent = d1 / speed
+         growth = dot_product(d1, d2) / speed**2 ! of the speed by t, over the speed
+         k(0) = cross(d1, d2) / speed**3
+         by_t = cross(d1, d3) / speed**3 - 3 * k(0) * growth
+         twice_by_t = (cross(d2, d3) + cross(d1, d4)) / speed**3 - 3 * growth * cross(d1, d3) / speed**3 - 3 * by_t * growth - &
+            & 3 * k(0) * ((dot_product(d2, d2) + dot_product(d1, d3)) / speed**2 - 2 * growth**2)
+         k(1) = by_t / speed
+         k(2) = (twice_by_t - by_t * growth) / speed**2
+      end associate
+   end subroutine polynomial_curvature
+
+   !> Parameter of the point at arc length sigma on piece i or what continues it.
+   pure real(wp) function piece_parameter(obstacle, offset, i, sigma) result(t)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      integer, intent(in) :: i
+      real(wp), intent(in) :: sigma
+      ! Newton's method converges quadratically: the step after one of this size is below rounding.
+      real(wp), parameter :: last_step = 1.0e-9_wp
+      real(wp) :: local, step, x(2), d(2), dd(2)
+      integer :: iteration
+      local = sigma - piece_start(obstacle, offset, i)
+      t = local
+      associate (curve => obstacle%curve)
+         if (i < 1 .or. i > size(curve%piece)) return
+         if (curve%piece(i)%shape /= shape_quintic) then
+            t = local / piece_length(obstacle, offset, i, 1.0_wp)
+            return
+         end if
+         t = local / (piece_start(obstacle, offset, i + 1) - piece_start(obstacle, offset, i))
+         do iteration = 1, 20
+            call first_derivatives(curve%piece(i)%c, t, x, d, dd)
+            step = (local - piece_length(obstacle, offset, i, t)) / (norm2(d) - offset * cross(d, dd) / dot_product(d, d))
+            t = t + step
+            if (abs(step) <= last_step) exit
+         end do
+      end associate
+   end function piece_parameter
+
+   pure real(wp) function cross(a, b)
+      real(wp), intent(in) :: a(2), b(2)
+      cross = a(1) * b(2) - a(2) * b(1)
+   end function cross
+end module obstacle_track

@@ -1,0 +1,65 @@
+!> How an error bar is told: in files by numbers, in tables by text.
+module error_text
+   use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
+   use kinds, only: wp
+   use error_bar, only: error_bar_t
+   use columns, only: significant, scientific
+   implicit none
+   private
+   public :: stored_bar, stored_correction, bar_text, unbounded_text, corrected_text, bar_description, corrected_description
+
+   character(*), parameter :: bar_description = 'error bar of the load factor: how far the discretisation may have it off; '// &
+      & 'NaN: no estimate, infinite: the mesh is too coarse to tell'
+   character(*), parameter :: corrected_description = 'load factor less its estimated error'
+   integer, parameter :: corrected_digits = 13
+
+contains
+
+   !> A bar as files have it: not a number where there is no estimate, infinity where the mesh is too coarse to tell.
+   elemental real(wp) function stored_bar(bar) result(error)
+      type(error_bar_t), intent(in) :: bar
+      error = ieee_value(error, ieee_quiet_nan)
+      if (.not. bar%told) return
+      error = bar%bar
+      if (.not. bar%bounded) error = ieee_value(error, ieee_positive_inf)
+   end function stored_bar
+
+   !> A value less its estimated error; not a number where there is no estimate.
+   elemental real(wp) function stored_correction(value, bar) result(corrected)
+      real(wp), intent(in) :: value
+      type(error_bar_t), intent(in) :: bar
+      corrected = ieee_value(corrected, ieee_quiet_nan)
+      if (bar%told) corrected = value + bar%correction
+   end function stored_correction
+
+
+   !> A bar as tables have it.
+   pure function bar_text(bar) result(text)
+      type(error_bar_t), intent(in) :: bar
+      character(:), allocatable :: text
+      if (.not. bar%told) then
+         text = 'no estimate'
+      else if (.not. bar%bar > 0.0_wp) then
+         text = 'given'
+      else
+         text = trim(merge('+-', '> ', bar%bounded))//' '//scientific(bar%bar, 2)
+      end if
+   end function bar_text
+
+   !> What stands behind a value whose bar has no column: nothing as long as it has bounds.
+   pure function unbounded_text(bar) result(text)
+      type(error_bar_t), intent(in) :: bar
+      character(:), allocatable :: text
+      text = ''
+      if (bar%told .and. .not. bar%bounded) text = ' '//bar_text(bar)
+   end function unbounded_text
+
+   !> A value less its estimated error as tables have it; blank where no bar holds it.
+   pure function corrected_text(value, bar) result(text)
+      real(wp), intent(in) :: value
+      type(error_bar_t), intent(in) :: bar
+      character(:), allocatable :: text
+      text = ''
+      if (bar%told .and. bar%bounded .and. bar%bar > 0.0_wp) text = significant(value + bar%correction, corrected_digits)
+   end function corrected_text
+end module error_text

@@ -1,0 +1,142 @@
+!> From a bifurcation point to a first point on another path through it.
+!>
+!> The state is moved along the null vector and brought back to equilibrium in the plane normal to it, the part of the
+!> null vector along the known path taken out; so the correction cannot fall back on that path. The first distance is
+!> halved until the other path is as good as straight over it.
+module branch_switching
+   use kinds, only: wp
+   use errors, only: error_t
+   use model, only: step_t, method_load, method_displacement, method_linearised
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: to_global
+   use bordered_system, only: linearise, apply_increment
+   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, deck_mode
+   use test_kinds, only: span_test_t, test_slack, test_gap
+   use span_tests, only: run_span_tests
+   use path_control, only: control_t, metric, path_length, is_arc_length
+   use path_continuity, only: path_tangent_at
+   use path_events, only: new_test_values
+   use path_state, only: path_state_t
+   use critical_points, only: critical_point_t
+   use corrector, only: increment_t, correct
+   use monitors, only: monitor_values
+   implicit none
+   private
+   public :: switch_branch
+
+   integer, parameter :: max_tries = 12
+   real(wp), parameter :: straight = 0.3_wp !! a correction of this part of the distance is no small one
+
+contains
+
+   !> Puts the run on the other path: state, system, control and direction are those of its first point.
+   subroutine switch_branch(problem, step, landmark, mode, side, distance, run, report)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(critical_point_t), intent(in) :: landmark  !! the bifurcation
+      integer, intent(in) :: mode               !! which null vector, at most the landmark's multiplicity
+      integer, intent(in) :: side               !! 1 along it, -1 against it (sign convention of tangent_modes)
+      real(wp), intent(in) :: distance          !! arc length to try first
+      type(path_state_t), intent(inout) :: run
+      type(increment_t), intent(out) :: report  !! converged tells whether it worked
+      type(modes_t) :: modes
+      type(error_t), allocatable :: error
+      type(state_t) :: trial, predicted
+      type(control_t) :: hold
+      real(wp), allocatable :: shape(:, :), chord(:, :), away(:, :), seen(:, :)
+      real(wp) :: length, along, sense, wander, drift
+      integer :: try, node
+
+      run%state = landmark%state
+      call linearise(problem, run%state, run%state, run%system)
+      if (.not. run%system%ok) then
+         report%message = 'the tangent at the bifurcation is singular'
+         return
+      end if
+      call lowest_modes(problem, run%state, run%system, landmark%multiplicity + 2, modes, error)
+      if (modes%n < landmark%multiplicity) then
+         report%message = 'the null vector was not found'
+         return
+      end if
+      call choose_null_vectors(problem, run%state, run%system, landmark%multiplicity, modes)
+      allocate (shape(3, size(run%state%u, 2)))
+      do node = 1, size(shape, 2)
+         shape(:, node) = to_global(problem, run%system, modes%x(:, mode), node)
+      end do
+      allocate (seen(3, problem%deck%mesh%n_nodes))
+      call deck_mode(problem, run%state, run%system, modes%x(:, mode), seen, sense)
+      sense = side * sense
+      hold%method = method_linearised
+      hold%tangent = sense * shape
+      ! Of the path without rounding, which has a share of the null vector itself.
+      chord = landmark%direction - landmark%drift
+      along = metric(problem, chord, chord)
+      if (along > 0.0_wp) hold%tangent = hold%tangent - chord * (metric(problem, hold%tangent, chord) / along)
+      hold%tangent = hold%tangent / sqrt(metric(problem, hold%tangent, hold%tangent))
+
+      length = distance
+      do try = 1, max_tries
+         if (try > 1) call linearise(problem, run%state, run%state, run%system)
+         trial = run%state
+         call apply_increment(problem, run%system, sense * length * modes%x(:, mode), 0.0_wp, trial)
+         predicted = trial
+         hold%increment = sense * length * metric(problem, hold%tangent, shape)
+         ! Counted from where the path is without its rounding, so that points do not depend on that.
+         drift = metric(problem, hold%tangent, landmark%drift)
+         if (abs(drift) >= 0.1_wp * abs(hold%increment)) drift = 0.0_wp
+         hold%increment = hold%increment - drift
+         call correct(problem, run%state, hold, .false., trial, run%system, report)
+         if (report%converged) then
+            wander = path_length(problem, predicted, trial)
+            report%converged = wander <= straight * length
+            if (.not. report%converged) report%message = 'no other path was found near the bifurcation'
+            if (report%converged) call look_outside(trial)
+            if (report%converged) exit
+         end if
+         length = 0.5_wp * length
+      end do
+      if (.not. report%converged) return
+
+      away = trial%u - (run%state%u - drift * hold%tangent)
+      run%last_length = sqrt(metric(problem, away, away))
+      run%last_load = trial%load_factor - run%state%load_factor
+      run%heading = path_tangent_at(problem, run%system, away, run%last_load)
+      run%arc_length = landmark%arc_length + run%last_length
+      call set_increment()
+      run%state = trial
+      run%probe = new_test_values(problem, run%state, run%system, run%heading%load)
+
+   contains
+
+      !> No free span reaches into an obstacle, as it may where the other path has gone further than to contact.
+      subroutine look_outside(state)
+         type(state_t), intent(in) :: state
+         type(span_test_t), allocatable :: tests(:)
+         if (.not. problem%has_spans()) return
+         tests = run_span_tests(problem, state, max(run%system%force_scale, tiny(length)))
+         report%converged = all(tests%value >= -test_slack(tests%kind) .or. tests%kind /= test_gap)
+         if (.not. report%converged) report%message = 'the other path begins inside an obstacle'
+      end subroutine look_outside
+
+      !> The strategy of the step, from here on and in this direction; not further at first than the switch went.
+      subroutine set_increment()
+         real(wp) :: change(size(problem%model%monitor))
+         run%control = landmark%control
+         run%control%method = step%method
+         if (allocated(run%control%previous)) deallocate (run%control%previous)
+         if (is_arc_length(step%method)) then
+            if (.not. run%control%load_scale > 0.0_wp .and. abs(landmark%direction_load) > 0.0_wp) &
+               & run%control%load_scale = sqrt(metric(problem, landmark%direction, landmark%direction)) / &
+               & abs(landmark%direction_load)
+            run%control%increment = min(length, step%largest)
+         else if (step%method == method_load) then
+            run%control%increment = sign(min(max(abs(run%last_load), step%smallest), abs(step%increment)), run%last_load)
+         else if (step%method == method_displacement) then
+            change = monitor_values(problem, trial, run%system) - monitor_values(problem, run%state, run%system)
+            run%control%increment = sign(min(max(abs(change(step%monitor)), step%smallest), abs(step%increment)), &
+               & change(step%monitor))
+         end if
+      end subroutine set_increment
+   end subroutine switch_branch
+end module branch_switching

@@ -1,0 +1,178 @@
+!> What fails within an increment and holds at both of its ends: the force of a point that is gone and comes back. While the set
+!> stays it is smooth along the path: the cubic with its values and slopes at both ends tells. And points that have gone further
+!> than their slopes say: where contact is lost at one place and begins at another the set looks the same.
+module minima_of_tests
+   use kinds, only: wp
+   use model, only: step_t
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use bordered_system, only: linearise
+   use test_kinds, only: span_test_t, test_force, test_curvature, test_slack
+   use span_tests, only: run_span_tests
+   use contact_change_types, only: step_interval_t
+   use tangent_step, only: states_along
+   use touchdown_points, only: touchdown_steps
+   use span_candidates, only: touch_place
+   use path_control, only: path_length
+   use path_continuity, only: path_tangent_t
+   use path_state, only: path_state_t
+   use step_control, only: smallest
+   implicit none
+   private
+   public :: look_between, note_slopes, least_of_cubic
+
+   real(wp), parameter :: told = 1.0e-3_wp !! of the larger value at the ends, that the cubic has to be below zero
+
+   integer, parameter :: most_closer = 5   !! halvings of an increment in which a test seems to fail
+   real(wp), parameter :: far = 1.0e-2_wp  !! of a stretch, that points go at least where they jump
+   real(wp), parameter :: far_off = 0.5_wp !! of the faster end, that their mean speed is from between those at both
+
+contains
+
+   !> Looks whether a test fails within an increment at whose end it holds again, by the slopes at both ends: a shorter one tells.
+   subroutine look_between(problem, step, run, leg, which, shorter)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run !! its system is factored at its end, or where it stands where that is shorter
+      type(step_interval_t), intent(in) :: leg
+      integer, intent(in) :: which               !! the test that is zero at its end; 0: none is
+      logical, intent(out) :: shorter
+      real(wp) :: slope(size(leg%after) + problem%candidates%n), both(size(slope), 2), length
+      shorter = .false.
+      slope = slopes_at(problem, run, leg%to, leg%ahead, leg%after, leg%scale)
+      if (allocated(run%slopes%here)) then
+         if (size(run%slopes%here) == size(slope)) then
+            both(:, 1) = run%slopes%here
+            both(:, 2) = slope
+            length = path_length(problem, leg%from, leg%to)
+            shorter = dips(problem, leg, both, length, which) .or. jumps(problem, leg, both, length)
+         end if
+      end if
+      ! Such tests as have a kink there say so however short increments are.
+      if (shorter) run%slopes%closer = run%slopes%closer + 1
+      run%slopes%rough = run%slopes%rough .or. run%slopes%closer > most_closer
+      shorter = shorter .and. .not. run%slopes%rough .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)
+      if (shorter) then
+         call linearise(problem, run%state, run%state, run%system)
+         run%control%increment = 0.5_wp * run%control%increment
+      else
+         run%slopes%ahead = slope
+      end if
+   end subroutine look_between
+
+   !> The slopes of the tests where the run stands, if they are not known.
+   subroutine note_slopes(problem, run)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run          !! its system is factored there
+      real(wp) :: scale
+      if (run%since_change%arrives) run%since_change%rises = curvature_rises(problem, run)
+      if (allocated(run%slopes%here) .or. .not. problem%has_spans() .or. problem%is_sampled()) return
+      scale = max(run%system%force_scale, tiny(scale))
+      run%slopes%here = slopes_at(problem, run, run%state, run%heading, run_span_tests(problem, run%state, scale), scale)
+   end subroutine note_slopes
+
+   !> True where points that stay at their places, and are more curved than the obstacle, grow less curved along the path.
+   logical function curvature_rises(problem, run) result(rises)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run              !! its system is factored where it stands
+      type(span_test_t), allocatable :: first(:), last(:)
+      type(state_t) :: here, ahead
+      real(wp) :: step
+      rises = .false.
+      if (.not. run%system%ok) return
+      call states_along(problem, run%system, run%state, run%heading%load, here, ahead, step)
+      first = run_span_tests(problem, here, 1.0_wp)
+      last = run_span_tests(problem, ahead, 1.0_wp)
+      rises = all(last%value > first%value .or. first%kind /= test_curvature .or. first%value >= 0.0_wp)
+   end function curvature_rises
+
+   !> Slopes of tests along the path, by its length, those of other tests than forces 0; behind them those of the places of all
+   !> candidates.
+   function slopes_at(problem, run, state, heading, tests, scale) result(slope)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run              !! its system is factored at the state
+      type(state_t), intent(in) :: state
+      type(path_tangent_t), intent(in) :: heading      !! tangent there
+      type(span_test_t), intent(in) :: tests(:)   !! there
+      real(wp), intent(in) :: scale               !! of forces
+      real(wp) :: slope(size(tests) + problem%candidates%n)
+      type(state_t) :: here, ahead
+      type(span_test_t), allocatable :: first(:), last(:)
+      real(wp) :: step, length
+      slope = 0.0_wp
+      if (.not. run%system%ok) return
+      call states_along(problem, run%system, state, heading%load, here, ahead, step)
+      length = path_length(problem, here, ahead)
+      if (.not. length > 0.0_wp) return
+      first = run_span_tests(problem, here, scale, only=0)
+      last = run_span_tests(problem, ahead, scale, only=0)
+      where (tests%kind == test_force) slope(:size(tests)) = last%value - first%value
+      slope(size(tests) + 1:) = touchdown_steps(problem, state, ahead) - touchdown_steps(problem, state, here)
+      slope = slope / length
+   end function slopes_at
+
+   !> True where a touchdown point has gone much further on an increment, or less far, than its slopes at both ends.
+   logical function jumps(problem, leg, slope, length)
+      type(problem_t), intent(in) :: problem
+      type(step_interval_t), intent(in) :: leg
+      real(wp), intent(in) :: slope(:, :)         !! as slopes_at gives them; (tests and candidates, ends)
+      real(wp), intent(in) :: length              !! of the way
+      real(wp) :: way
+      integer :: c
+      jumps = .false.
+      do c = 1, problem%candidates%n
+         if (.not. problem%candidates%moves(c) .or. problem%candidates%touch(c) == 0) cycle
+         way = touch_place(problem, leg%to, c) - touch_place(problem, leg%from, c)
+         if (abs(way) <= far * problem%layout%stretch(problem%touch(problem%candidates%touch(c))%stretch)%length) cycle
+         associate (both => length * slope(size(leg%after) + c, :))
+            jumps = jumps .or. max(way - maxval(both), minval(both) - way) > far_off * maxval(abs(both))
+         end associate
+      end do
+   end function jumps
+
+   !> True where a point that is pushed at both ends of an increment is not in between.
+   pure logical function dips(problem, leg, slope, length, which)
+      type(problem_t), intent(in) :: problem
+      type(step_interval_t), intent(in) :: leg
+      integer, intent(in) :: which                !! the test that is zero at its end; 0: none is
+      real(wp), intent(in) :: slope(:, :)         !! (tests, ends)
+      real(wp), intent(in) :: length              !! of the way
+      integer :: k
+      dips = .false.
+      do k = 1, size(leg%after)
+         associate (before => leg%before(k), after => leg%after(k))
+            ! At breakpoints of the rod forces have kinks.
+            if (after%kind /= test_force) cycle
+            if (.not. problem%candidates%moves(after%candidate)) cycle
+            if (before%value <= test_slack(after%kind)) cycle
+            if (k /= which .and. after%value <= test_slack(after%kind)) cycle
+            dips = dips .or. least_of_cubic([before%value, after%value], length * slope(k, :)) < &
+               & -told * max(before%value, after%value)
+         end associate
+      end do
+   end function dips
+
+   !> Least value from 0 to 1 of the cubic with given values and slopes at both.
+   pure real(wp) function least_of_cubic(value, slope) result(least)
+      real(wp), intent(in) :: value(2), slope(2)
+      real(wp) :: c(0:3), root(2), square
+      integer :: k
+      least = minval(value)
+      c(0) = value(1)
+      c(1) = slope(1)
+      c(2) = 3.0_wp * (value(2) - value(1)) - 2.0_wp * slope(1) - slope(2)
+      c(3) = -2.0_wp * (value(2) - value(1)) + slope(1) + slope(2)
+      ! Zeros of c1 + 2 c2 t + 3 c3 t^2, the one of the larger divisor first.
+      square = c(2)**2 - 3.0_wp * c(1) * c(3)
+      if (square < 0.0_wp) return
+      root(1) = -(c(2) + sign(sqrt(square), c(2)))
+      root(2) = huge(least)
+      if (abs(root(1)) > 0.0_wp) root(2) = c(1) / root(1)
+      if (abs(c(3)) > 0.0_wp) root(1) = root(1) / (3.0_wp * c(3))
+      if (.not. abs(c(3)) > 0.0_wp) root(1) = huge(least)
+      do k = 1, 2
+         if (root(k) <= 0.0_wp .or. root(k) >= 1.0_wp) cycle
+         least = min(least, c(0) + root(k) * (c(1) + root(k) * (c(2) + root(k) * c(3))))
+      end do
+   end function least_of_cubic
+end module minima_of_tests

@@ -1,0 +1,128 @@
+!> What is known of the place of a change only with the next set of contact spans, before the run goes there: the touch itself where
+!> contact begins, the free span that opens within a line.
+module predicted_contact_set
+   use kinds, only: wp
+   use model, only: step_t, method_load
+   use problem, only: problem_t, copy_problem
+   use rod_state, only: state_t
+   use state_transfer, only: find_point
+   use bordered_system, only: linearise
+   use span_regions, only: beginning_region
+   use test_kinds, only: span_test_t, test_gap, test_force, test_pressure, test_couple
+   use span_tests, only: run_span_tests
+   use contact_change_types, only: step_interval_t, change_t, change_missed, change_opening
+   use span_opening, only: open_line
+   use span_rules, only: beginning_together
+   use span_set, only: begin_touches, touched_at
+   use reachability, only: leads_to_next
+   use path_control, only: control_t, path_length
+   use path_continuity, only: largest_distance
+   use path_state, only: path_state_t, copy_path_state, path_tangent_of
+   use corrector, only: increment_t, correct
+   use error_report, only: bars_at_touch
+   implicit none
+   private
+   public :: look_beyond
+
+contains
+
+   !> What a change is beyond its place, where a test is zero.
+   subroutine look_beyond(problem, step, run, leg, change)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
+      type(change_t), intent(inout) :: change    !! by a rule on entry
+      type(path_state_t) :: there
+      real(wp) :: tau
+      logical :: found
+      associate (next => change%next, test => change%tests(change%which))
+         if (opens_line(problem, test)) then
+            ! Here nothing tells yet where the span that opens ends; a little further on it does.
+            call open_line(problem, change%place, leg%to, leg%after(change%which), leg%scale, run%touches + 1, next, &
+               & found)
+            if (found .and. opens_inside(problem, test)) then
+               ! Such a span grows with its length to the sixth power: its path goes on without a corner, and no eigenvalue changes
+               ! its sign. Where the load soon turns back, another equilibrium may be all there is at the end of the leg.
+               call copy_path_state(run, there)
+               there%state = change%place
+               there%heading = change%heading
+               found = next%system%negative_pivots == run%system%negative_pivots
+               if (found) found = leads_to_next(problem, there, next)
+            end if
+            change%kind = merge(change_opening, change_missed, found)
+            return
+         end if
+      end associate
+      allocate (change%begins(0))
+      if (change%tests(change%which)%kind == test_gap) then
+         change%begins = beginning_together(problem, change%tests, change%which, leg%after%value < leg%before%value)
+         call begin_sharply(problem, step, run, leg, change)
+         associate (test => change%tests(change%which))
+            run%beginning = beginning_region(problem, change%place, test%contact, test%stretch, test%at)
+            call find_point(problem, change%place, test%stretch, test%at, run%beginning_in, tau)
+         end associate
+      end if
+   end subroutine look_beyond
+
+   !> Where contact begins: the gap is as good as the dense output, the touch itself as good as the nodes.
+   subroutine begin_sharply(problem, step, run, leg, change)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the change's place
+      type(step_interval_t), intent(in) :: leg
+      type(change_t), intent(inout) :: change    !! as it was where no touch is found nearby
+      type(path_state_t) :: touched
+      type(problem_t) :: next
+      type(state_t) :: better
+      type(control_t) :: control
+      type(increment_t) :: anew
+      logical :: found
+      call copy_path_state(run, touched)
+      touched%state = change%place
+      touched%heading = change%heading
+      call copy_problem(problem, next)
+      call begin_touches(next, touched, change%begins, found)
+      if (.not. found) return
+      control%method = method_load
+      control%increment = touched%state%load_factor - change%place%load_factor
+      control%whole = change%place%load_factor
+      better = change%place
+      call correct(problem, change%place, control, .true., better, run%system, anew)
+      found = anew%converged
+      ! Where the path turns back the load tells nothing.
+      if (found) found = path_length(problem, change%place, better) <= largest_distance * path_length(problem, run%state, &
+         & leg%to)
+      if (.not. found) then
+         call linearise(problem, change%place, run%state, run%system)
+         return
+      end if
+      change%place = better
+      change%report%iterations = change%report%iterations + anew%iterations
+      change%report%residual = anew%residual
+      change%heading = path_tangent_of(problem, run, better)
+      change%tests = run_span_tests(problem, better, leg%scale)
+      change%begins = touched_at(next, touched, change%begins)
+      change%tests(change%which)%at = change%begins(size(change%begins))%at
+      call bars_at_touch(problem, step, run, better, change%heading, next, touched, change%bars)
+   end subroutine begin_sharply
+
+   !> True where a line stays on both sides of what opens, of which one may be the image at a mirror.
+   pure logical function opens_inside(problem, test) result(inside)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test
+      integer :: c
+      inside = test%kind == test_pressure
+      if (.not. inside .or. .not. abs(test%sense) > 0.0_wp) return
+      c = problem%touch(test%touch)%candidate(merge(1, 2, test%sense < 0.0_wp))
+      inside = .not. problem%candidates%moves(c)
+   end function opens_inside
+
+   !> True where a line lifts off inside, or at an end that a breakpoint of the rod holds.
+   pure logical function opens_line(problem, test)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test
+      opens_line = test%kind == test_pressure .or. test%kind == test_couple
+      if (test%kind == test_force) opens_line = problem%touch(test%touch)%line .and. .not. problem%candidates%moves(test%candidate)
+   end function opens_line
+end module predicted_contact_set

@@ -1,0 +1,349 @@
+!> Changes of the contact spans along a path: where a test function has its zero the path stops, the set is changed, the mesh
+!> made anew, and the path goes on where what is new grows.
+module span_changes
+   use kinds, only: wp
+   use model, only: step_t, method_load
+   use problem, only: problem_t, copy_problem
+   use rod_state, only: state_t
+   use bordered_system, only: linearise
+   use span_regions, only: find_span_regions
+   use test_kinds, only: span_test_t, any_crosses, test_words, test_curvature
+   use reachability, only: turns
+   use contact_change_types, only: step_interval_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
+      & change_opening, change_vanishing, place_within, place_here, place_ahead
+   use next_spans, only: next_t
+   use span_events, only: find_change
+   use minima_of_tests, only: look_between
+   use span_answer, only: answer_t
+   use span_rules, only: answer_to, coming_next
+   use answer_trials, only: take_answer
+   use entering_contact_set, only: go_to_next, come_nearer
+   use span_mesh, only: ask_for_twice
+   use contact_in_doubt, only: ask_nodes
+   use path_continuity, only: path_tangent_t
+   use path_events, only: event_t, new_test_values, value_events, event_stop
+   use path_state, only: path_state_t, copy_path_state
+   use path_acceptance, only: arrival_t, accept
+   use remeshing, only: wants_another
+   use path_outcome, only: outcome_t
+   use step_control, only: smallest
+   use path_record, only: recorder_t
+   use error_bar, only: error_bars_t
+   use error_report, only: bars_at_point
+   implicit none
+   private
+   public :: pass_change, pass_doubt, set_holds, set_changed, go_nearer, other_mesh, no_set
+
+   ! What has come of looking for a change.
+   integer, parameter :: set_holds = 0           !! there is none
+   integer, parameter :: set_changed = 1         !! the run stands where it is, with the next set
+   integer, parameter :: go_nearer = 2           !! the increment is to be shorter, and has become so
+   integer, parameter :: other_mesh = 3          !! see run%wanted
+   integer, parameter :: no_set = 4              !! run%stuck says what was not found
+
+   integer, parameter :: most_meshes = 4         !! for the sake of which of two changes comes first
+   real(wp), parameter :: likely = 10.0_wp       !! times the bar of one change: bars of others are rarely wider
+
+contains
+
+   !> Looks whether the contact spans of an increment still hold at its end. Where they do not the run goes to where they
+   !> first fail and on from there with those that hold.
+   subroutine pass_change(problem, step, run, trial, ahead, stuck, tries, recorder, result, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run !! its system is factored at the trial where the set holds, else where it stands
+      type(state_t), intent(in) :: trial
+      type(path_tangent_t), intent(in) :: ahead       !! tangent there
+      logical, intent(in) :: stuck               !! no increment converges: the trial is the run's state, what may be ahead of it?
+      integer, intent(in) :: tries               !! as arrival_t has it
+      class(recorder_t), intent(inout) :: recorder
+      integer, intent(out) :: result             !! set_holds, set_changed, ...
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(step_interval_t) :: leg
+      type(change_t) :: change
+      finished = .false.
+      leg = new_leg(problem, run, trial, ahead, stuck)
+      call find_change(problem, step, run, leg, change)
+      select case (change%kind)
+      case (change_none)
+         call keep_set(problem, step, run, leg, result)
+      case (change_missed)
+         call go_less_far(problem, step, run, leg%after(change%which), result)
+      case (change_vanishing)
+         call pass_vanishing(problem, step, run, leg, change, recorder, result, finished, outcome)
+      case (change_by_rule)
+         call pass_by_rule(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+      case (change_opening)
+         call pass_opening(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+      end select
+      if (result == set_changed) run%since_change%at = run%arc_length
+      if (allocated(run%stuck)) result = no_set
+   end subroutine pass_change
+
+   !> The set holds at the end of the leg; between its ends slopes tell.
+   subroutine keep_set(problem, step, run, leg, result)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
+      integer, intent(out) :: result
+      logical :: shorter
+      shorter = .false.
+      call linearise(problem, leg%to, run%state, run%system)
+      if (.not. leg%stuck) call look_between(problem, step, run, leg, 0, shorter)
+      result = merge(go_nearer, set_holds, shorter)
+   end subroutine keep_set
+
+   !> A span is gone, or will be. The set without it is known where it begins alone, and what is on the way would not be told:
+   !> nearer, as long as the load turns before, and not beyond the leg where the step ends on the way there.
+   subroutine pass_vanishing(problem, step, run, leg, change, recorder, result, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
+      type(change_t), intent(inout) :: change
+      class(recorder_t), intent(inout) :: recorder
+      integer, intent(out) :: result
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      finished = .false.
+      if (turns(run, leg) .and. .not. leg%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)) then
+         call go_less_far(problem, step, run, leg%after(change%which), result)
+      else if (lies_beyond(leg, change%next) .and. ends_before(step, run, change%next)) then
+         call keep_set(problem, step, run, leg, result)
+      else
+         result = set_changed
+         call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
+      end if
+   end subroutine pass_vanishing
+
+   !> True for a set that begins behind the end of a leg over which the old one holds.
+   pure logical function lies_beyond(leg, next)
+      type(step_interval_t), intent(in) :: leg
+      type(next_t), intent(in) :: next
+      associate (here => leg%to%load_factor)
+         lies_beyond = .not. (leg%stuck .or. any_crosses(leg%before, leg%after)) .and. (next%state%load_factor - here) * &
+            & (here - leg%from%load_factor) > 0.0_wp
+      end associate
+   end function lies_beyond
+
+   !> True where the step ends between the run and where the next set begins.
+   logical function ends_before(step, run, next)
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(next_t), intent(in) :: next
+      type(event_t), allocatable :: events(:)
+      call value_events(next%problem, step, run%probe, new_test_values(next%problem, next%state, next%system, next%rate), &
+         & run%state, &
+         & next%state, events)
+      ends_before = any(events%kind == event_stop)
+   end function ends_before
+
+   !> A test is zero, and a rule says what comes behind it.
+   subroutine pass_by_rule(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
+      integer, intent(in) :: tries
+      type(change_t), intent(inout) :: change
+      class(recorder_t), intent(inout) :: recorder
+      integer, intent(out) :: result
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(step_interval_t) :: near
+      type(answer_t) :: answer
+      type(problem_t) :: next
+      type(path_state_t) :: on
+      logical :: shorter, holds, asked
+      finished = .false.
+      if (change%where == place_within .and. .not. leg%stuck) then
+         near = leg
+         near%to = change%place
+         near%ahead = change%heading
+         near%after = change%tests
+         call look_between(problem, step, run, near, change%which, shorter)
+         result = go_nearer
+         if (shorter) return
+      end if
+      answer = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches)
+      ! Where contact only spreads, at the point that another change has just been told at, it is not told again.
+      if (.not. (change%where == place_here .and. change%tests(change%which)%kind == test_curvature)) change%label = answer%label
+      change%divides = answer%divides
+      call record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+      if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
+      call take_answer(problem, run, leg, change, answer, next, on, holds)
+      if (.not. holds .and. change%where == place_here .and. tries == 0) then
+         ! Of a point that is as curved as its obstacle but for what the mesh errs by, and nothing is recorded yet.
+         call ask_for_twice(problem, run, asked)
+         result = merge(other_mesh, set_changed, asked)
+         if (asked) return
+      end if
+      call go_on(problem, step, run, next, on, recorder, finished, outcome)
+   end subroutine pass_by_rule
+
+   !> A line opens inside, and what comes behind that is known. Where one stays on both sides its contact divides.
+   subroutine pass_opening(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
+      integer, intent(in) :: tries
+      type(change_t), intent(inout) :: change
+      class(recorder_t), intent(inout) :: recorder
+      integer, intent(out) :: result
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      change%divides = size(find_span_regions(change%next%problem, change%next%state)) > &
+         & size(find_span_regions(problem, change%place))
+      if (change%divides) change%label = 'C-'
+      call record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+      if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
+      call come_nearer(problem, step, run, leg, change)
+      call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
+   end subroutine pass_opening
+
+   !> The run with its next set. Where that is known at another load only, values that are asked for may lie on the way there.
+   subroutine go_on(problem, step, run, next, on, recorder, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run          !! at the change's place
+      type(problem_t), intent(in) :: next
+      type(path_state_t), intent(in) :: on              !! where the next set is known
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(event_t), allocatable :: events(:)
+      type(next_t) :: ahead
+      finished = .false.
+      allocate (events(0))
+      if (.not. allocated(on%stuck)) call value_events(next, step, run%probe, on%probe, on%state, on%state, events)
+      if (size(events) == 0) then
+         call copy_problem(next, problem)
+         call copy_path_state(on, run)
+         return
+      end if
+      call copy_problem(next, ahead%problem)
+      ahead%state = on%state
+      ahead%system = on%system
+      ahead%heading = on%heading
+      call go_to_next(problem, step, run, ahead, recorder, finished, outcome)
+      run%since_change%arrives = on%since_change%arrives
+   end subroutine go_on
+
+   !> Where no increment gets further and no test tells why: the set that contact at nodes finds ahead.
+   subroutine pass_doubt(problem, step, run, reach, recorder, changed, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run          !! its system is factored where it stands
+      real(wp), intent(in) :: reach              !! of the increment that failed
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: changed            !! false: nodes do not find one
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(next_t) :: next
+      finished = .false.
+      call ask_nodes(problem, run, reach, next, changed)
+      if (changed) then
+         call go_to_next(problem, step, run, next, recorder, finished, outcome)
+      else
+         call linearise(problem, run%state, run%state, run%system)
+      end if
+   end subroutine pass_doubt
+
+   !> The run goes to the place of a change, which is recorded, unless something else comes before.
+   subroutine record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: leg
+      integer, intent(in) :: tries               !! as arrival_t has it
+      type(change_t), intent(inout) :: change
+      class(recorder_t), intent(inout) :: recorder
+      integer, intent(out) :: result             !! set_changed: it is recorded
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(arrival_t) :: arrival
+      real(wp) :: increment
+      logical :: shorter, asked
+      shorter = .false.
+      finished = .false.
+      increment = run%control%increment
+      ! What happens on the way to a place beyond is looked for in parts of the increment.
+      if (change%where == place_ahead .and. run%control%method == method_load) &
+         & run%control%increment = change%place%load_factor - run%state%load_factor
+      if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%place, change%heading, change%label, &
+         & .false., change%which, change%bars)
+      if (change%label /= '  ' .and. tries < most_meshes .and. in_doubt(problem, step, run, leg, change)) then
+         call ask_for_twice(problem, run, asked)
+         run%control%increment = increment
+         result = other_mesh
+         if (asked) return
+      end if
+      ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
+      if (.not. (change%where == place_here .and. change%label == '  ')) then
+         arrival%report = change%report
+         arrival%can_cut = .not. leg%stuck
+         arrival%tries = tries
+         arrival%label = change%label
+         arrival%divides = change%divides
+         arrival%changes = .true.
+         if (allocated(change%bars)) arrival%bars = change%bars
+         call accept(problem, step, run, change%place, change%heading, arrival, recorder, shorter, finished, outcome)
+      end if
+      run%control%increment = increment
+      if (allocated(run%beginning)) deallocate (run%beginning)
+      run%beginning_in = 0
+      if (wants_another(run)) then
+         result = other_mesh
+      else if (.not. shorter) then
+         result = set_changed
+      else if (change%where == place_ahead) then
+         call keep_set(problem, step, run, leg, result)
+      else
+         ! What lies before is better found from nearer.
+         call go_less_far(problem, step, run, leg%after(change%which), result)
+      end if
+   end subroutine record_change
+
+   !> True where the mesh does not tell which of two changes comes first: each may be elsewhere by its bar.
+   logical function in_doubt(problem, step, run, leg, change)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the place
+      type(step_interval_t), intent(in) :: leg
+      type(change_t), intent(in) :: change
+      type(error_bars_t), allocatable :: bars
+      real(wp) :: fall(size(change%tests)), way
+      integer, allocatable :: next(:)
+      integer :: k
+      in_doubt = .false.
+      if (.not. allocated(change%bars) .or. change%which == 0) return
+      way = abs(leg%to%load_factor - leg%from%load_factor)
+      if (.not. (change%bars%load%told .and. change%bars%load%bounded .and. way > 0.0_wp)) return
+      fall = leg%before%value - leg%after%value
+      next = coming_next(change%tests, change%which, fall, likely * change%bars%load%bar / way)
+      do k = 1, size(next)
+         call bars_at_point(problem, step, run, change%place, change%heading, 'C+', .false., next(k), bars)
+         if (.not. allocated(bars)) return
+         if (.not. (bars%load%told .and. bars%load%bounded)) cycle
+         in_doubt = change%tests(next(k))%value * way <= (change%bars%load%bar + bars%load%bar) * fall(next(k))
+         if (in_doubt) return
+      end do
+   end function in_doubt
+
+   !> A shorter increment may tell.
+   subroutine go_less_far(problem, step, run, test, result)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run          !! stuck where it has become too short
+      type(span_test_t), intent(in) :: test      !! whose zero was not found
+      integer, intent(out) :: result
+      result = go_nearer
+      call linearise(problem, run%state, run%state, run%system)
+      run%control%increment = 0.5_wp * run%control%increment
+      if (abs(run%control%increment) < smallest(step, run%control)) &
+         & run%stuck = 'where '//trim(test_words(test%kind))//' was not found'
+   end subroutine go_less_far
+end module span_changes

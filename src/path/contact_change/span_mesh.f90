@@ -1,0 +1,355 @@
+!> The run on another mesh, whatever the reason: another set of touches, spans that have grown, errors larger than asked for.
+module span_mesh
+   use kinds, only: wp
+   use model, only: method_load, method_displacement
+   use problem, only: problem_t, copy_problem
+   use rod_state, only: state_t, is_stress_free
+   use linear_system, only: new_system
+   use bordered_system, only: linearise
+   use contact_spans, only: contact_span_t
+   use span_start, only: prepare_spans
+   use span_problem, only: new_span_problem
+   use span_division, only: present_demand, lasting_demand, outgrown
+   use span_candidates, only: present_contact_spans
+   use mesh_change, only: carry_over
+   use mesh_density, only: mesh_density_t
+   use ground_mark, only: cut_t
+   use ground_cuts, only: find_cuts, marked
+   use ground_segments, only: tell_segments
+   use state_transfer, only: carried, carried_field
+   use path_control, only: control_t, is_arc_length, metric
+   use resting_contact, only: find_fastest, stay_in_place
+   use flat_points, only: turn_flattest
+   use path_continuity, only: path_tangent_t, path_tangent_at, normal_plane, angle_between, largest_turn
+   use path_events, only: test_values_t, new_test_values
+   use path_state, only: path_state_t, copy_path_state, checkpoint_t, forget_mesh, rest_of_mesh
+   use corrector, only: increment_t, correct
+   use mesh_request, only: stays_within
+   use timing, only: count_up, counter_remeshed
+   implicit none
+   private
+   public :: prepare_mesh, renew_mesh, refine_mesh, coarsen_mesh, step_back, ask_for_twice, mesh_for_touches
+
+contains
+
+   !> The problem that a path begins with, on its first mesh.
+   subroutine prepare_mesh(problem)
+      type(problem_t), intent(inout) :: problem      !! of the deck
+      type(contact_span_t) :: none(0)
+      if (any(problem%deck%contact%along)) then
+         call prepare_spans(problem)
+      else if (any(problem%layout%stretch%placed)) then
+         problem = new_span_problem(problem, none)
+      end if
+   end subroutine prepare_mesh
+
+   !> Another mesh at the point where the run stands: finer for spans that have grown, with nodes where the kinks of foundations
+   !> lie.
+   subroutine renew_mesh(problem, run)
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run
+      logical :: done
+      type(cut_t), allocatable :: cut(:)
+      if (any(problem%layout%stretch%placed)) problem%demand = lasting_demand(problem, run%state)
+      cut = find_cuts(problem, run%state)
+      if (.not. (problem%has_spans() .or. size(cut) > 0 .or. size(problem%mark) > 0)) return
+      if (marked(problem, run%state, cut)) then
+         if (.not. outgrown(problem, run%state, cut)) return
+      end if
+      call stand_on(new_span_problem(problem, present_contact_spans(problem, run%state), run%state, cut), problem, run, done)
+   end subroutine renew_mesh
+
+   !> The mesh that the run's last trial asked for: at the point where it stands, from which the increment is to be made anew, or
+   !> else at the trial itself.
+   subroutine refine_mesh(problem, run, trial, settled, taken, done)
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run
+      type(state_t), intent(inout) :: trial
+      logical, intent(in) :: settled                 !! the trial is in equilibrium
+      logical, intent(out) :: taken                  !! the trial is in equilibrium on the new mesh, and the system factored there
+      logical, intent(out) :: done                   !! false: no equilibrium was found on it, nothing has changed. The mesh may be
+      !! that which the point had before it became coarser
+      type(problem_t) :: asked, here
+      type(checkpoint_t), allocatable :: finer
+      type(cut_t), allocatable :: cut(:)
+      integer :: k
+      taken = .false.
+      done = .false.
+      call move_alloc(run%footing, finer)
+      call copy_problem(problem, asked)
+      asked%demand = run%wanted
+      deallocate (run%wanted)
+      call copy_problem(asked, here)
+      here%demand = taken_along(problem, run%state, asked%demand)
+      cut = find_cuts(problem, trial)
+      ! Without a load nothing says where contact will end.
+      if (settled .and. run%fresh) call remesh_trial(asked, problem, run, trial, .false., taken)
+      if (.not. taken .and. (problem%has_spans() .or. run%from_point .or. marked(problem, trial, cut))) call stand_here()
+      ! Where contact has just been told by nodes, or by elements on foundations, the run does not stand on a point of these spans.
+      if (.not. (taken .or. done)) run%before = present_demand(problem, run%state)
+      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, run%has_events, taken)
+      ! Newton's method may not settle on one mesh and does on another, which may be finer than was asked for.
+      if (.not. (taken .or. done)) then
+         do k = 1, size(here%demand)
+            here%demand(k)%elements = 2.0_wp * here%demand(k)%elements
+         end do
+         call stand_here()
+      end if
+      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, .false., taken)
+      done = done .or. taken
+      if (.not. done .and. allocated(finer)) then
+         ! The mesh was made coarser than leads on.
+         call step_back(finer, problem, run)
+         done = .true.
+      end if
+      if (done) call count_up(counter_remeshed)
+
+   contains
+
+      !> The run's point on the mesh that is asked for.
+      subroutine stand_here()
+         call stand_on(new_span_problem(here, present_contact_spans(problem, run%state), run%state, find_cuts(problem, &
+            & run%state)), &
+            & problem, run, done)
+      end subroutine stand_here
+   end subroutine refine_mesh
+
+   !> What elements are wanted of a mesh, as its nodes stand in a state: those of a span go with its ends, so that where they are
+   !> wanted at a trial they come to from here.
+   function taken_along(problem, state, demand) result(here)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(mesh_density_t), intent(in) :: demand(:)        !! of pieces that are the elements of the problem, or others
+      type(mesh_density_t) :: here(size(demand))
+      integer :: k
+      here = present_demand(problem, state)
+      do k = 1, size(demand)
+         if (size(here(k)%elements) == size(demand(k)%elements)) then
+            here(k)%elements = demand(k)%elements
+         else
+            here(k) = demand(k)
+         end if
+      end do
+   end function taken_along
+
+   !> The trial on another mesh, and the run's point, as it is, with it.
+   subroutine remesh_trial(asked, problem, run, trial, both, taken)
+      type(problem_t), intent(in) :: asked           !! the problem with another demand
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run
+      type(state_t), intent(inout) :: trial
+      logical, intent(in) :: both                    !! the run's point is to be in equilibrium on it, too
+      logical, intent(out) :: taken                  !! false: no equilibrium was found on it, nothing has changed
+      type(problem_t) :: before
+      type(path_state_t) :: unmoved
+      type(state_t) :: untaken
+      type(state_t) :: start
+      type(path_tangent_t) :: heading
+      type(test_values_t) :: probe
+      logical :: fresh, settled
+      call copy_problem(problem, before)
+      call copy_path_state(run, unmoved)
+      untaken = trial
+      start = run%state
+      heading = run%heading
+      probe = run%probe
+      run%state = trial
+      fresh = run%fresh
+      run%fresh = .false.
+      call stand_on(new_span_problem(asked, present_contact_spans(problem, trial), trial, find_cuts(problem, trial)), problem, &
+         & run, &
+         & taken)
+      run%fresh = fresh
+      trial = run%state
+      run%state = start
+      run%heading = heading
+      run%probe = probe
+      if (.not. taken) return
+      run%state = carried(before, start, problem)
+      call tell_segments(problem, run%state, carried=.true.)
+      run%heading%u = carried_field(before, start, heading%u, problem, run%state)
+      if (fresh) return
+      ! Shorter increments may have to start there, and events may lie there.
+      call linearise(problem, run%state, run%state, run%system)
+      call rebalance(problem, run, settled)
+      taken = settled .or. .not. both
+      if (.not. taken) then
+         call copy_problem(before, problem)
+         call copy_path_state(unmoved, run)
+         trial = untaken
+      end if
+      call linearise(problem, trial, trial, run%system)
+   end subroutine remesh_trial
+
+   !> The coarser mesh that the run's last point would have done with, if it has fewer elements and an equilibrium there. Whether
+   !> it is good enough the next trial tells.
+   subroutine coarsen_mesh(problem, run)
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run
+      type(problem_t) :: asked
+      type(checkpoint_t), allocatable :: before
+      logical :: done
+      call copy_problem(problem, asked)
+      asked%demand = run%spare
+      deallocate (run%spare)
+      asked = new_span_problem(asked, present_contact_spans(problem, run%state), run%state, find_cuts(problem, run%state))
+      if (asked%model%mesh%n_elements >= problem%model%mesh%n_elements) then
+         ! Spans have their least.
+         run%kept_meshes = rest_of_mesh
+         return
+      end if
+      before = checkpoint_t(problem, run%state, run%heading, run%probe)
+      call stand_on(asked, problem, run, done)
+      if (.not. done) return
+      ! What turns the load errs by all that it changes by.
+      if (run%heading%load * before%heading%load < 0.0_wp) then
+         call step_back(before, problem, run)
+         return
+      end if
+      call move_alloc(before, run%footing)
+      call count_up(counter_remeshed)
+   end subroutine coarsen_mesh
+
+   !> The run as it stood before its mesh became coarser. It stays as fine for a while.
+   subroutine step_back(finer, problem, run)
+      type(checkpoint_t), intent(in) :: finer
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run
+      call copy_problem(finer%problem, problem)
+      run%state = finer%state
+      run%heading = finer%heading
+      run%probe = finer%probe
+      call forget_mesh(run)
+      run%kept_meshes = rest_of_mesh
+      run%system = new_system(problem)
+      call linearise(problem, run%state, run%state, run%system)
+   end subroutine step_back
+
+   !> Asks for twice as many elements everywhere.
+   subroutine ask_for_twice(problem, run, asked)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run
+      logical, intent(out) :: asked                  !! false: the program makes no meshes here
+      integer :: k
+      asked = any(problem%layout%stretch%placed) .and. .not. problem%is_sampled()
+      if (.not. asked) return
+      run%wanted = present_demand(problem, run%state)
+      do k = 1, size(run%wanted)
+         run%wanted(k)%elements = 2.0_wp * run%wanted(k)%elements
+      end do
+   end subroutine ask_for_twice
+
+   !> The run's point on another mesh with the same touches; nothing changes where no equilibrium is found on it.
+   subroutine stand_on(next, problem, run, done)
+      type(problem_t), intent(in) :: next
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run
+      logical, intent(out) :: done
+      type(problem_t) :: kept
+      type(path_state_t) :: before
+      call copy_problem(problem, kept)
+      call copy_path_state(run, before)
+      call move_to_mesh(next, problem, run)
+      call rebalance(problem, run, done)
+      if (done) return
+      call copy_problem(kept, problem)
+      call copy_path_state(before, run)
+      call linearise(problem, run%state, run%state, run%system)
+   end subroutine stand_on
+
+   !> The run's point in equilibrium on the mesh where it has been brought; its system is factored there, on return too.
+   subroutine rebalance(problem, run, done)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run              !! unchanged but for its system where nothing is done
+      logical, intent(out) :: done
+      type(state_t) :: better
+      type(control_t) :: hold
+      type(increment_t) :: report
+      type(test_values_t) :: probe
+      type(path_tangent_t) :: ahead
+      logical :: behind_flat
+      done = run%system%ok
+      behind_flat = .false.
+      better = run%state
+      if (done .and. .not. (run%fresh .or. is_stress_free(run%state))) then
+         ! What the strategy prescribes stays; else across the path: at a limit point, too.
+         hold = normal_plane(problem, run%state, run%heading)
+         if (any(run%control%method == [method_load, method_displacement])) hold = run%control
+         hold%increment = 0.0_wp
+         call bring_to_balance()
+         ! No mesh that anything was found on errs by more than all that has moved: that is another equilibrium.
+         if (done) done = stays_within(problem, run%state, better, run%motion)
+      end if
+      if (done) ahead = path_tangent_at(problem, run%system, run%heading%u, run%heading%load)
+      ! Where a coarse mesh has made so much else of the displacements that they do not tell the sense, the load does: it turns
+      ! where the stability changes.
+      if (done .and. run%system%negative_pivots == run%probe%negative_pivots .and. ahead%load * run%heading%load < 0.0_wp) then
+         if (angle_between(problem, run%heading%u, ahead%u) > largest_turn) &
+            & ahead = path_tangent_at(problem, run%system, 0.0_wp * run%heading%u, run%heading%load)
+      end if
+      ! Nor does one turn the path and its stability at once.
+      if (done .and. .not. run%fresh .and. run%system%negative_pivots /= run%probe%negative_pivots) &
+         & done = angle_between(problem, run%heading%u, ahead%u) <= largest_turn
+      if (.not. done) return
+      run%behind_flat = behind_flat
+      run%state = better
+      run%heading = ahead
+      probe = new_test_values(problem, run%state, run%system, run%heading%load)
+      ! What lines without pressure tell does not hang on the mesh.
+      probe%weak = run%probe%weak
+      probe%free_pivots = run%probe%free_pivots
+      ! What lies between the two meshes is to be told, and once: contact with a foundation that begins or ends, a bifurcation, a
+      ! limit point. Just behind a change of contact nothing has been followed that could turn.
+      probe%grounded = run%probe%grounded
+      if (.not. run%fresh) probe%negative_pivots = run%probe%negative_pivots
+      if (.not. run%fresh .and. run%arc_length > run%since_change%at .and. probe%load_rate * run%probe%load_rate < 0.0_wp) &
+         & probe%load_rate = run%probe%load_rate
+      run%probe = probe
+
+   contains
+
+      !> Held by what changes most there: next to a limit point the end of a line may go far while all else hardly moves, there and
+      !> back, and what lies across the path is nowhere on a mesh that has that point at less load.
+      subroutine bring_to_balance()
+         integer :: fastest
+         real(wp) :: rate
+         fastest = 0
+         if (is_arc_length(run%control%method)) call find_fastest(problem, run, fastest, rate)
+         done = .false.
+         ! A change by all of the size counts as one by all of the displacement.
+         if (fastest > 0) then
+            if (rate * abs(hold%tangent_load) * sqrt(metric(problem, run%state%u, run%state%u)) > problem%size) &
+               & call stay_in_place(problem, run, fastest, better, done)
+         end if
+         if (done) return
+         better = run%state
+         call correct(problem, run%state, hold, .true., better, run%system, report)
+         done = run%system%ok .and. report%converged
+         if (done) return
+         better = run%state
+         call turn_flattest(problem, run, hold, better, done)
+         behind_flat = done
+         if (done) call linearise(problem, better, better, run%system)
+      end subroutine bring_to_balance
+   end subroutine rebalance
+
+   !> The run on the mesh of another set of touches.
+   subroutine mesh_for_touches(problem, run, touch)
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run
+      type(contact_span_t), intent(in) :: touch(:)
+      call move_to_mesh(new_span_problem(problem, touch), problem, run)
+   end subroutine mesh_for_touches
+
+   !> The run on the mesh of another problem.
+   subroutine move_to_mesh(next, problem, run)
+      type(problem_t), intent(in) :: next
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run
+      call carry_over(problem, next, run%state, run%heading%u)
+      call forget_mesh(run)
+      call copy_problem(next, problem)
+      run%system = new_system(problem)
+      call linearise(problem, run%state, run%state, run%system)
+   end subroutine move_to_mesh
+end module span_mesh

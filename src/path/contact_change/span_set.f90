@@ -1,0 +1,254 @@
+!> A change of the set of touches where a test function is zero, and the way on from there: where what is new grows.
+module span_set
+   use kinds, only: wp
+   use model, only: method_load
+   use problem, only: problem_t, copy_problem
+   use rod_state, only: state_t
+   use bordered_system, only: linearise
+   use contact_response, only: reaction_rate
+   use contact_spans, only: contact_span_t, shortest
+   use span_candidates, only: present_contact_spans, touch_place, rolls_at
+   use free_span_gap, only: gap_at
+   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, test_slope
+   use span_answer, only: answer_t
+   use span_mesh, only: mesh_for_touches
+   use held_openings, only: begin_span, rest_held, spread_ahead, spreading_rate
+   use tangent_step, only: states_along
+   use shrunk_line, only: come_to_rest
+   use flat_points, only: curving_rate
+   use path_control, only: control_t, is_arc_length
+   use path_continuity, only: path_tangent_at
+   use path_events, only: new_test_values
+   use path_state, only: path_state_t, copy_path_state, path_tangent_of
+   use corrector, only: increment_t, correct
+   use touchdown_points, only: point_force
+   implicit none
+   private
+   public :: change_set, begin_touches, touched_at
+
+contains
+
+   !> Goes on with the set that a test's rule tells, in the sense in which what is new grows.
+   subroutine change_set(problem, run, test, begins, answer, reach, grows)
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run          !! at the place where the test is zero; stuck where there is no way on
+      type(span_test_t), intent(in) :: test      !! there
+      type(span_test_t), intent(in) :: begins(:) !! gaps that are closed there, its own last; where it is no gap none
+      type(answer_t), intent(in) :: answer       !! to it
+      real(wp), intent(in) :: reach              !! along the path, that the equilibrium with the new set may be away
+      logical, intent(out) :: grows              !! false: what has lain down was not found with a length
+      type(problem_t) :: next
+      type(path_state_t) :: on
+      type(contact_span_t) :: old, now(size(problem%touch))
+      logical :: ok, leaves
+      now = present_contact_spans(problem, run%state)
+      if (test%touch > 0) old = now(test%touch)
+      if (allocated(answer%no_rule)) then
+         grows = .true.
+         run%stuck = answer%no_rule
+         return
+      end if
+      call copy_problem(problem, next)
+      call copy_path_state(run, on)
+      call stand_with(next, on, test, begins, answer, old, reach, ok, grows, leaves)
+      if (.not. ok) then
+         run%stuck = 'no way on from where '//trim(test_words(test%kind))
+         return
+      end if
+      call take_sense(next, on, test, answer, old, leaves)
+      on%probe = new_test_values(next, on%state, on%system, on%heading%load)
+      ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
+      on%since_change%shrunk = test%kind == test_length
+      if (on%since_change%shrunk) on%probe%negative_pivots = run%probe%negative_pivots
+      on%since_change%arrives = any(test%kind == [test_length, test_crossing])
+      call copy_problem(next, problem)
+      call copy_path_state(on, run)
+   end subroutine change_set
+
+   !> The run with the touches of an answer, in equilibrium.
+   subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, grows, leaves)
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run          !! at the place where the test is zero on entry
+      type(span_test_t), intent(in) :: test
+      type(span_test_t), intent(in) :: begins(:)
+      type(answer_t), intent(in) :: answer
+      type(contact_span_t), intent(in) :: old           !! that of the test
+      real(wp), intent(in) :: reach
+      logical, intent(out) :: ok                 !! false: there is none
+      logical, intent(out) :: grows              !! false: a line was not found with a length
+      logical, intent(out) :: leaves             !! a line has become a point, and the run has left it
+      grows = .true.
+      leaves = .false.
+      if (test%kind == test_gap) then
+         call begin_touches(problem, run, begins, ok)
+      else
+         run%touches = max(run%touches, maxval(answer%touch%number))
+         call mesh_for_touches(problem, run, answer%touch)
+         ok = run%system%ok
+      end if
+      if (ok .and. parts(answer)) call begin_span(problem, run, answer%between, ok)
+      if (.not. ok) return
+      if (size(answer%crosses, 2) > 0) then
+         call begin_span(problem, run, answer%crosses(:, 1), ok, answer%crosses(:, 2:))
+      else if (any(test%kind == [test_length, test_crossing])) then
+         call come_to_rest(problem, run, candidate_of(problem, old%number), reach, leaves)
+      else if (test%kind == test_curvature .and. .not. parts(answer)) then
+         call begin_span(problem, run, answer%between, grows)
+         if (grows) return
+         call rest_held(problem, run, answer%between)
+         call spread_ahead(problem, run, answer%between, grows)
+      end if
+   end subroutine stand_with
+
+   !> The sense of the path in which what is new grows.
+   subroutine take_sense(problem, run, test, answer, old, leaves)
+      type(problem_t), intent(in) :: problem     !! with the touches of the answer
+      type(path_state_t), intent(inout) :: run
+      type(span_test_t), intent(in) :: test      !! that was zero
+      type(answer_t), intent(in) :: answer
+      type(contact_span_t), intent(in) :: old           !! that of the test, as it was
+      logical, intent(in) :: leaves              !! as stand_with has it
+      real(wp) :: rate
+      select case (test%kind)
+      case (test_gap)
+         rate = 1.0_wp
+         if (candidate_of(problem, run%touches) > 0) rate = reaction_rate(problem, run%system, candidate_of(problem, run%touches))
+         call head_for(problem, run, rate)
+      case (test_force)
+         call head_for(problem, run, opening_rate(problem, run, old))
+      case (test_curvature)
+         call head_for(problem, run, spreading_rate(problem, run, answer%between))
+      case (test_slope)
+         if (parts(answer)) then
+            rate = spreading_rate(problem, run, answer%between)
+         else
+            ! A span that is crossed shrinks as the touch moves on.
+            rate = -spreading_rate(problem, run, answer%crosses(:, 1))
+         end if
+         call head_for(problem, run, rate)
+      case default
+         if (leaves) then
+            call head_for(problem, run, curving_rate(problem, run, candidate_of(problem, old%number)))
+         else if (is_arc_length(run%control%method)) then
+            run%heading = path_tangent_at(problem, run%system, run%heading%u, run%heading%load)
+         else
+            run%heading = path_tangent_of(problem, run, run%state)
+         end if
+      end select
+   end subroutine take_sense
+
+   !> True for an answer that opens a free span between two touches.
+   pure logical function parts(answer)
+      type(answer_t), intent(in) :: answer
+      parts = answer%between(1) /= answer%between(2)
+   end function parts
+
+   !> The run in the sense in which something grows.
+   subroutine head_for(problem, run, rate)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run          !! its system factored
+      real(wp), intent(in) :: rate               !! of that, per unit of load factor
+      run%heading = path_tangent_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
+   end subroutine head_for
+
+   !> The run with a touch more at each place where the gap of a free span is zero, at the load at which the last of them has no
+   !> force.
+   subroutine begin_touches(problem, run, begins, ok)
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run          !! at that place; the last touch gets its last number
+      type(span_test_t), intent(in) :: begins(:)
+      logical, intent(out) :: ok                 !! false: the state is not that one
+      integer, parameter :: most = 8             ! without a force nothing holds the point where it is: it would go astray
+      type(contact_span_t) :: new(size(begins))
+      type(control_t) :: control
+      type(increment_t) :: report
+      type(state_t) :: base, first
+      real(wp) :: rate
+      integer :: c, try, k
+      do k = 1, size(begins)
+         run%touches = run%touches + 1
+         new(k) = contact_span_t(number=run%touches, contact=begins(k)%contact, stretch=begins(k)%stretch, &
+            & at=spread(beginning_place(problem, begins(k)), 1, 2))
+      end do
+      call mesh_for_touches(problem, run, [present_contact_spans(problem, run%state), new])
+      ok = run%system%ok
+      if (.not. ok) return
+      c = candidate_of(problem, run%touches)
+      ! At a breakpoint the gap was that of a node.
+      if (c == 0) return
+      if (.not. problem%candidates%moves(c)) return
+      first = run%state
+      control%method = method_load
+      control%increment = 0.0_wp
+      ! However little is left, rounding is that of the load.
+      control%whole = run%state%load_factor
+      do try = 1, most
+         base = run%state
+         call correct(problem, base, control, .true., run%state, run%system, report)
+         ok = report%converged
+         if (.not. ok) exit
+         rate = reaction_rate(problem, run%system, c)
+         ok = abs(rate) > 0.0_wp
+         if (.not. ok) exit
+         control%increment = -point_force(problem, run%state, c) / rate
+         if (abs(control%increment) <= 10.0_wp * epsilon(rate) * abs(run%state%load_factor)) return
+      end do
+      ok = ok .and. abs(control%increment) <= sqrt(epsilon(rate)) * abs(run%state%load_factor)
+      if (ok) return
+      run%state = first
+      call linearise(problem, run%state, run%state, run%system)
+   end subroutine begin_touches
+
+   !> Where along its stretch a touch begins: at a breakpoint that it may roll away from where it is as near as that.
+   pure real(wp) function beginning_place(problem, test) result(at)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test
+      at = test%at
+      associate (length => problem%layout%stretch(test%stretch)%length)
+         if (test%at <= shortest * length) then
+            if (rolls_at(problem, test%contact, test%stretch, 1)) at = 0.0_wp
+         else if (test%at >= (1.0_wp - shortest) * length) then
+            if (rolls_at(problem, test%contact, test%stretch, 2)) at = length
+         end if
+      end associate
+   end function beginning_place
+
+   !> The candidate at a touch's beginning; 0: it is that of another touch.
+   pure integer function candidate_of(problem, number) result(c)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: number
+      integer :: k
+      c = 0
+      k = findloc(problem%touch%number, number, 1)
+      if (k > 0) c = problem%touch(k)%candidate(1)
+      if (c > 0) then
+         if (problem%candidates%touch(c) /= k) c = 0
+      end if
+   end function candidate_of
+
+   !> Closed gaps, each at the place of the touch that has begun there (begin_touches).
+   pure function touched_at(problem, run, begins) result(there)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(span_test_t), intent(in) :: begins(:)
+      type(span_test_t) :: there(size(begins))
+      integer :: k, c
+      there = begins
+      do k = 1, size(begins)
+         c = candidate_of(problem, run%touches - size(begins) + k)
+         if (c > 0) there(k)%at = touch_place(problem, run%state, c)
+      end do
+   end function touched_at
+
+   !> How the gap at a contact that was lost grows along the path, per unit of load factor.
+   real(wp) function opening_rate(problem, run, lost) result(rate)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run             !! its system factored
+      type(contact_span_t), intent(in) :: lost
+      type(state_t) :: ahead, here
+      real(wp) :: step
+      call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)
+      rate = gap_at(problem, ahead, lost%contact, lost%stretch, lost%at(1)) - &
+         & gap_at(problem, here, lost%contact, lost%stretch, lost%at(1))
+   end function opening_rate
+end module span_set

@@ -1,0 +1,298 @@
+!> Locates an event that was seen to happen within an increment, and checks that what was found is the event.
+module event_location
+   use kinds, only: wp
+   use model, only: step_t
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use bordered_system, only: linearise
+   use path_control, only: path_length, is_arc_length, can_be_held, holding_value
+   use path_continuity, only: path_tangent_t, lies_between, alike, largest_distance
+   use increment_points, only: division_t, new_division, point_within, chord_fraction
+   use corrector, only: increment_t, correct
+   use path_events, only: event_t, event_value, event_bifurcation, event_release, event_contact, event_limit, event_turning, &
+      & event_value_reached, event_stop
+   use located_events, only: located_event_t, note_balance
+   use smooth_zero, only: locate_smooth
+   use zero_at_end, only: take_beginning
+   use event_eigenvalue, only: zero_eigenvalue
+   use path_state, only: path_state_t, copy_path_state, path_tangent_of, test_values_at
+   use bracketing, only: bracket_t, new_bracket, next_guess, take_value
+   use force_law, only: segment_open, segment_unknown
+   implicit none
+   private
+   public :: locate
+
+contains
+
+   !> Finds the event's zero between the last accepted point and the trial. Located is what meets the tolerance, lies on the
+   !> path between the two, and is what its label says.
+   subroutine locate(problem, step, run, trial, ahead, sighting)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run            !! its system ends up at some point of the increment
+      type(state_t), intent(in) :: trial
+      type(path_tangent_t), intent(in) :: ahead         !! tangent at the trial
+      type(located_event_t), intent(inout) :: sighting  !! its event is given
+      type(division_t) :: division
+      real(wp) :: before
+      division = new_division(problem, run, trial, ahead, sighting%event%load_tells)
+      sighting%place = trial
+      sighting%heading = ahead
+      sighting%fraction = 1.0_wp
+      if (passed_by_mesh(run, sighting%event)) then
+         before = sighting%event%before
+         if (sighting%event%kind == event_limit) sighting%event%before = run%heading%load
+         call look_behind(problem, step, run, trial, ahead, division, sighting)
+         sighting%event%before = before
+         if (sighting%located) return
+         ! Not where the last point was brought to this mesh without an equilibrium.
+         call linearise(problem, run%state, run%state, run%system)
+         call note_balance(step, run%system, sighting%report, sighting%located)
+         if (.not. sighting%located) return
+         sighting%place = run%state
+         sighting%heading = run%heading
+         sighting%fraction = 0.0_wp
+         return
+      end if
+      if (sighting%event%kind == event_bifurcation .or. (division%smooth .and. any(sighting%event%kind == [event_limit, &
+         & event_turning]))) then
+         call locate_smooth(problem, step, run, trial, ahead, division, sighting)
+      else
+         call bracket_zero(problem, step, run, trial, ahead, division, sighting)
+      end if
+      if (.not. sighting%located) return
+      if (any(sighting%event%kind == [event_value_reached, event_stop])) call meet_value(problem, run, sighting)
+      if (division%smooth) then
+         sighting%located = is_what_it_says(problem, step, run, trial, ahead, sighting)
+         ! Where a line has become a point the load may stand, and turn by rounding only.
+         if (sighting%event%kind == event_limit .and. run%since_change%shrunk .and. .not. sighting%located) &
+            & call take_beginning(problem, step, run, sighting)
+      else if (division%length > 0.0_wp .and. is_arc_length(run%control%method)) then
+         ! Where load or displacement tells the way, it does so where nothing moves, too.
+         sighting%fraction = chord_fraction(problem, run, division, sighting%place)
+      end if
+   end subroutine locate
+
+   !> True where contact with a foundation began or ended, or the load turned, as the last point got another mesh: there it is, but
+   !> for what the mesh errs by, which its bar tells.
+   pure logical function passed_by_mesh(run, event) result(passed)
+      type(path_state_t), intent(in) :: run
+      type(event_t), intent(in) :: event           !! of the load: its rate before is that on the mesh before
+      real(wp) :: there                            ! positive: on the side where contact is
+      passed = event%kind == event_limit .and. event%before * run%heading%load < 0.0_wp
+      if (passed) return
+      passed = event%kind == event_contact .and. event%ground%contact > 0
+      if (.not. passed) return
+      there = merge(1.0_wp, -1.0_wp, event%label == 'C+')
+      passed = min(there * event%before, there * event%after) > 0.0_wp
+   end function passed_by_mesh
+
+   !> The event before the last point, on the mesh that this one has got since: where a straight line through the ends of the
+   !> increment has it there, as far back as the step or branch goes.
+   subroutine look_behind(problem, step, run, trial, ahead, division, sighting)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run            !! its system ends up at some point
+      type(state_t), intent(in) :: trial
+      type(path_tangent_t), intent(in) :: ahead
+      type(division_t), intent(in) :: division     !! of the increment
+      type(located_event_t), intent(inout) :: sighting  !! as it was where it is not located
+      type(located_event_t) :: found
+      type(division_t) :: part
+      type(path_state_t) :: behind
+      type(state_t) :: place
+      real(wp) :: fall, fraction
+      fall = sighting%event%before - sighting%event%after
+      if (.not. sighting%event%before * fall < 0.0_wp) return
+      ! Twice as far, to have it between.
+      fraction = 2.0_wp * sighting%event%before / fall
+      if (-fraction * division%length > run%arc_length - run%left_at) return
+      call copy_path_state(run, behind)
+      if (sighting%event%ground%contact > 0) call forget_opening(problem, sighting%event, behind%state)
+      part = division
+      call point_within(problem, behind, trial, ahead, part, fraction, .true., .false., place, found%report)
+      behind%state = place
+      if (.not. found%report%converged) return
+      behind%heading = path_tangent_of(problem, run, place)
+      found%event = sighting%event
+      found%event%after = sighting%event%before
+      found%event%before = event_value(problem, found%event, place, test_values_at(problem, behind, place, behind%heading))
+      if (.not. found%event%before * found%event%after < 0.0_wp) return
+      behind%control%increment = -fraction * run%control%increment
+      part = new_division(problem, behind, run%state, run%heading, found%event%load_tells)
+      found%place = run%state
+      found%heading = run%heading
+      call bracket_zero(problem, step, behind, run%state, run%heading, part, found)
+      if (.not. found%located) return
+      found%event%before = sighting%event%before
+      found%event%after = sighting%event%after
+      found%fraction = 0.0_wp
+      sighting = found
+   end subroutine look_behind
+
+   !> Where contact opened elements are to find out for themselves: beyond the event it is closed.
+   pure subroutine forget_opening(problem, event, state)
+      type(problem_t), intent(in) :: problem
+      type(event_t), intent(in) :: event           !! contact with a foundation
+      type(state_t), intent(inout) :: state
+      real(wp) :: at, closed
+      integer :: c
+      closed = problem%ground%chain%chain_length(event%ground%contact)
+      do c = 1, problem%ground%chain%n
+         if (problem%ground%chain%contact(c) /= event%ground%contact .or. state%segment(c) /= segment_open) cycle
+         at = problem%ground%chain%s(c)
+         if (closed > 0.0_wp) at = event%ground%from + modulo(at - event%ground%from, closed)
+         if (at > event%ground%from .and. at < event%ground%to) state%segment(c) = segment_unknown
+      end do
+   end subroutine forget_opening
+
+   !> The zero of the event's function by the Illinois rule.
+   subroutine bracket_zero(problem, step, run, trial, ahead, division, sighting)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(state_t), intent(in) :: trial
+      type(path_tangent_t), intent(in) :: ahead
+      type(division_t), intent(inout) :: division
+      type(located_event_t), intent(inout) :: sighting
+      type(state_t) :: here, below, above
+      type(path_tangent_t) :: heading, heading_above
+      type(bracket_t) :: bracket
+      real(wp) :: f, f_below, f_above, left
+      logical :: held, low_moved, releases
+
+      associate (event => sighting%event, located => sighting%located)
+         releases = event%kind == event_release
+         held = event%kind == event_contact .and. event%ground%contact == 0 .and. &
+            & .not. (event%divided .and. event%before < 0.0_wp)
+         bracket = new_bracket(event%before, event%after)
+         if (releases) then
+            call linearise(problem, trial, trial, run%system)
+            f_above = zero_eigenvalue(problem, run, event, trial)
+            call linearise(problem, run%state, run%state, run%system)
+            bracket = new_bracket(zero_eigenvalue(problem, run, event, run%state), f_above)
+         end if
+         f_below = bracket%f_low
+         f_above = bracket%f_high
+         event%scale = bracket%scale
+         below = run%state
+         above = trial
+         heading_above = ahead
+         ! A contact that is lost may leave no gap where something else holds the node; with it held its reaction tells.
+         located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. held
+         search: do while (.not. located)
+            if (.not. next_guess(bracket, step%locate_tolerance, sighting%fraction)) then
+               sighting%place = above
+               sighting%heading = heading_above
+               sighting%fraction = bracket%high
+               ! What is continuous shrinks with its bracket, what jumps does not, and is no event. The force of a contact may
+               ! begin with any slope, and the structure may give way by what a node more or less in contact makes.
+               if (event%kind == event_contact) then
+                  located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial)
+               else
+                  located = abs(f_above - f_below) <= sqrt(step%locate_tolerance) * bracket%scale
+               end if
+               exit search
+            end if
+            ! With the contact set of the start the function of a contact event is smooth through its zero.
+            call point_within(problem, run, trial, ahead, division, sighting%fraction, held, held, here, sighting%report)
+            if (held .and. sighting%report%converged) then
+               ! Other candidates may have changed sides meanwhile; then the LCP has to take part.
+               if (.not. holds_elsewhere(problem, run%system, event%marked, here)) then
+                  held = .false.
+                  cycle search
+               end if
+            end if
+            if (.not. sighting%report%converged) exit search
+            heading = path_tangent_of(problem, run, here)
+            event%pivots = run%system%negative_pivots
+            if (releases) then
+               f = zero_eigenvalue(problem, run, event, here)
+            else
+               f = event_value(problem, event, here, test_values_at(problem, run, here, heading))
+            end if
+            sighting%place = here
+            sighting%heading = heading
+            ! What is left to the zero, as a change of the load factor, by the flatter of the secants to both sides.
+            left = abs(f) * max(abs(above%load_factor - here%load_factor) / max(abs(f_above - f), tiny(f)), &
+               & abs(here%load_factor - below%load_factor) / max(abs(f - f_below), tiny(f)))
+            located = abs(f) <= step%locate_tolerance * bracket%scale .and. left <= step%locate_tolerance * &
+               & max(abs(here%load_factor), abs(trial%load_factor - run%state%load_factor))
+            if (located) exit search
+            call take_value(bracket, sighting%fraction, f, low_moved)
+            if (low_moved) then
+               below = here
+               f_below = f
+            else
+               above = here
+               heading_above = heading
+               f_above = f
+            end if
+         end do search
+         ! Where the contact set changes, eigenvalues may jump without a bifurcation.
+         if (releases .and. located) located = all(below%active .eqv. above%active)
+      end associate
+   end subroutine bracket_zero
+
+   !> The point at the value itself, from the place next to it that the bracket has left. Where it cannot be prescribed, or Newton's
+   !> method does not get there, the place stays; its bars have what is left.
+   subroutine meet_value(problem, run, sighting)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run            !! its system ends up factored at the place
+      type(located_event_t), intent(inout) :: sighting  !! located
+      type(increment_t) :: report
+      type(state_t) :: there
+      type(path_tangent_t) :: heading
+      real(wp) :: left
+      if (.not. can_be_held(problem, sighting%event%monitor)) return
+      call linearise(problem, sighting%place, sighting%place, run%system)
+      left = event_value(problem, sighting%event, sighting%place, test_values_at(problem, run, sighting%place, sighting%heading))
+      there = sighting%place
+      call correct(problem, sighting%place, holding_value(sighting%event%monitor, -left), .false., there, run%system, report)
+      if (.not. report%converged) return
+      heading = path_tangent_of(problem, run, there)
+      sighting%event%held = .true.
+      sighting%place = there
+      sighting%heading = heading
+   end subroutine meet_value
+
+   !> Whether the place lies on the path between both ends, a limit point above (or below) both of them.
+   logical function is_what_it_says(problem, step, run, trial, ahead, sighting) result(right)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(state_t), intent(in) :: trial
+      type(path_tangent_t), intent(in) :: ahead
+      type(located_event_t), intent(in) :: sighting
+      real(wp) :: noise
+      right = run%fresh .or. .not. alike(problem, run%state, sighting%place)
+      if (.not. right) right = lies_between(problem, run%state, trial, run%heading, ahead, sighting%place)
+      if (sighting%event%kind /= event_limit) return
+      associate (top => sighting%place%load_factor, first => run%state%load_factor, last => trial%load_factor)
+         ! The load is flat there: it errs by the square of what the place does, those of the points beside it by what the iteration
+         ! leaves.
+         noise = step%locate_tolerance * max(abs(top - first), abs(top - last)) + 4.0_wp * spacing(top) + &
+            & step%tolerance * max(abs(first), abs(last))
+         if (sighting%event%before > 0.0_wp) right = right .and. top >= max(first, last) - noise
+         if (sighting%event%before < 0.0_wp) right = right .and. top <= min(first, last) + noise
+      end associate
+   end function is_what_it_says
+
+   !> Signs of the gaps and reactions of all but some candidates; of these only that they do not work against each other.
+   pure logical function holds_elsewhere(problem, system, marked, state) result(holds)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system       !! assembled at `state`
+      logical, intent(in) :: marked(:)           !! (candidates) whose own signs do not count
+      type(state_t), intent(in) :: state
+      real(wp), parameter :: tolerance = 1.0e-8_wp
+      real(wp) :: least
+      least = tolerance * system%force_scale
+      ! Held, a region may pull at one node what it pushes at another: their sum vanishes where no contact is lost.
+      holds = .not. (any(marked .and. state%active .and. state%reaction < -least) .and. &
+         & any(marked .and. state%active .and. state%reaction > least))
+      if (.not. holds) return
+      holds = .not. any(.not. marked .and. .not. problem%candidates%bilateral .and. &
+         & merge(state%reaction < -least, system%opening < -tolerance * problem%size, state%active))
+   end function holds_elsewhere
+end module event_location

@@ -1,0 +1,138 @@
+!> Where the set of contact spans is in doubt: no increment gets further with it, and no test tells what comes instead. Then contact
+!> at many nodes finds out, as at the start of a path:
+!>
+!>   nodes stand where what touches now does (at_touches); they go ahead, off the record, until what they say turns into points and
+!>   lines that hold (find_spans_ahead); with these the way goes back to where they hold first (go_back); that must be near
+!>   (is_near); and what was lost and gained on the way is told (tell_differences).
+module contact_in_doubt
+   use kinds, only: wp
+   use model, only: method_load, method_cylindrical
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: new_system
+   use contact_spans, only: contact_span_t
+   use set_differences, only: differences_t, compare_sets
+   use span_problem, only: new_sampled_problem
+   use span_candidates, only: present_contact_spans
+   use nodes_to_spans, only: find_spans_ahead
+   use next_spans, only: next_t
+   use set_begins, only: go_back
+   use state_transfer, only: carried, carried_field
+   use path_control, only: control_t, is_arc_length, displacement_between, path_length
+   use path_continuity, only: path_tangent_at
+   use path_state, only: path_state_t
+   use corrector, only: increment_t, correct
+   implicit none
+   private
+   public :: ask_nodes
+
+   real(wp), parameter :: turning = 2.0_wp      !! times its own rate that a path may move at where its contact changes
+
+contains
+
+   !> The next set of contact spans and its equilibrium ahead of where the run stands, as near as the set holds.
+   subroutine ask_nodes(problem, run, reach, next, found)
+      type(problem_t), intent(in) :: problem       !! of spans
+      type(path_state_t), intent(in) :: run               !! its system factored where it stands
+      real(wp), intent(in) :: reach                !! of the increment that failed
+      type(next_t), intent(out) :: next
+      logical, intent(out) :: found
+      type(problem_t) :: nodes
+      type(path_state_t) :: on
+      type(state_t) :: here, ahead
+      type(control_t) :: control
+      type(increment_t) :: report
+      character(:), allocatable :: why
+      real(wp), allocatable :: onward(:, :)
+      real(wp) :: first, apart
+      nodes = new_sampled_problem(problem)
+      here = carried(problem, run%state, nodes)
+      here%active = at_touches(nodes, here, present_contact_spans(problem, run%state))
+      onward = carried_field(problem, run%state, run%heading%u, nodes, here)
+      control%method = method_load
+      on%system = new_system(nodes)
+      on%state = here
+      ! First with what touches now: its forces are not those of nodes.
+      call correct(nodes, here, control, .true., on%state, on%system, report)
+      apart = 0.0_wp
+      if (report%converged) apart = path_length(nodes, here, on%state)
+      if (report%converged) here = on%state
+      on%state = here
+      call correct(nodes, here, control, .false., on%state, on%system, report)
+      found = report%converged
+      if (.not. found) return
+      on%heading = path_tangent_at(nodes, on%system, onward, run%heading%load)
+      on%control%method = merge(method_cylindrical, run%control%method, is_arc_length(run%control%method))
+      on%control%monitor = run%control%monitor
+      on%control%increment = sign(reach, run%control%increment)
+      call find_spans_ahead(problem, run, nodes, on, next, first, found, report, why)
+      if (.not. found) return
+      ahead = next%state
+      call go_back(run%state%load_factor, next)
+      found = is_near(problem, run, next, apart)
+      if (.not. found) return
+      here = next%state
+      if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%state, next%problem)
+      next%heading = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
+         & ahead%load_factor - here%load_factor)
+      call tell_differences(problem, run, nodes, next)
+   end subroutine ask_nodes
+
+   !> What is lost or gained with the next set: told at its first point, it lies between that and where the run stands. There may be
+   !> other sets between, so that where the next one begins to hold says nothing of the first change.
+   subroutine tell_differences(problem, run, nodes, next)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(problem_t), intent(in) :: nodes         !! that have told
+      type(next_t), intent(inout) :: next
+      type(differences_t) :: differences
+      integer :: begun, ended
+      call compare_sets(present_contact_spans(problem, run%state), run%touches, &
+         & nodes%layout%stretch%length / (nodes%element_last - &
+         & nodes%element_first + 1), problem%chain_start, nodes%candidates%chain_length, &
+         & present_contact_spans(next%problem, next%state), next%problem%touch, differences)
+      begun = differences%gained + differences%merged
+      ended = differences%lost + differences%divided
+      if (begun > 0) next%label = 'C+'
+      if (ended > 0) next%label = 'C-'
+      next%times = begun + ended
+      next%divides = differences%divided > 0 .and. differences%lost == 0
+      next%located = begun + ended == 0
+   end subroutine tell_differences
+
+   !> True for an equilibrium as near as the path goes over that change of the load, and meshes differ: elsewhere lies another path.
+   logical function is_near(problem, run, next, apart) result(near)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(next_t), intent(in) :: next
+      real(wp), intent(in) :: apart                !! how far the run's equilibrium is from that of the same touches at nodes
+      real(wp) :: rise, jump
+      rise = next%state%load_factor - run%state%load_factor
+      jump = path_length(next%problem, carried(problem, run%state, next%problem), next%state)
+      near = (jump - max(apart, sqrt(epsilon(rise)) * problem%size)) * abs(run%heading%load) <= turning * abs(rise)
+   end function is_near
+
+   !> Nodes on lines, and those next to points.
+   function at_touches(nodes, state, touch) result(active)
+      type(problem_t), intent(in) :: nodes
+      type(state_t), intent(in) :: state
+      type(contact_span_t), intent(in) :: touch(:)
+      logical :: active(nodes%candidates%n)
+      real(wp) :: at(2)
+      integer :: c, side, e, k
+      active = .false.
+      do c = 1, nodes%candidates%n
+         do side = 1, 2
+            e = nodes%candidates%element(side, c)
+            if (e == 0) cycle
+            ! The half of the element that is nearer to the node.
+            at = state%geometry%element(e)%s + nodes%origin(e)
+            at(side) = 0.5_wp * sum(at)
+            do k = 1, size(touch)
+               if (touch(k)%stretch /= nodes%stretch(e) .or. touch(k)%contact /= nodes%candidates%contact(c)) cycle
+               active(c) = active(c) .or. (touch(k)%at(2) >= at(1) .and. touch(k)%at(1) <= at(2))
+            end do
+         end do
+      end do
+   end function at_touches
+end module contact_in_doubt

@@ -1,0 +1,104 @@
+!> Where the rods of a deck touch obstacles before anything acts: single places of nodes and between them. What tells later where
+!> contact is has its nodes there.
+module initial_contacts
+   use kinds, only: wp
+   use problem, only: problem_t
+   use contact_spans, only: contact_span_t
+   use obstacle_geometry, only: obstacle_gap
+   use reference_curve, only: curve_point
+   use golden_section, only: golden_section_t, sections_to_rounding
+   implicit none
+   private
+   public :: find_first_touches, touching
+
+   real(wp), parameter :: touching = 1.0e-10_wp !! gap over the size: rounding of coordinates
+
+contains
+
+   !> All places with a gap that is least there, and none. Where a rod lies along its obstacle there are no such places.
+   function find_first_touches(problem) result(touch)
+      type(problem_t), intent(in) :: problem         !! of the deck, on its mesh
+      type(contact_span_t), allocatable :: touch(:)
+      real(wp), allocatable :: at(:), gap(:)
+      logical, allocatable :: touches(:)              ! with one before the first and one after the last
+      integer :: contact, stretch, i
+      allocate (touch(0))
+      do contact = 1, size(problem%deck%contact)
+         if (.not. problem%deck%contact(contact)%along) cycle
+         do stretch = 1, size(problem%layout%stretch)
+            if (.not. (problem%covered(stretch, contact) .and. problem%layout%stretch(stretch)%free)) cycle
+            call sample_gap(problem, contact, stretch, at, gap)
+            touches = [.false., gap <= touching * problem%size, .false.]
+            do i = 1, size(at)
+               if (.not. touches(i + 1) .or. touches(i) .or. touches(i + 2)) cycle
+               touch = [touch, contact_span_t(contact=contact, stretch=stretch, at=[at(i), at(i)])]
+            end do
+         end do
+      end do
+   end function find_first_touches
+
+   !> The gap at the deck's nodes along a stretch, and inside each element, where it is least there.
+   subroutine sample_gap(problem, contact, stretch, at, gap)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: contact, stretch
+      real(wp), allocatable, intent(out) :: at(:)    !! along the stretch, rising
+      real(wp), allocatable, intent(out) :: gap(:)
+      real(wp) :: inside, place
+      integer :: k, n
+      associate (whole => problem%layout%stretch(stretch))
+         allocate (at(2 * size(whole%element) + 1), gap(2 * size(whole%element) + 1))
+         n = 0
+         call keep(whole%at(1), gap_at(problem, contact, whole%element(1), 0.0_wp))
+         do k = 1, size(whole%element)
+            call least_inside(problem, contact, whole%element(k), place, inside)
+            associate (last => gap_at(problem, contact, whole%element(k), 1.0_wp))
+               if (inside < min(gap(n), last)) call keep(whole%at(k) + place * (whole%at(k + 1) - whole%at(k)), inside)
+               call keep(whole%at(k + 1), last)
+            end associate
+         end do
+      end associate
+      at = at(:n)
+      gap = gap(:n)
+
+   contains
+
+      subroutine keep(where, what)
+         real(wp), intent(in) :: where, what
+         n = n + 1
+         at(n) = where
+         gap(n) = what
+      end subroutine keep
+   end subroutine sample_gap
+
+   !> The one minimum of the gap inside an element.
+   subroutine least_inside(problem, contact, e, place, least)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: contact, e
+      real(wp), intent(out) :: place                 !! 0 to 1 of it
+      real(wp), intent(out) :: least
+      type(golden_section_t) :: search
+      call search%begin(0.0_wp, 1.0_wp, sections_to_rounding)
+      do while (search%asks(place))
+         call search%tell(gap_at(problem, contact, e, place))
+      end do
+      least = search%least
+   end subroutine least_inside
+
+   !> The gap at a place of an element of the deck.
+   real(wp) function gap_at(problem, contact, e, tau) result(gap)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: contact, e
+      real(wp), intent(in) :: tau
+      real(wp) :: x(2), angle, speed, normal(2), bend
+      associate (mesh => problem%deck%mesh, c => problem%deck%contact(contact))
+         if (mesh%curve(e) > 0) then
+            call curve_point(problem%deck%curve(mesh%curve(e)), problem%deck%imperfection, mesh%s(1, e) + &
+               & tau * (mesh%s(2, e) - mesh%s(1, e)), x, angle, speed)
+         else
+            x = (1.0_wp - tau) * mesh%x(:, mesh%node(1, e)) + tau * mesh%x(:, mesh%node(2, e))
+         end if
+         call obstacle_gap(problem%deck%obstacle(c%obstacle), x, gap, normal, bend)
+         gap = gap + c%gap + problem%overlap(contact)
+      end associate
+   end function gap_at
+end module initial_contacts

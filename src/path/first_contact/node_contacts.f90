@@ -1,0 +1,168 @@
+!> Contact at nodes as points and lines along the rod.
+module node_contacts
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, candidate_gap, may_react
+   use contact_spans, only: contact_span_t
+   use conforming_span, only: rod_angle
+   implicit none
+   private
+   public :: touches_at_nodes, along
+
+   real(wp), parameter :: along = 1.0e-9_wp !! sine of the angle between a rod and its obstacle
+
+contains
+
+   !> Runs of nodes in contact: one or two make a point, more a line, on each stretch that they go over one of its own. A few open
+   !> nodes between others are those of the waves that forces at nodes make.
+   function touches_at_nodes(problem, state, most) result(touch)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: most        !! open nodes in a row that count as such waves
+      type(contact_span_t), allocatable :: touch(:)
+      logical, dimension(problem%candidates%n) :: told, active, done
+      integer, allocatable :: run(:)
+      logical :: closed
+      integer :: c
+      allocate (touch(0))
+      told = nodes_in_contact(problem, state)
+      active = told
+      do c = 1, problem%candidates%n
+         if (.not. told(c)) cycle
+         call close_waves(problem, told, c, 1, most, active)
+         call close_waves(problem, told, c, 2, most, active)
+      end do
+      done = .not. active
+      do c = 1, problem%candidates%n
+         if (done(c)) cycle
+         call follow_run(problem, active, c, run, closed)
+         done(run) = .true.
+         if (size(run) <= 2 .and. all(told(run))) then
+            touch = [touch, point_at(problem, state, run(maxloc(state%reaction(run), 1)))]
+         else
+            touch = [touch, lines_along(problem, state, run, closed)]
+         end if
+      end do
+   end function touches_at_nodes
+
+   !> Nodes in contact. A support that stands on the obstacle takes its force, but is in contact, and so is a hinge, or a clamp
+   !> along it, even by itself: contact may spread from there.
+   function nodes_in_contact(problem, state) result(told)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      logical :: told(problem%candidates%n)
+      real(wp) :: gap, normal(2), bend, angle
+      integer :: c
+      told = state%active .and. problem%deck%contact(problem%candidates%contact)%along
+      do c = 1, problem%candidates%n
+         if (told(c) .or. .not. problem%deck%contact(problem%candidates%contact(c))%along) cycle
+         call candidate_gap(problem, state, c, gap, normal, bend)
+         if (may_react(problem, c, normal)) cycle
+         angle = rod_angle(problem, state, c)
+         associate (near => problem%candidates%neighbour(:, c))
+            if (any(state%active(pack(near, near > 0))) .or. .not. problem%model%fixed(3, problem%candidates%node(c)) .or. &
+               & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along) told(c) = gap <= 1.0e-9_wp * problem%size
+         end associate
+      end do
+   end function nodes_in_contact
+
+   !> Takes a few open nodes next to one in contact for closed, up to the next one, or the end of the rod.
+   pure subroutine close_waves(problem, told, c, side, most, active)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: told(:)     !! (candidates) in contact
+      integer, intent(in) :: c, side     !! one of them; 1: before it, 2: after it
+      integer, intent(in) :: most
+      logical, intent(inout) :: active(:) !! and those taken for closed
+      integer :: at, n
+      at = c
+      do n = 0, most
+         at = problem%candidates%neighbour(side, at)
+         if (at == 0) exit
+         if (told(at)) exit
+      end do
+      if (n > most) return
+      ! At the end of a rod that lies flat a single node takes it all.
+      if (at == 0 .and. most == 1) return
+      at = problem%candidates%neighbour(side, c)
+      do while (at > 0)
+         if (active(at)) exit
+         active(at) = .true.
+         at = problem%candidates%neighbour(side, at)
+      end do
+   end subroutine close_waves
+
+   !> All active candidates in a row with one of them; a row all round begins anywhere.
+   pure subroutine follow_run(problem, active, c, run, closed)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: active(:)
+      integer, intent(in) :: c
+      integer, allocatable, intent(out) :: run(:)
+      logical, intent(out) :: closed     !! the last one's neighbour is the first one
+      integer :: first, at, row(size(active)), n
+      first = c
+      do
+         at = problem%candidates%neighbour(1, first)
+         if (at == 0) exit
+         if (.not. active(at)) exit
+         first = at
+         if (first == c) exit
+      end do
+      n = 0
+      at = first
+      do
+         n = n + 1
+         row(n) = at
+         at = problem%candidates%neighbour(2, at)
+         closed = at == first
+         if (at == 0 .or. closed) exit
+         if (.not. active(at)) exit
+      end do
+      run = row(:n)
+   end subroutine follow_run
+
+   !> A point contact at a node.
+   pure type(contact_span_t) function point_at(problem, state, c) result(new)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c
+      integer :: side
+      side = merge(1, 2, problem%candidates%element(2, c) > 0)
+      new%contact = problem%candidates%contact(c)
+      new%stretch = problem%stretch(problem%candidates%element(3 - side, c))
+      new%at = end_of(problem, state, problem%candidates%element(3 - side, c), side)
+   end function point_at
+
+   !> Lines for nodes in contact side by side.
+   pure function lines_along(problem, state, run, closed) result(line)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: run(:)      !! candidates
+      logical, intent(in) :: closed      !! as follow_run has it
+      type(contact_span_t), allocatable :: line(:)
+      type(contact_span_t) :: new
+      integer :: i, e
+      allocate (line(0))
+      do i = 1, size(run) - merge(0, 1, closed)
+         e = problem%candidates%element(2, run(i))
+         if (new%stretch /= problem%stretch(e) .or. (i > 1 .and. e == problem%element_first(problem%stretch(e)))) then
+            if (new%stretch > 0) line = [line, new]
+            new%stretch = problem%stretch(e)
+            new%contact = problem%candidates%contact(run(1))
+            new%line = .true.
+            new%at(1) = end_of(problem, state, e, 1)
+         end if
+         new%at(2) = end_of(problem, state, e, 2)
+      end do
+      line = [line, new]
+   end function lines_along
+
+   !> Coordinate along its stretch of one end of an element; of breakpoints exactly.
+   pure real(wp) function end_of(problem, state, e, side)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e, side
+      end_of = state%geometry%element(e)%s(side) + problem%origin(e)
+      if (side == 1 .and. e == problem%element_first(problem%stretch(e))) end_of = 0.0_wp
+      if (side == 2 .and. e == problem%element_last(problem%stretch(e))) end_of = problem%layout%stretch(problem%stretch(e))%length
+   end function end_of
+end module node_contacts

@@ -1,0 +1,239 @@
+!> The start of a path with contact spans: nodes find out what touches.
+module span_start
+   use kinds, only: wp
+   use problem, only: problem_t, copy_problem, new_problem
+   use bordered_system, only: linearise
+   use rod_state, only: state_t, candidate_gap, may_react
+   use contact_spans, only: contact_span_t
+   use span_problem, only: new_span_problem, new_sampled_problem, place_spans
+   use node_contacts, only: along
+   use initial_contacts, only: find_first_touches, touching
+   use next_spans, only: next_t
+   use entering_contact_set, only: bound_for
+   use nodes_to_spans, only: find_spans_ahead
+   use set_begins, only: go_back
+   use corrector, only: increment_t
+   use path_state, only: path_state_t, copy_path_state
+   use rod_layout, only: stretch_element
+   use rod_geometry, only: geometry_t, new_geometry
+   use obstacle_geometry, only: obstacle_gap
+   implicit none
+   private
+   public :: prepare_spans, begin_spans
+
+   real(wp), parameter :: small_part = 2.0_wp**(-12) !! of the first increment; half of the increments with contact at nodes double
+   !! it to what was asked
+   integer, parameter :: most_parts = 24        !! halvings of the first increment; what touches in less touches at the start
+
+contains
+
+   !> The problem that a path with contact spans starts with: without spans where nothing touches yet, else with nodes that find
+   !> out what does. Unchanged where the deck has no contact that spans describe.
+   subroutine prepare_spans(problem)
+      type(problem_t), intent(inout) :: problem      !! of the deck
+      type(contact_span_t), allocatable :: clamp(:), first(:)
+      real(wp) :: normal(2)
+      logical :: touches
+      integer :: k, i
+      if (.not. any(problem%deck%contact%along)) return
+      call place_spans(new_problem(problem%deck), problem)
+      touches = .false.
+      allocate (clamp(0))
+      do k = 1, size(problem%deck%contact)
+         associate (contact => problem%deck%contact(k))
+            if (.not. contact%along) cycle
+            do i = 1, size(contact%node)
+               if (.not. touches_at_first(problem, k, i, normal)) cycle
+               if (held_end(problem, k, contact%node(i), normal)) then
+                  clamp = [clamp, touch_at_end(problem, k, contact%node(i), size(clamp) + 1)]
+               else
+                  touches = .true.
+               end if
+            end do
+         end associate
+      end do
+      first = find_first_touches(problem)
+      do k = 1, size(first)
+         touches = touches .or. (first(k)%at(1) > 0.0_wp .and. first(k)%at(1) < problem%layout%stretch(first(k)%stretch)%length)
+      end do
+      if (touches) then
+         problem = new_sampled_problem(problem, first)
+      else
+         problem = new_span_problem(problem, clamp)
+      end if
+   end subroutine prepare_spans
+
+   !> True for a node of a contact that is at its obstacle at the start.
+   logical function touches_at_first(problem, k, i, normal) result(touches)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: k, i                    !! contact, index into its nodes
+      real(wp), intent(out) :: normal(2)             !! of the obstacle there
+      real(wp) :: gap, bend
+      call first_gap(problem, k, i, gap, normal, bend)
+      touches = gap <= touching * problem%size
+   end function touches_at_first
+
+   !> The gap of a node of a contact at the start.
+   subroutine first_gap(problem, k, i, gap, normal, bend)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: k, i                    !! contact, index into its nodes
+      real(wp), intent(out) :: gap
+      real(wp), intent(out) :: normal(2), bend       !! of the obstacle there
+      associate (contact => problem%deck%contact(k))
+         call obstacle_gap(problem%deck%obstacle(contact%obstacle), problem%deck%mesh%x(:, contact%node(i)), gap, normal, bend)
+         gap = gap + contact%gap + problem%overlap(k)
+      end associate
+   end subroutine first_gap
+
+   !> True for a set with a touch that has begun on the way: where the rod was nearest to its obstacle thereabouts at the start it
+   !> was apart from it.
+   logical function gains_contact(next) result(gains)
+      type(next_t), intent(in) :: next
+      integer :: k
+      associate (problem => next%problem)
+         gains = any([(carries(problem%touch(k)) .and. nearest_gap(problem, problem%touch(k)) > touching * problem%size, &
+            & k=1, size(problem%touch))])
+      end associate
+
+   contains
+
+      !> True for a touch whose force is not all its support's.
+      logical function carries(touch)
+         type(contact_span_t), intent(in) :: touch
+         real(wp) :: gap, normal(2), bend
+         carries = touch%line
+         if (carries) return
+         call candidate_gap(next%problem, next%state, touch%candidate(1), gap, normal, bend)
+         carries = may_react(next%problem, touch%candidate(1), normal)
+      end function carries
+   end function gains_contact
+
+   !> The gap that there was at the start where the rod goes down to from a touch, along the deck's nodes of its contact; 0 where it
+   !> touched beside the lowest one. Nodes whose supports take all that the obstacle could push do not count, unless there are no
+   !> others.
+   real(wp) function nearest_gap(problem, touch) result(gap)
+      type(problem_t), intent(in) :: problem
+      type(contact_span_t), intent(in) :: touch
+      real(wp) :: first(size(problem%deck%contact(touch%contact)%node)), normal(2), bend
+      integer :: row(problem%deck%mesh%n_nodes), i, e, here, next
+      type(contact_span_t), allocatable :: inside(:)
+      inside = find_first_touches(problem)
+      row = 0
+      associate (contact => problem%deck%contact(touch%contact), mesh => problem%deck%mesh, &
+         & whole => problem%layout%stretch(touch%stretch))
+         row(contact%node) = [(i, i=1, size(contact%node))]
+         do i = 1, size(contact%node)
+            call first_gap(problem, touch%contact, i, first(i), normal, bend)
+            if (all(problem%deck%fixed(1:2, contact%node(i)) .or. abs(normal) <= along)) first(i) = huge(gap)
+         end do
+         e = whole%element(stretch_element(whole, touch%at(1)))
+         here = lower_end(e)
+         do
+            next = here
+            do e = 1, mesh%n_elements
+               if (.not. any(mesh%node(:, e) == contact%node(here))) cycle
+               i = lower_end(e)
+               if (first(i) < first(next)) next = i
+            end do
+            if (next == here) exit
+            here = next
+         end do
+      end associate
+      gap = merge(first(here), 0.0_wp, first(here) < huge(gap))
+      if (any([(beside(inside(i)), i=1, size(inside))])) gap = 0.0_wp
+
+   contains
+
+      !> True for a place in an element at that node; what is nearer to a node than gaps tell is at the node.
+      logical function beside(place)
+         type(contact_span_t), intent(in) :: place
+         associate (whole => problem%layout%stretch(place%stretch))
+            e = whole%element(stretch_element(whole, place%at(1)))
+            beside = place%contact == touch%contact .and. minval(abs(whole%at - place%at(1))) > sqrt(touching) * problem%size
+         end associate
+         beside = beside .and. any(problem%deck%mesh%node(:, e) == problem%deck%contact(touch%contact)%node(here))
+      end function beside
+
+      !> Of an element's nodes that of the contact which is nearer to the obstacle, by its index there.
+      integer function lower_end(e) result(lower)
+         integer, intent(in) :: e                    !! of the deck, one node at least is the contact's
+         integer :: ends(2)
+         ends = row(problem%deck%mesh%node(:, e))
+         lower = maxval(ends)
+         if (all(ends > 0)) lower = ends(minloc(first(ends), dim=1))
+      end function lower_end
+   end function nearest_gap
+
+   !> True for the end of a rod that a support holds on the obstacle, a hinge, or a clamp along it: contact may spread from there,
+   !> but does not carry anything yet.
+   logical function held_end(problem, contact, node, normal) result(held)
+      type(problem_t), intent(in) :: problem         !! of the deck
+      integer, intent(in) :: contact, node
+      real(wp), intent(in) :: normal(2)              !! of the obstacle there
+      type(geometry_t) :: home
+      real(wp) :: angle
+      integer :: e, side
+      held = count(problem%beside(:, node) > 0) == 1 .and. all(problem%model%fixed(1:2, node) .or. abs(normal) <= along)
+      if (.not. held) return
+      side = merge(1, 2, problem%beside(2, node) > 0)
+      e = problem%beside(3 - side, node)
+      home = new_geometry(problem%model, problem%tableau)
+      angle = home%element(e)%end_angle(side)
+      held = problem%covered(problem%stretch(e), contact) .and. (.not. problem%model%fixed(3, node) .or. &
+         & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along)
+   end function held_end
+
+   !> A point contact at such an end.
+   type(contact_span_t) function touch_at_end(problem, contact, node, number) result(touch)
+      type(problem_t), intent(in) :: problem         !! of the deck
+      integer, intent(in) :: contact, node, number
+      touch%contact = contact
+      touch%number = number
+      touch%stretch = problem%stretch(maxval(problem%beside(:, node)))
+      if (problem%beside(1, node) > 0) touch%at = problem%layout%stretch(touch%stretch)%length
+   end function touch_at_end
+
+   !> The first point of a path on which something touches from the start; the run goes from contact at nodes to contact spans.
+   subroutine begin_spans(problem, run, trial, report)
+      type(problem_t), intent(inout) :: problem  !! sampled on entry, of contact spans where the path begins
+      type(path_state_t), intent(inout) :: run          !! at its start
+      type(state_t), intent(out) :: trial
+      type(increment_t), intent(out) :: report
+      type(next_t) :: next
+      type(path_state_t) :: on
+      character(:), allocatable :: why
+      real(wp) :: first
+      logical :: found, small
+      integer :: try
+      small = .false.
+      do try = 1, most_parts
+         call copy_path_state(run, on)
+         call find_spans_ahead(problem, run, problem, on, next, first, found, report, why)
+         if (.not. found) then
+            ! Further on than the first increment nodes have been asked; perhaps it went too far.
+            if (small .or. .not. allocated(why)) exit
+            small = .true.
+            run%control%increment = small_part * run%control%increment
+            call linearise(problem, run%state, run%state, run%system)
+            cycle
+         end if
+         if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next)
+         if (.not. gains_contact(next)) exit
+         ! Where contact begins is looked for from a point before it.
+         run%control%increment = 0.5_wp * run%control%increment
+         call linearise(problem, run%state, run%state, run%system)
+      end do
+      if (try <= most_parts) run%control%increment = on%control%increment
+      if (.not. found) then
+         report%converged = .false.
+         if (.not. allocated(why)) return
+         report%message = 'contact at nodes did not turn into points and lines along the rod: '//why
+         report%hopeless = .true.
+         return
+      end if
+      next%problem%touch%number = run%touches + next%problem%touch%number
+      run = bound_for(problem, run, next)
+      call copy_problem(next%problem, problem)
+      trial = next%state
+   end subroutine begin_spans
+end module span_start

@@ -1,0 +1,238 @@
+!> The first point on foundations that are too stiff for the elements to find out for themselves where they touch: it is found on
+!> softer ones, and where contact ends there a mesh has its marks, whose stiffness then grows to what the deck has.
+!>
+!> With marks Newton's method does not mind how stiff a foundation is; what it needs is a guess of where contact ends. From a soft
+!> foundation to a rigid one that place goes a finite way, as the fourth root of the softness.
+module stiffness_homotopy
+   use kinds, only: wp
+   use problem, only: problem_t, copy_problem
+   use rod_state, only: state_t, new_state
+   use linear_system, only: system_t, new_system
+   use bordered_system, only: linearise
+   use span_problem, only: new_span_problem
+   use span_division, only: looking_demand
+   use span_candidates, only: present_contact_spans
+   use contact_spans, only: contact_span_t
+   use ground_mark, only: cut_t
+   use ground_cuts, only: find_cuts, marked
+   use ground_segments, only: tell_segments, followed_part
+   use state_transfer, only: carried, carried_field
+   use path_control, only: control_t, is_arc_length
+   use path_state, only: path_state_t, forget_mesh
+   use corrector, only: increment_t, take_increment, correct
+   use tangent_rounding, only: path_stiffness
+   use force_law, only: segment_slope
+   implicit none
+   private
+   public :: is_stiff_start, take_stiff_start, check_start
+
+   ! Growth of the stiffness from one rung to the next: its square where one was found, its root where none was.
+   real(wp), parameter :: first_growth = 1.0e2_wp !! the layers beside marks are a third as long then
+   real(wp), parameter :: least_growth = 1.1_wp
+   integer, parameter :: most_tries = 3           !! softer beginnings; meshes at a stiffness, until one has all its marks
+
+   !> The same increment on softer foundations.
+   type :: rung_t
+      type(problem_t) :: problem
+      type(state_t) :: state
+      real(wp) :: part = 1.0_wp                  !! of the deck's stiffness
+   end type rung_t
+
+contains
+
+   !> A rung, copied out of line as copy_problem does.
+   pure subroutine copy_rung(from, to)
+      type(rung_t), intent(in) :: from
+      type(rung_t), intent(inout) :: to
+      to = from
+   end subroutine copy_rung
+
+   !> True where the run leaves a start that lies on such foundations.
+   logical function is_stiff_start(problem, run)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      is_stiff_start = run%fresh .and. .not. is_arc_length(run%control%method)
+      if (is_stiff_start) is_stiff_start = followed_part(problem) < 1.0_wp
+   end function is_stiff_start
+
+   !> The system at the stress-free start, which tells what holds the structure: where elements are too long to follow their
+   !> foundations, their tangent is nothing but rounding, and that on softer ones tells it.
+   subroutine check_start(problem, system, stiffness, rounding)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(inout) :: system      !! factored at the start; its pivots are those of the one that tells
+      real(wp), intent(out) :: stiffness, rounding !! see path_stiffness
+      type(problem_t) :: soft
+      type(state_t) :: start
+      type(system_t) :: other
+      type(contact_span_t) :: none(0)
+      if (.not. followed_part(problem) < 1.0_wp .or. problem%is_sampled()) then
+         start = new_state(problem)
+         call path_stiffness(problem, start, system, stiffness, rounding)
+      else
+         soft = new_span_problem(softened(problem, problem, followed_part(problem)), none)
+         start = new_state(soft)
+         other = new_system(soft)
+         call linearise(soft, start, start, other)
+         call path_stiffness(soft, start, other, stiffness, rounding)
+         system%negative_pivots = other%negative_pivots
+      end if
+   end subroutine check_start
+
+   !> The increment that the control asks for, from a start that lies on such foundations.
+   subroutine take_stiff_start(problem, run, trial, report, taken)
+      type(problem_t), intent(inout) :: problem    !! on return on the mesh of the trial
+      type(path_state_t), intent(inout) :: run            !! its state, too; the system is factored at the trial
+      type(state_t), intent(inout) :: trial
+      type(increment_t), intent(out) :: report
+      logical, intent(out) :: taken                !! false: none was found, and nothing has changed
+      type(rung_t) :: here, sound, next
+      type(state_t) :: start
+      type(system_t) :: system
+      type(cut_t), allocatable :: cut(:)
+      type(contact_span_t) :: none(0)
+      real(wp) :: growth
+      integer :: tries
+      taken = .false.
+      trial = run%state
+      here%part = followed_part(problem)
+      here%problem = softened(problem, problem, here%part)
+      here%problem%demand = looking_demand(problem, here%part**(-0.25_wp))
+      here%problem = new_span_problem(here%problem, none)
+      here%part = min(1.0_wp, here%part * followed_part(here%problem))
+      do tries = 1, most_tries
+         here%problem = new_span_problem(softened(here%problem, problem, here%part), none)
+         start = new_state(here%problem)
+         system = new_system(here%problem)
+         call linearise(here%problem, start, start, system)
+         call take_increment(here%problem, start, run%control, here%state, system, report)
+         if (report%converged) exit
+         here%part = here%part / first_growth
+      end do
+      if (.not. report%converged) return
+      call copy_rung(here, sound)
+      growth = first_growth
+      tries = 0
+      do
+         cut = find_cuts(here%problem, here%state)
+         next%part = here%part
+         if (marked(here%problem, here%state, cut) .or. tries > most_tries) then
+            if (here%part >= 1.0_wp) exit
+            if (here%part > sound%part) growth = growth**2
+            call copy_rung(here, sound)
+            tries = 0
+            next%part = min(1.0_wp, here%part * growth)
+            call stiffen(problem, cut, (here%part / next%part)**0.25_wp)
+         end if
+         tries = tries + 1
+         next%problem = new_span_problem(softened(here%problem, problem, next%part), &
+            & present_contact_spans(here%problem, here%state), here%state, cut)
+         call stand_there(run%control, here, next, system, report)
+         if (report%converged) then
+            call copy_rung(next, here)
+         else
+            call copy_rung(sound, here)
+            if (here%part >= 1.0_wp) exit
+            growth = sqrt(growth)
+            tries = 0
+            if (growth < least_growth) return
+         end if
+      end do
+      start = run%state
+      run%state = carried(problem, start, here%problem)
+      call tell_segments(here%problem, run%state, carried=.true.)
+      run%heading%u = carried_field(problem, start, run%heading%u, here%problem, run%state)
+      call forget_mesh(run)
+      call copy_problem(here%problem, problem)
+      trial = here%state
+      run%system = new_system(problem)
+      call linearise(problem, trial, trial, run%system)
+      taken = run%system%ok
+   end subroutine take_stiff_start
+
+   !> The state of a rung on the mesh and the stiffness of the next one.
+   subroutine stand_there(control, here, next, system, report)
+      type(control_t), intent(in) :: control
+      type(rung_t), intent(in) :: here
+      type(rung_t), intent(inout) :: next          !! its problem and part are known
+      type(system_t), intent(out) :: system
+      type(increment_t), intent(out) :: report
+      type(control_t) :: hold
+      type(state_t) :: guess
+      hold = control
+      hold%increment = 0.0_wp
+      next%state = carried(here%problem, here%state, next%problem)
+      call tell_segments(next%problem, next%state, carried=.true.)
+      guess = next%state
+      system = new_system(next%problem)
+      call correct(next%problem, guess, hold, .true., next%state, system, report)
+   end subroutine stand_there
+
+   !> Where contact ends when a foundation has become stiffer, from beams on elastic foundations: beside an end all lengths are
+   !> those of the layer, and far from there the rod is as on a rigid one that it touches first sqrt(2) layers from the end.
+   subroutine stiffen(problem, cut, ratio)
+      type(problem_t), intent(in) :: problem
+      type(cut_t), intent(inout) :: cut(:)         !! sorted
+      real(wp), intent(in) :: ratio                !! of the layers' lengths, after and before
+      real(wp), parameter :: beside = 10.0_wp      !! layers: beyond nothing is left of them
+      real(wp) :: free(size(cut)), at(size(cut)), way
+      integer :: i, j, side, nearest
+      at = cut%at
+      ! The length of the free span at each end of contact tells which of them is the one that all others behind it follow.
+      do i = 1, size(cut)
+         side = merge(1, 2, cut(i)%layer(2) > 0.0_wp)
+         free(i) = huge(free)
+         j = i + 2 * side - 3
+         if (j >= 1 .and. j <= size(cut)) then
+            if (cut(j)%stretch == cut(i)%stretch) free(i) = abs(at(j) - at(i))
+         end if
+      end do
+      do i = 1, size(cut)
+         nearest = i
+         do j = 1, size(cut)
+            if (cut(j)%stretch /= cut(i)%stretch .or. abs(at(j) - at(i)) > beside * maxval(cut(j)%layer)) cycle
+            if (free(j) > free(nearest)) nearest = j
+         end do
+         associate (first => cut(nearest))
+            way = sqrt(2.0_wp) * (1.0_wp - ratio) * (first%layer(2) - first%layer(1))
+            if (.not. cut(i)%at_end) cut(i)%at = at(nearest) + way + ratio * (at(i) - at(nearest))
+         end associate
+      end do
+      ! Ends of one contact that would pass each other are too near for that.
+      do i = 1, size(cut)
+         associate (length => problem%layout%stretch(cut(i)%stretch)%length)
+            if (.not. cut(i)%at_end .and. (cut(i)%at <= 0.0_wp .or. cut(i)%at >= length)) cut%at = at
+         end associate
+      end do
+      do i = 2, size(cut)
+         if (cut(i)%stretch == cut(i - 1)%stretch .and. cut(i)%at <= cut(i - 1)%at .and. .not. (cut(i)%at_end .or. &
+            & cut(i - 1)%at_end)) cut%at = at
+      end do
+      do side = 1, 2
+         cut%layer(side) = ratio * cut%layer(side)
+      end do
+   end subroutine stiffen
+
+   !> A problem of the same deck, but with a part of the stiffness of what pushes only, and less than all of it without
+   !> the corners of laws: the first point is found before any is reached.
+   function softened(problem, whole, part) result(soft)
+      type(problem_t), intent(in) :: problem       !! on any mesh
+      type(problem_t), intent(in) :: whole         !! with the stiffness of the deck
+      real(wp), intent(in) :: part
+      type(problem_t) :: soft                      !! its deck: meshes have yet to be made of it
+      integer :: o
+      call copy_problem(problem, soft)
+      soft%deck%obstacle = whole%deck%obstacle
+      if (part >= 1.0_wp) return
+      do o = 1, size(whole%deck%obstacle)
+         associate (obstacle => whole%deck%obstacle(o), mine => soft%deck%obstacle(o))
+            if (obstacle%bilateral) cycle
+            if (obstacle%law == 0) then
+               mine%modulus = part * obstacle%modulus
+            else
+               mine%modulus = part * obstacle%width * segment_slope(whole%deck%law(obstacle%law), 1)
+               mine%law = 0
+            end if
+         end associate
+      end do
+   end function softened
+end module stiffness_homotopy

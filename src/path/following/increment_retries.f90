@@ -1,0 +1,85 @@
+!> The same increment once more, from the same point: on another mesh, with a smaller residual, with the contact that nodes tell,
+!> or half as long.
+module increment_retries
+   use kinds, only: wp
+   use model, only: step_t
+   use problem, only: problem_t
+   use bordered_system, only: linearise
+   use path_state, only: path_state_t
+   use path_outcome, only: outcome_t
+   use span_changes, only: pass_doubt
+   use span_mesh, only: refine_mesh
+   use attempt, only: attempt_t
+   use path_record, only: recorder_t
+   use timing, only: count_up, counter_cut
+   implicit none
+   private
+   public :: retry_refined, retry_by_nodes, retry_closer
+
+   real(wp), parameter :: sharper = 0.01_wp     !! of the residual, where an iteration has left too much
+
+contains
+
+   !> With what the trial asked for: another mesh, or a smaller residual.
+   subroutine retry_refined(problem, run, attempt, settled)
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run
+      type(attempt_t), intent(inout) :: attempt
+      logical, intent(in) :: settled             !! the trial is in equilibrium
+      logical :: done
+      attempt%cuts = 0
+      attempt%meshes = attempt%meshes + 1
+      if (run%unsettled) then
+         run%unsettled = .false.
+         problem%model%step(problem%step)%sharper = sharper * problem%model%step(problem%step)%sharper
+         problem%deck%step(problem%step)%sharper = problem%model%step(problem%step)%sharper
+         if (allocated(run%wanted)) deallocate (run%wanted)
+         call linearise(problem, run%state, run%state, run%system)
+         return
+      end if
+      call refine_mesh(problem, run, attempt%trial, settled, attempt%has_trial, done)
+      ! As if it had had all meshes: this one has to do.
+      if (.not. done) attempt%meshes = huge(attempt%meshes) - 1
+   end subroutine retry_refined
+
+   !> Where there is no way on with a set of contact spans, once at each place: with what nodes say. attempt%changed tells whether
+   !> they say anything else; if not, the set stays.
+   subroutine retry_by_nodes(problem, step, run, attempt, recorder, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(attempt_t), intent(inout) :: attempt
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      ! Points that changes alone have made, none of them anywhere else, are one place.
+      attempt%changed = problem%has_spans() .and. run%arc_length - run%left_at > attempt%asked_at
+      if (.not. attempt%changed) return
+      attempt%asked_at = place()
+      call linearise(problem, run%state, run%state, run%system)
+      call pass_doubt(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome)
+      ! They have been asked at the point where their set has been taken, too.
+      attempt%asked_at = place()
+      if (.not. attempt%changed) return
+      run%control%increment = sign(attempt%first_increment, run%control%increment)
+      if (allocated(run%stuck)) deallocate (run%stuck)
+      attempt%cuts = 0
+
+   contains
+
+      !> Arc length up to which points are the same place.
+      real(wp) function place()
+         place = (1.0_wp + step%locate_tolerance) * (run%arc_length - run%left_at)
+      end function place
+   end subroutine retry_by_nodes
+
+   !> Shorter increments tell apart events that the ends of one do not.
+   subroutine retry_closer(problem, run, attempt)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run
+      type(attempt_t), intent(inout) :: attempt
+      attempt%searches = attempt%searches + 1
+      run%control%increment = 0.5_wp * run%control%increment
+      call count_up(counter_cut)
+      call linearise(problem, run%state, run%state, run%system)
+   end subroutine retry_closer
+end module increment_retries

@@ -1,0 +1,103 @@
+!> One increment from the point where a run stands: predicted, corrected, and compared with the path behind it.
+module increment_trials
+   use kinds, only: wp
+   use model, only: step_t
+   use problem, only: problem_t, copy_problem
+   use path_continuity, only: relation_t, relate, same_path, turned_over, too_far, at_corner
+   use corner_ahead, only: corner_t, look_for_corner, is_near
+   use corrector, only: take_increment
+   use path_state, only: path_state_t, copy_path_state, path_tangent_of, turned_back
+   use span_start, only: begin_spans
+   use stiffness_homotopy, only: is_stiff_start, take_stiff_start
+   use attempt, only: attempt_t
+   implicit none
+   private
+   public :: try_increment
+
+contains
+
+   !> Makes the control's increment, unless its trial is there already, and tells whether that has gone astray.
+   subroutine try_increment(problem, step, run, attempt)
+      type(problem_t), intent(inout) :: problem  !! on another mesh where contact spans begin, or the start is stiff
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on return, if that is in equilibrium
+      type(attempt_t), intent(inout) :: attempt
+      attempt%begins = .false.
+      if (attempt%has_trial) then
+         call look_astray(problem, step, run, attempt)
+      else if (problem%is_sampled()) then
+         call begin_with_spans(problem, step, run, attempt)
+      else
+         if (is_stiff_start(problem, run)) then
+            call take_stiff_start(problem, run, attempt%trial, attempt%report, attempt%has_trial)
+         else
+            call take_increment(problem, run%state, run%control, attempt%trial, run%system, attempt%report)
+         end if
+         call look_astray(problem, step, run, attempt)
+      end if
+      attempt%has_trial = .false.
+   end subroutine try_increment
+
+   !> The increment with which contact at nodes becomes contact spans. Where it goes astray there are none yet: before it other
+   !> points and lines may hold.
+   subroutine begin_with_spans(problem, step, run, attempt)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(attempt_t), intent(inout) :: attempt
+      type(problem_t) :: sampled
+      type(path_state_t) :: unbegun
+      call copy_problem(problem, sampled)
+      call copy_path_state(run, unbegun)
+      call begin_spans(problem, run, attempt%trial, attempt%report)
+      attempt%begins = attempt%report%converged
+      call look_astray(problem, step, run, attempt)
+      if (.not. attempt%astray) return
+      call copy_problem(sampled, problem)
+      call copy_path_state(unbegun, run)
+   end subroutine begin_with_spans
+
+   !> Whether the equilibrium that was found lies on another path, or the path leads back; and the heading there.
+   subroutine look_astray(problem, step, run, attempt)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(attempt_t), intent(inout) :: attempt
+      type(relation_t) :: before
+      attempt%astray = .false.
+      if (attempt%cuts == 0) then
+         attempt%relation%told = .false.
+         attempt%corner = corner_t()
+      end if
+      if (.not. attempt%report%converged) return
+      attempt%ahead = path_tangent_of(problem, run, attempt%trial)
+      before = attempt%relation
+      attempt%relation = relate(problem, run%state, attempt%trial, run%heading, attempt%ahead, run%fresh)
+      attempt%astray = .not. same_path(attempt%relation)
+      ! With contact spans corners are where their changes are located, and the heading is that after them.
+      if (attempt%astray .and. .not. problem%has_spans()) then
+         call look_for_corner(problem, run, attempt%trial, attempt%ahead, attempt%corner)
+         attempt%astray = .not. (around_corner(before, attempt) .or. is_near(problem, step, run, attempt%corner))
+      else
+         attempt%corner = corner_t()
+      end if
+      ! The mesh of the increment is gone where contact at nodes has become spans.
+      if (.not. attempt%changed) attempt%astray = attempt%astray .or. too_far(problem, run%control, attempt%relation)
+      if (attempt%astray) then
+         attempt%report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
+      else
+         attempt%astray = turned_back(problem, run, attempt%trial, attempt%ahead)
+         if (attempt%astray) attempt%report%message = 'the path turns round and leads back over the points that it has passed'
+      end if
+      ! The same point on another mesh, where the run's point may not be in equilibrium, does not come from elsewhere.
+      if (attempt%has_trial .and. .not. turned_over(attempt%relation)) attempt%astray = .false.
+   end subroutine look_astray
+
+   !> True for a trial behind a corner of the path, which increments cut short before have shown.
+   pure logical function around_corner(before, attempt) result(around)
+      type(relation_t), intent(in) :: before     !! of the point and the trial before this one
+      type(attempt_t), intent(in) :: attempt
+      around = attempt%cuts > 0 .and. attempt%corner%goes_around
+      if (around) around = attempt%corner%length >= 0.0_wp .or. at_corner(before, attempt%relation)
+   end function around_corner
+end module increment_trials

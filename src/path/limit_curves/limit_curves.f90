@@ -1,0 +1,290 @@
+!> Limit points in two parameters: how a limit load depends on a foundation, a gap, an imperfection, a stiffness.
+!>
+!> Near a limit point the equilibria for all values of the parameter form a surface. On it two coordinates are used: a, the
+!> arc length from the last limit point along its tangent (the corrector brings any (a, parameter) to equilibrium), and
+!> p, the parameter. The limit points are the zeros of h(a, p), the rate of the load along the path: a plane curve,
+!> which is followed by steps along it and a search normal to them, so that it may turn back in the parameter.
+module limit_curves
+   use problem, only: copy_problem
+   use kinds, only: wp
+   use text, only: to_text
+   use errors, only: error_t
+   use model, only: step_t
+   use linear_system, only: new_system
+   use bordered_system, only: linearise
+   use critical_points, only: critical_points_t
+   use path_outcome, only: outcome_t, note_trouble
+   use span_tests, only: spans_hold
+   use second_parameter, only: present_value
+   use limit_marks, only: renew_marks
+   use limit_rigid, only: make_rigid
+   use limit_search, only: follower_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
+   use monitors, only: monitor_values
+   use limit_mesh, only: bars_here, refine_limit_point
+   use error_report, only: note_curve_bar
+   use path_record, only: recorder_t, limit_point_t
+   implicit none
+   private
+   public :: follow_limit_curves
+
+   integer, parameter :: max_cuts = 12              !! halvings of a step along the curve
+   real(wp), parameter :: farthest = 0.5_wp         !! the search from a predicted place, over the step that predicted it,
+   real(wp), parameter :: nearest = 0.3_wp          !! or in units, whichever is larger
+   real(wp), parameter :: sharpest = 0.7_wp         !! cosine of the angle between two steps
+   real(wp), parameter :: easy = 5.0_wp             !! evaluations that let the step grow
+   real(wp), parameter :: first_step = 0.1_wp       !! of the curve, over the increment asked for
+   real(wp), parameter :: first_distance = 1.0e-3_wp !! arc length of the first move along the path
+
+contains
+
+   !> Follows all limit curves of a step. What cannot be found is noted in outcome%trouble.
+   subroutine follow_limit_curves(step, own, recorder, outcome)
+      type(step_t), intent(in) :: step
+      type(critical_points_t), intent(in) :: own           !! of the step's path
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      character(:), allocatable :: trouble
+      integer :: k
+      do k = 1, size(step%limit_curve)
+         call follow_curve(step, own, k, recorder, trouble, outcome)
+         if (allocated(outcome%why)) return
+         if (allocated(trouble)) call note_trouble(outcome, 'limit curve '//trim(step%limit_curve(k)%name)//': '//trouble)
+      end do
+   end subroutine follow_limit_curves
+
+   !> One curve.
+   subroutine follow_curve(step, own, number, recorder, trouble, outcome)
+      type(step_t), intent(in) :: step
+      type(critical_points_t), intent(in) :: own
+      integer, intent(in) :: number                  !! index into step%limit_curve
+      class(recorder_t), intent(inout) :: recorder
+      character(:), allocatable, intent(out) :: trouble
+      type(outcome_t), intent(inout) :: outcome
+      type(follower_t) :: follower
+      type(trial_t) :: trial
+      real(wp) :: turned_at, way(2), place(2), last, start, distance, largest, target
+      character(2) :: label
+      integer :: i, passed, points, searches, cuts
+      real(wp), allocatable :: direction(:, :)
+      logical :: final, turned, exact, ok
+
+      associate (curve => step%limit_curve(number))
+         passed = 0
+         do i = 1, size(own%list)
+            if (own%list(i)%label /= 'LP') cycle
+            passed = passed + 1
+            if (passed == curve%limit_point) exit
+         end do
+         if (passed < curve%limit_point) then
+            trouble = 'the path has '//to_text(passed)//' limit point(s), not '//to_text(curve%limit_point)
+            return
+         end if
+         call copy_problem(own%list(i)%problem, follower%base)
+         follower%state = own%list(i)%state
+         direction = own%list(i)%direction
+         call copy_problem(follower%base, follower%problem)
+         follower%curve = curve
+         follower%system = new_system(follower%base)
+         follower%coordinate = as_coordinate(curve, present_value(follower%base, curve))
+         start = follower%coordinate
+         last = as_coordinate(curve, curve%last)
+         largest = max(curve%largest / abs(curve%increment), 1.0_wp)
+         follower%unit(2) = abs(curve%increment)
+         ! Along the path: first by a length at which the path is curved, then as far as one step of the curve takes it.
+         follower%unit(1) = first_distance
+         call stand_here(follower, direction, own%list(i)%direction_load)
+         if (.not. follower%system%ok) then
+            trouble = 'the tangent at the limit point is singular'
+            return
+         end if
+         call scale_rate(follower, trial)
+         call evaluate(follower, [0.0_wp, 0.0_wp], trial)
+         if (.not. trial%report%converged) then
+            trouble = trial%report%message
+            return
+         end if
+         call refine_limit_point(follower, step)
+         call report('  ', .false.)
+         if (allocated(outcome%why)) return
+         points = 1
+         way = [0.0_wp, sign(1.0_wp, curve%increment)]
+         ! How far a step takes the path is not known yet.
+         distance = first_step
+         cuts = 0
+         turned = .false.
+         turned_at = follower%coordinate
+         do while (points < curve%max_points)
+            place = distance * way
+            call shorten_to_values(place, exact, final)
+            call look(place, merge([1.0_wp, 0.0_wp], [way(2), -way(1)], exact .or. points == 1))
+            if (trial%report%converged .and. .not. exact) then
+               call shorten_to_values(place, exact, final)
+               ! The search went past a value asked for: once more, there.
+               if (exact) call look(place, [1.0_wp, 0.0_wp])
+            end if
+            if (.not. trial%report%converged) then
+               cuts = cuts + 1
+               distance = 0.5_wp * distance
+               if (cuts > max_cuts) then
+                  trouble = 'no further limit point beyond parameter '// &
+                     & to_text(as_value(curve, follower%coordinate))//': '//trial%report%message
+                  return
+               end if
+               cycle
+            end if
+            if (trial%problem%has_spans()) then
+               if (.not. spans_hold(trial%problem, trial%state, follower%system%force_scale)) then
+                  trouble = 'its contacts change beyond parameter '//to_text(as_value(curve, follower%coordinate))
+                  return
+               end if
+            end if
+            cuts = 0
+            points = points + 1
+            turned = place(2) * way(2) < 0.0_wp
+            if (norm2(place) > 0.0_wp) way = place / norm2(place)
+            follower%coordinate = follower%coordinate + place(2) * follower%unit(2)
+            call go(trial)
+            if (.not. follower%system%ok) then
+               trouble = 'the tangent at a limit point is singular'
+               return
+            end if
+            if (exact) follower%coordinate = target
+            call refine_limit_point(follower, step)
+            label = merge('TP', '  ', turned)
+            if (exact) label = 'UZ'
+            if (final .and. .not. curve%to_rigid) label = 'EP'
+            call report(label, .false.)
+            if (allocated(outcome%why)) return
+            if (final) exit
+            if (turned .and. .not. exact) turned_at = as_value(curve, follower%coordinate)
+            if ((follower%coordinate - start) * sign(1.0_wp, last - start) < 0.0_wp) then
+               trouble = 'it turned back near '//to_text(turned_at)//' and is now before its start: it never reaches the last value'
+               return
+            end if
+            if (searches < easy) distance = min(1.5_wp * distance, largest / max(abs(way(2)), 0.1_wp))
+            if (searches > 2 * easy) distance = 0.5_wp * distance
+         end do
+         if (.not. final) then
+            trouble = 'the allowed number of points was used up before the last value'
+            return
+         end if
+         if (.not. curve%to_rigid) return
+         direction = follower%control%tangent
+         call make_rigid(curve, follower%problem, follower%state, direction, ok)
+         call copy_problem(follower%problem, follower%base)
+         follower%system = new_system(follower%problem)
+         if (ok) call stand_here(follower, direction, 0.0_wp)
+         if (.not. ok) then
+            trouble = 'no equilibrium was found on the mesh that the rigid obstacle is to have'
+            return
+         end if
+         place = 0.0_wp
+         call search(follower, step, place, [1.0_wp, 0.0_wp], trial, searches)
+         if (.not. trial%report%converged) then
+            trouble = 'no limit point was found with the obstacle rigid: '//trial%report%message
+            return
+         end if
+         call go(trial)
+         if (follower%problem%has_spans()) then
+            if (.not. spans_hold(follower%problem, follower%state, follower%system%force_scale)) then
+               trouble = 'where the rigid obstacle touches is not where the foundation pushed'
+               return
+            end if
+            call refine_limit_point(follower, step)
+         end if
+         call report('EP', .true.)
+      end associate
+
+   contains
+
+      !> Searches from a place, but not far: there are other limit points, and those behind the last one.
+      subroutine look(at, normal)
+         real(wp), intent(inout) :: at(2)
+         real(wp), intent(in) :: normal(2)
+         real(wp) :: predicted(2)
+         predicted = at
+         call search(follower, step, at, normal, trial, searches)
+         if (.not. trial%report%converged .or. points == 1) return
+         if (norm2(at - predicted) <= max(nearest, farthest * norm2(predicted)) .and. &
+            & (points == 2 .or. exact .or. dot_product(at, way) >= sharpest * norm2(at))) return
+         trial%report%converged = .false.
+         trial%report%message = 'the curve turns too sharply, or ends'
+      end subroutine look
+
+      !> Ends a step at the last value, or at the first of those asked for on the way, when it would go past it.
+      subroutine shorten_to_values(at, shortened, is_last)
+         real(wp), intent(inout) :: at(2)
+         logical, intent(out) :: shortened, is_last
+         real(wp) :: reached, value
+         integer :: j, n
+         shortened = .false.
+         is_last = .false.
+         associate (values => step%limit_curve(number)%at)
+            n = size(values)
+            do j = 1, n + 1
+               value = last
+               if (j <= n) value = as_coordinate(step%limit_curve(number), values(j))
+               reached = follower%coordinate + at(2) * follower%unit(2)
+               if (j == n + 1) then
+                  ! Past the last value there is nothing to come back for.
+                  if ((reached - last) * (last - start) < 0.0_wp) cycle
+               else
+                  if ((value - follower%coordinate) * at(2) <= 1.0e-9_wp * abs(at(2)) .or. &
+                     & (reached - value) * at(2) < 0.0_wp) cycle
+               end if
+               at = at * ((value - follower%coordinate) / (at(2) * follower%unit(2)))
+               target = value
+               shortened = .true.
+               is_last = j == n + 1
+            end do
+         end associate
+      end subroutine shorten_to_values
+
+      !> Makes a trial the last limit point.
+      subroutine go(to)
+         type(trial_t), intent(in) :: to
+         real(wp) :: unit
+         direction = follower%control%tangent
+         call copy_problem(to%problem, follower%problem)
+         follower%state = to%state
+         call renew_marks(follower%base, follower%problem, follower%state, direction, follower%system%ok)
+         if (.not. follower%system%ok) return
+         follower%system = new_system(follower%problem)
+         call linearise(follower%problem, follower%state, follower%state, follower%system)
+         call stand_here(follower, direction, 0.0_wp)
+         ! The unit of arc length is what lowers the load by a hundredth; the step keeps its place in the plane.
+         ! Not where the curve is about to turn back: there the slope vanishes.
+         if (abs(to%slope) > 0.0_wp .and. abs(way(1)) < 0.3_wp) then
+            unit = sqrt(2.0_wp * small_drop * abs(follower%state%load_factor) * follower%unit(1) / abs(to%slope))
+            unit = min(max(unit, 0.5_wp * follower%unit(1)), 2.0_wp * follower%unit(1))
+            way(1) = way(1) * follower%unit(1) / unit
+            way = way / norm2(way)
+            follower%unit(1) = unit
+         end if
+      end subroutine go
+
+      !> Hands over the last limit point.
+      subroutine report(label, rigid)
+         character(2), intent(in) :: label
+         logical, intent(in) :: rigid
+         type(limit_point_t) :: point
+         type(error_t), allocatable :: error
+         point%step = follower%base%step
+         point%curve = number
+         point%parameter = as_value(step%limit_curve(number), follower%coordinate)
+         point%rigid = rigid
+         point%load_factor = follower%state%load_factor
+         point%iterations = trial%iterations
+         point%residual = trial%report%residual
+         point%load_rate = abs(trial%rate) / follower%rate_scale
+         point%monitor = monitor_values(follower%problem, follower%state, follower%system)
+         point%label = label
+         if (step%error_bars) then
+            call bars_here(follower, point%bars)
+            call note_curve_bar(follower%problem, point, trim(step%limit_curve(number)%name), step, outcome%accuracy)
+         end if
+         call recorder%limit_point(point, error)
+         if (allocated(error)) outcome%why = error%message
+      end subroutine report
+   end subroutine follow_curve
+end module limit_curves

@@ -1,0 +1,73 @@
+!> The marks of a limit curve, where contact with foundations ends at marks: these go along with the curve, and so do the elements
+!> beside them as the foundation grows stiffer.
+module limit_marks
+   use kinds, only: wp
+   use model, only: method_linearised
+   use problem, only: problem_t, copy_problem
+   use rod_state, only: state_t
+   use linear_system, only: system_t, new_system
+   use span_problem, only: new_span_problem, same_spans
+   use span_division, only: outgrown
+   use span_candidates, only: present_contact_spans
+   use ground_mark, only: cut_t
+   use ground_cuts, only: find_cuts, marked
+   use mesh_change, only: carry_over
+   use path_control, only: control_t
+   use corrector, only: increment_t, correct
+   implicit none
+   private
+   public :: renew_marks, take_marks_off, stand_on
+
+contains
+
+   !> A limit point on a mesh that has its marks where contact ends now, if the present one has not, or is too coarse there.
+   subroutine renew_marks(base, problem, state, direction, ok)
+      type(problem_t), intent(inout) :: base     !! the same with the deck's own value of the parameter
+      type(problem_t), intent(inout) :: problem
+      type(state_t), intent(inout) :: state
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) of the path, displacements
+      logical, intent(out) :: ok                 !! false: no equilibrium was found
+      type(cut_t), allocatable :: cut(:)
+      ok = .true.
+      if (size(problem%mark) == 0) return
+      cut = find_cuts(problem, state)
+      if (marked(problem, state, cut)) then
+         if (.not. outgrown(problem, state, cut)) return
+      end if
+      call stand_on(new_span_problem(problem, present_contact_spans(problem, state), state, cut), problem, state, direction, ok)
+      if (ok) base = same_spans(base, problem)
+   end subroutine renew_marks
+
+   !> The same on a mesh without marks, whose elements find out for themselves where foundations touch them.
+   subroutine take_marks_off(problem, state, direction, ok)
+      type(problem_t), intent(inout) :: problem
+      type(state_t), intent(inout) :: state
+      real(wp), allocatable, intent(inout) :: direction(:, :)
+      logical, intent(out) :: ok
+      ok = .true.
+      if (size(problem%mark) == 0) return
+      call stand_on(new_span_problem(problem, present_contact_spans(problem, state), state), problem, state, direction, ok)
+   end subroutine take_marks_off
+
+   !> In equilibrium on another mesh.
+   subroutine stand_on(next, problem, state, direction, ok)
+      type(problem_t), intent(in) :: next
+      type(problem_t), intent(inout) :: problem
+      type(state_t), intent(inout) :: state
+      real(wp), allocatable, intent(inout) :: direction(:, :)
+      logical, intent(out) :: ok
+      type(state_t) :: there
+      type(system_t) :: system
+      type(control_t) :: hold
+      type(increment_t) :: report
+      call carry_over(problem, next, state, direction)
+      system = new_system(next)
+      hold%method = method_linearised
+      hold%tangent = direction
+      hold%increment = 0.0_wp
+      call copy_problem(next, problem)
+      there = state
+      call correct(problem, there, hold, .true., state, system, report)
+      ok = report%converged
+   end subroutine stand_on
+end module limit_marks

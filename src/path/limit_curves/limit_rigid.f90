@@ -1,0 +1,106 @@
+!> The end of a limit curve over the modulus of a foundation: the last limit point with the obstacle rigid. What the foundation
+!> pushes lies on the obstacle then, in contact spans, or at nodes where rods or deck do not allow these.
+module limit_rigid
+   use kinds, only: wp
+   use model, only: model_t, limit_curve_t
+   use problem, only: problem_t, copy_problem, new_problem
+   use rod_state, only: state_t
+   use contact_spans, only: contact_span_t, choose_spans
+   use span_problem, only: new_span_problem, place_spans
+   use span_candidates, only: present_contact_spans
+   use ground_mark, only: cut_t
+   use ground_cuts, only: find_cuts
+   use ground_segments, only: segment_at
+   use force_law, only: carries
+   use second_parameter, only: rigid_problem, carry_state
+   use limit_marks, only: take_marks_off, stand_on
+   implicit none
+   private
+   public :: make_rigid
+
+contains
+
+   !> The problem with the curve's obstacle rigid, and its state: in equilibrium with contact spans, as a guess with nodes.
+   subroutine make_rigid(curve, problem, state, direction, ok)
+      type(limit_curve_t), intent(in) :: curve
+      type(problem_t), intent(inout) :: problem  !! at the last limit point
+      type(state_t), intent(inout) :: state
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) of the path, displacements
+      logical, intent(out) :: ok                 !! false: no equilibrium was found
+      type(model_t) :: deck
+      deck = problem%deck
+      deck%obstacle(curve%obstacle)%rigid = .true.
+      where (deck%contact%obstacle == curve%obstacle)
+         deck%contact%along = deck%contact%distributed
+         deck%contact%distributed = .false.
+      end where
+      call choose_spans(deck)
+      if (all(deck%contact%along .or. deck%contact%obstacle /= curve%obstacle)) then
+         call lay_down(curve, deck, problem, state, direction, ok)
+      else
+         call take_marks_off(problem, state, direction, ok)
+         if (ok) call stand_at_nodes()
+      end if
+
+   contains
+
+      subroutine stand_at_nodes()
+         type(problem_t) :: next
+         next = rigid_problem(problem, curve)
+         state = carry_state(problem, next, state)
+         call copy_problem(next, problem)
+      end subroutine stand_at_nodes
+   end subroutine make_rigid
+
+   !> Contact spans where the foundation pushes.
+   subroutine lay_down(curve, deck, problem, state, direction, ok)
+      type(limit_curve_t), intent(in) :: curve
+      type(model_t), intent(in) :: deck          !! its obstacle rigid
+      type(problem_t), intent(inout) :: problem
+      type(state_t), intent(inout) :: state
+      real(wp), allocatable, intent(inout) :: direction(:, :)
+      logical, intent(out) :: ok
+      type(problem_t) :: base
+      type(contact_span_t), allocatable :: touch(:)
+      call copy_problem(problem, base)
+      base%deck = deck
+      call place_spans(new_problem(deck), base)
+      touch = present_contact_spans(problem, state)
+      call stand_on(new_span_problem(base, [touch, pressed_lines(curve, problem, state, maxval([0, touch%number]))], state), &
+         & problem, state, direction, ok)
+   end subroutine lay_down
+
+   !> Where the curve's obstacle pushes, as lines: between the places where contact ends, one for each stretch.
+   function pressed_lines(curve, problem, state, last) result(line)
+      type(limit_curve_t), intent(in) :: curve
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: last                !! number of a touch
+      type(contact_span_t), allocatable :: line(:)
+      type(cut_t), allocatable :: cut(:)
+      real(wp), allocatable :: at(:)
+      real(wp) :: stiffness
+      integer :: contact, stretch, k, i, segment
+      logical :: before
+      allocate (line(0))
+      cut = find_cuts(problem, state)
+      do contact = 1, size(problem%deck%contact)
+         if (problem%deck%contact(contact)%obstacle /= curve%obstacle) cycle
+         do stretch = 1, size(problem%layout%stretch)
+            at = [0.0_wp, pack(cut%at, cut%stretch == stretch .and. cut%contact == contact .and. .not. cut%at_end), &
+               & problem%layout%stretch(stretch)%length]
+            before = .false.
+            do k = 1, size(at) - 1
+               call segment_at(problem, state, stretch, contact, 0.5_wp * (at(k) + at(k + 1)), segment, stiffness)
+               i = size(line)
+               if (carries(segment) .and. before) then
+                  line(i)%at(2) = at(k + 1)
+               else if (carries(segment)) then
+                  line = [line, contact_span_t(number=last + i + 1, contact=contact, stretch=stretch, at=at(k:k + 1), line=.true.)]
+               end if
+               before = carries(segment)
+            end do
+         end do
+      end do
+   end function pressed_lines
+end module limit_rigid

@@ -1,0 +1,170 @@
+!> The run beyond a change of its contact spans: where the equilibrium with the next set is known.
+module entering_contact_set
+   use kinds, only: wp
+   use model, only: step_t, method_load
+   use problem, only: problem_t, copy_problem
+   use rod_state, only: state_t
+   use contact_change_types, only: step_interval_t, change_t
+   use next_spans, only: next_t, copy_next, holds
+   use span_opening, only: open_line
+   use state_transfer, only: carried, carried_field
+   use path_control, only: control_t, displacement_between, can_be_held, holding_value
+   use path_continuity, only: path_tangent_at, between
+   use path_events, only: event_t, test_values_t, new_test_values, detect_events, value_events, event_stop
+   use path_state, only: path_state_t, copy_path_state, path_tangent_of, forget_mesh
+   use path_acceptance, only: arrival_t, accept
+   use error_report, only: bars_at_point
+   use path_outcome, only: outcome_t
+   use corrector, only: increment_t, correct
+   use path_record, only: recorder_t
+   implicit none
+   private
+   public :: go_to_next, come_nearer, bound_for
+
+contains
+
+   !> Goes on with the next set. Its equilibrium is a point of the path.
+   subroutine go_to_next(problem, step, run, next, recorder, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(next_t), intent(inout) :: next
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(arrival_t) :: arrival
+      logical :: shorter, known
+      run = bound_for(problem, run, next)
+      call copy_problem(next%problem, problem)
+      call stop_before(problem, step, run, next)
+      known = allocated(next%heading%u)
+      if (.not. known) then
+         next%heading = run%heading
+         if (.not. is_there(run, next)) next%heading = path_tangent_of(problem, run, next%state)
+      end if
+      arrival%report = next%report
+      arrival%label = next%label
+      arrival%times = next%times
+      arrival%bracketed = .not. next%located
+      arrival%divides = next%divides
+      if (next%test > 0) call bars_at_point(problem, step, run, next%state, next%heading, next%label, .false., next%test, &
+         & arrival%bars)
+      call accept(problem, step, run, next%state, next%heading, arrival, recorder, shorter, finished, outcome)
+      if (finished .or. allocated(outcome%why) .or. known) return
+      ! The way up to here was one of another set.
+      call forget_mesh(run)
+      if (.not. abs(next%rate) > 0.0_wp) return
+      run%heading = path_tangent_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, next%rate))
+      run%probe = new_test_values(problem, run%state, run%system, run%heading%load)
+   end subroutine go_to_next
+
+   !> The next set where the step ends, if that is on the way to where it is known, and it holds there. Its spans are too short to
+   !> be found from before.
+   subroutine stop_before(problem, step, run, next)
+      type(problem_t), intent(in) :: problem     !! with the next set
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run             !! where it stands, on the same mesh
+      type(next_t), intent(inout) :: next
+      type(event_t), allocatable :: events(:)
+      integer, parameter :: most = 10            ! parts of the way back
+      type(next_t) :: there
+      type(state_t) :: from
+      type(test_values_t) :: probe
+      real(wp) :: left, part                     ! to the value
+      integer :: k, try
+      probe = new_test_values(problem, next%state, next%system, next%rate)
+      call value_events(problem, step, run%probe, probe, run%state, next%state, events)
+      k = findloc(events%kind == event_stop, .true., 1)
+      if (k == 0) return
+      if (.not. can_be_held(problem, events(k)%monitor)) return
+      call copy_next(next, there)
+      left = -events(k)%after
+      part = left
+      do try = 1, most
+         from = there%state
+         call correct(problem, from, holding_value(events(k)%monitor, part), .true., there%state, there%system, there%report)
+         if (there%report%converged) then
+            left = left - part
+            if (.not. abs(left) > 0.0_wp) exit
+            part = left
+         else
+            there%state = from
+            part = 0.5_wp * part
+         end if
+      end do
+      if (try > most) return
+      if (holds(there)) call copy_next(there, next)
+   end subroutine stop_before
+
+   !> A span that opens where the run stands is known at the end of a leg: nearer, as long as something else happens before.
+   subroutine come_nearer(problem, step, run, leg, change)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run          !! at the change's place
+      type(step_interval_t), intent(in) :: leg             !! from there on to its end
+      type(change_t), intent(inout) :: change
+      type(next_t) :: nearer
+      type(state_t) :: here
+      type(control_t) :: control
+      type(increment_t) :: report
+      type(path_state_t) :: on
+      type(event_t), allocatable :: events(:)
+      real(wp) :: part
+      logical :: found
+      change%next%report = change%report
+      control%method = method_load
+      part = 1.0_wp
+      do
+         associate (next => change%next)
+            on = bound_for(problem, run, next)
+            next%heading = path_tangent_of(next%problem, on, next%state)
+            call detect_events(next%problem, step, on%probe, new_test_values(next%problem, next%state, next%system, &
+               & next%heading%load), on%state, next%state, events)
+         end associate
+         if (size(events) == 0) return
+         part = 0.5_wp * part
+         here = between(problem, run%state, leg%to, run%heading, leg%ahead, part)
+         control%increment = here%load_factor - run%state%load_factor
+         call correct(problem, run%state, control, .true., here, run%system, report)
+         if (.not. report%converged) return
+         call open_line(problem, run%state, here, change%tests(change%which), leg%scale, run%touches + 1, nearer, &
+            & found)
+         if (.not. found) return
+         nearer%report = report
+         call copy_next(nearer, change%next)
+      end do
+   end subroutine come_nearer
+
+   !> The run where it stands, on the mesh of the next set, bound for the equilibrium that is known there.
+   function bound_for(problem, run, next) result(on)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(next_t), intent(in) :: next
+      type(path_state_t) :: on
+      real(wp) :: rise
+      call copy_path_state(run, on)
+      on%touches = max(run%touches, maxval(next%problem%touch%number))
+      on%state = carried(problem, run%state, next%problem)
+      on%system = next%system
+      call forget_mesh(on)
+      rise = next%state%load_factor - on%state%load_factor
+      if (is_there(on, next)) then
+         on%heading = next%heading
+         if (.not. allocated(next%heading%u)) on%heading = path_tangent_at(next%problem, next%system, carried_field(problem, &
+            & run%state, &
+            & run%heading%u, next%problem, on%state), run%heading%load)
+      else
+         on%heading = path_tangent_at(next%problem, next%system, displacement_between(next%problem, on%state, next%state), rise)
+      end if
+      on%probe = new_test_values(next%problem, on%state, next%system, on%heading%load)
+   end function bound_for
+
+   !> True where both sets have one equilibrium: what is between them is what their meshes differ by.
+   pure logical function is_there(run, next)
+      type(path_state_t), intent(in) :: run
+      type(next_t), intent(in) :: next
+      associate (load => run%state%load_factor)
+         is_there = abs(next%state%load_factor - load) <= 10.0_wp * epsilon(load) * abs(load)
+      end associate
+   end function is_there
+end module entering_contact_set

@@ -1,0 +1,277 @@
+!> What becomes of a point contact that is as curved as its obstacle:
+!>
+!>   what acts along the rod, and on the point, presses   a line                                  lay_down_points
+!>   a force lifts it off a mirror, the rest is pressed   a line behind what is lifted            lay_down_behind
+!>   else                                                 two points, or one beside a support     divide_point
+!>
+!> Where a clamp stands on the obstacle contact begins so (C+); where a point divides one is lost (C-). Others that are as flat at
+!> the same place do the same. Whoever takes the answer and finds no equilibrium with it (answer_trials) asks once more: for others
+!> that lie down next (`more`), for points further apart (`apart`).
+module flat_point_rule
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use contact_spans, only: contact_span_t, line_share, first_length
+   use contact_set_edits, only: spread_out, parted
+   use line_pressure, only: virtual_pressure
+   use lifted_node, only: lifted_at_mirror
+   use passages, only: behind
+   use test_kinds, only: span_test_t, test_curvature, test_force, test_slack
+   use point_tests, only: rests_beside
+   use conforming_span, only: flat_excess, excess_curvature
+   use touchdown_points, only: point_force
+   use breakpoint_forces, only: stands, breakpoint_force
+   use rolling_rods, only: nearly_flat
+   use span_answer, only: answer_t, stretch_length
+   implicit none
+   private
+   public :: answer_flat_point, would_press
+
+contains
+
+   !> The answer to the test of a point's curvature.
+   subroutine answer_flat_point(problem, state, tests, which, fall, answer, more, apart)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: tests(:)    !! of this state
+      integer, intent(in) :: which                 !! that of the point, which is zero
+      real(wp), intent(in) :: fall(:)              !! (tests) by how much each falls along the path
+      type(answer_t), intent(inout) :: answer      !! its touches are those of the state
+      integer, intent(in), optional :: more        !! points that lie down with that of the test, of those that come to it next
+      real(wp), intent(in), optional :: apart      !! of the stretch, that the points of a divided one begin with
+      real(wp) :: share, lifted
+      logical :: pressed, too(problem%candidates%n)
+      integer :: c
+      too = .false.
+      if (present(more)) too = flat_next(problem, tests, which, fall, more)
+      associate (test => tests(which))
+         ! Against a straight wall a uniform rod lies without pressure.
+         pressed = would_press(problem, state, test%candidate, test%sense)
+         lifted = pulled_off(problem, state, test%candidate, test%sense)
+         if (pressed) then
+            call lay_down_points(problem, state, test, too, answer)
+         else if (lifted > 0.0_wp .and. lifted <= first_length * stretch_length(problem, answer%touch(test%touch))) then
+            call lay_down_behind(problem, state, test, lifted, answer)
+         else
+            share = first_length
+            if (present(apart)) share = apart
+            call divide_point(problem, state, test, share, answer)
+            ! At the end of a rod one point comes of it.
+            answer%divides = all(problem%beside(:, problem%candidates%node(test%candidate)) > 0)
+            if (answer%divides) answer%label = 'C-'
+         end if
+         if (any([(stands(problem, state, c) .and. any(flat_sides(problem, state, c, test, pressed)), c=1, &
+            & problem%candidates%n)])) then
+            ! Contact begins where a clamp stands.
+            answer%label = 'C+'
+            answer%divides = .false.
+         end if
+      end associate
+   end subroutine answer_flat_point
+
+   !> The point of a test, and others that lie down at the same place of the path, lines. Their ends have forces, so Newton's method
+   !> finds their places from any nearby.
+   subroutine lay_down_points(problem, state, test, too, answer)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: test
+      logical, intent(in) :: too(:)                !! (candidates) others that do
+      type(answer_t), intent(inout) :: answer
+      integer :: c, point, beside(2)
+      real(wp) :: whole
+      logical :: flat(2)
+      do c = 1, problem%candidates%n
+         flat = flat_sides(problem, state, c, test, .true.)
+         if (too(c)) flat = would_press(problem, state, c, 0.0_wp)
+         if (.not. any(flat)) cycle
+         if (problem%candidates%moves(c)) then
+            point = problem%candidates%touch(c)
+            beside = point
+            whole = stretch_length(problem, answer%touch(point))
+            answer%touch = spread_out(answer%touch, point, 0.5_wp * line_share * whole, whole)
+         else
+            call go_beside(problem, c, flat, line_share, .true., answer, beside)
+         end if
+         if (c == test%candidate) answer%between = beside(merge(1, 2, beside(1) > 0 .and. test%sense <= 0.0_wp))
+      end do
+   end subroutine lay_down_points
+
+   !> A point on a mirror that a force pulls off while what is beside it is pressed: a line that begins behind the lifted part.
+   subroutine lay_down_behind(problem, state, test, lifted, answer)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: test
+      real(wp), intent(in) :: lifted               !! length
+      type(answer_t), intent(inout) :: answer
+      integer :: beside(2), side
+      associate (c => test%candidate)
+         call go_beside(problem, c, flat_sides(problem, state, c, test, .false.), first_length, .true., answer, beside)
+      end associate
+      do side = 1, 2
+         if (beside(side) == 0) cycle
+         answer%between = beside(side)
+         answer%touch(beside(side))%at = answer%touch(beside(side))%at + merge(-lifted, lifted, side == 1)
+      end do
+   end subroutine lay_down_behind
+
+   !> A point two points; on a mirror, or where a support holds the rotation, one on each side that is flat.
+   subroutine divide_point(problem, state, test, share, answer)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: test
+      real(wp), intent(in) :: share                !! of the stretch, that they are apart
+      type(answer_t), intent(inout) :: answer
+      associate (c => test%candidate, k => test%touch)
+         if (problem%candidates%moves(c)) then
+            answer%touch = parted(answer%touch, k, share * stretch_length(problem, answer%touch(k)))
+            answer%between = [k, size(answer%touch)]
+         else
+            call go_beside(problem, c, flat_sides(problem, state, c, test, .false.), 0.5_wp * share, .false., answer, &
+               & answer%between)
+         end if
+      end associate
+   end subroutine divide_point
+
+   !> What was a point at a breakpoint is a touch beside it, on each side on which it goes there. Beside a clamp it stays as it is
+   !> where the rod on the other side rests on it.
+   subroutine go_beside(problem, c, goes, share, line, answer, beside)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: c                     !! candidate
+      logical, intent(in) :: goes(2)               !! before the breakpoint, after it
+      real(wp), intent(in) :: share                !! of the longest stretch: length of a line, or distance of a point
+      logical, intent(in) :: line
+      type(answer_t), intent(inout) :: answer
+      integer, intent(out) :: beside(2)            !! the touches before and after it, 0: nothing goes there
+      type(contact_span_t) :: touch
+      integer :: side, stretch(2), k
+      real(wp) :: length
+      logical :: stays
+      stretch = 0
+      length = 0.0_wp
+      do side = 1, 2
+         if (problem%candidates%element(side, c) == 0) cycle
+         stretch(side) = problem%stretch(problem%candidates%element(side, c))
+         if (goes(side)) length = max(length, share * problem%layout%stretch(stretch(side))%length)
+      end do
+      k = problem%candidates%touch(c)
+      stays = answer%touch(k)%line .or. .not. line .and. any(stretch > 0 .and. .not. goes)
+      beside = 0
+      do side = 1, 2
+         if (.not. goes(side)) cycle
+         touch = contact_span_t(contact=answer%touch(k)%contact, stretch=stretch(side), line=line, &
+            & at=behind(problem, stretch(side), 2 * side - 3, length, line))
+         if (stays .or. any(beside > 0)) then
+            answer%touch = [answer%touch, touch]
+            beside(side) = size(answer%touch)
+         else
+            touch%number = answer%touch(k)%number
+            answer%touch(k) = touch
+            beside(side) = k
+         end if
+      end do
+   end subroutine go_beside
+
+   !> On which sides of a touched node the rod is as curved as the obstacle: at the place of a test, and where else it is so, too,
+   !> at that place of the path, and would be pressed, or pulled, as well: held as a point it would be neutral.
+   function flat_sides(problem, state, c, test, pressed) result(flat)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c                     !! candidate
+      type(span_test_t), intent(in) :: test
+      logical, intent(in) :: pressed
+      logical :: flat(2)
+      real(wp) :: excess, extension, sense
+      integer :: side
+      flat = .false.
+      if (problem%candidates%touch(c) == 0) return
+      associate (clamped => problem%model%fixed(3, problem%candidates%node(c)), moves => problem%candidates%moves(c))
+         if (c == test%candidate .and. .not. clamped) then
+            flat = moves .or. problem%candidates%element(:, c) > 0
+         else if (clamped .or. moves .and. .not. problem%touch(problem%candidates%touch(c))%line) then
+            do side = 1, 2
+               if (.not. (moves .or. rests_beside(problem, c, side))) cycle
+               sense = merge(0.0_wp, real(2 * side - 3, wp), moves)
+               flat(side) = c == test%candidate .and. test%sense * sense > 0.0_wp
+               if (flat(side)) cycle
+               call excess_curvature(problem, state, c, excess, extension, side)
+               ! The place is known to that for the one that was looked for, to a few times that for others.
+               flat(side) = excess * problem%size <= 10.0_wp * flat_excess
+               if (problem%candidates%node(c) == problem%rolling) flat(side) = excess * problem%size <= nearly_flat(problem)
+               if (flat(side)) flat(side) = would_press(problem, state, c, sense) .eqv. pressed
+            end do
+            ! As curved on one side as on the other, but for errors that go with the squares of curvatures.
+            if (problem%candidates%node(c) == problem%rolling) flat = any(flat)
+         end if
+      end associate
+   end function flat_sides
+
+   !> Of the other points that become less curved along the path those that straight lines have as curved as the obstacle first.
+   pure function flat_next(problem, tests, which, fall, more) result(next)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: tests(:)
+      integer, intent(in) :: which                 !! index of the test of the point that is
+      real(wp), intent(in) :: fall(:)              !! (tests)
+      integer, intent(in) :: more                  !! so many, if there are
+      logical :: next(problem%candidates%n)
+      logical :: comes(size(tests))
+      integer :: k
+      next = .false.
+      comes = .false.
+      do k = 1, size(tests)
+         if (tests(k)%kind /= test_curvature .or. k == which .or. .not. fall(k) > 0.0_wp) cycle
+         comes(k) = problem%candidates%moves(tests(k)%candidate) .and. .not. problem%touch(tests(k)%touch)%line
+      end do
+      do while (count(next) < more .and. any(comes))
+         k = minloc(tests%value / merge(fall, 1.0_wp, comes), 1, comes)
+         comes(k) = .false.
+         next(tests(k)%candidate) = .true.
+      end do
+   end function flat_next
+
+   !> True where a line that begins at a flat point would be pressed: by what acts along the rod, and at a breakpoint by what acts
+   !> on that.
+   logical function would_press(problem, state, c, sense)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c                     !! candidate
+      real(wp), intent(in) :: sense                !! of a test of its curvature
+      real(wp) :: lifted
+      would_press = density_beside(problem, state, c, sense) >= 0.0_wp
+      if (.not. would_press) return
+      ! What pulls there lifts as little as is taken for none, or more.
+      lifted = pulled_off(problem, state, c, sense)
+      would_press = lifted <= line_share * problem%layout%stretch(problem%touch(problem%candidates%touch(c))%stretch)%length
+   end function would_press
+
+   !> The density of the obstacle's force beside a point.
+   real(wp) function density_beside(problem, state, c, sense) result(density)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c                     !! candidate
+      real(wp), intent(in) :: sense                !! of a test of its curvature
+      if (abs(sense) > 0.0_wp) then
+         density = virtual_pressure(problem, state, c, merge(1, 2, sense < 0.0_wp))
+      else
+         density = virtual_pressure(problem, state, c)
+      end if
+   end function density_beside
+
+   !> Length that what acts on a touched breakpoint would lift off beside it if a line lay there; huge where no line does, 0 where
+   !> nothing pulls.
+   real(wp) function pulled_off(problem, state, c, sense) result(length)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c                     !! candidate
+      real(wp), intent(in) :: sense                !! of a test of its curvature
+      real(wp) :: force, jump
+      length = 0.0_wp
+      if (problem%candidates%moves(c) .or. stands(problem, state, c)) return
+      force = breakpoint_force(problem, state, c)
+      jump = point_force(problem, state, c)
+      ! What the obstacle holds more than the rod does comes from the outside, and presses.
+      if (jump - force <= test_slack(test_force) * abs(force)) return
+      length = huge(length)
+      if (.not. problem%model%fixed(3, problem%candidates%node(c))) return
+      length = lifted_at_mirror(jump - force, density_beside(problem, state, c, sense))
+   end function pulled_off
+end module flat_point_rule

@@ -1,0 +1,145 @@
+!> Point contacts where they are as curved as their obstacle: where a point becomes a line, or divides, where a line has become a
+!> point, and two points one.
+module flat_points
+   use kinds, only: wp
+   use problem, only: problem_t, copy_problem
+   use rod_state, only: state_t
+   use contact_spans, only: shortest
+   use conforming_span, only: flat_excess, excess_curvature
+   use touchdown_points, only: point_force
+   use bordered_system, only: all_to_global
+   use curvature_row, only: curvature_row_t, new_curvature_row
+   use path_control, only: control_t, path_length
+   use path_state, only: path_state_t
+   use corrector, only: increment_t, correct
+   implicit none
+   private
+   public :: find_flat_point, leave_flat_point, turn_flattest, curving_rate
+
+contains
+
+   !> Where on its path a point is as curved as its obstacle. Its own equation, that of the least gap, has no slope there: it turns
+   !> with the obstacle as the end of a line does, and goes to where no moment is left; held is by how much more it is curved. So do
+   !> others that become flat nearby, as its image at a mirror.
+   subroutine find_flat_point(problem, run, candidate, too, place, found)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run          !! its system ends up anywhere
+      integer, intent(in) :: candidate
+      integer, intent(in) :: too(:)              !! candidates of others
+      type(state_t), intent(inout) :: place      !! a state nearby on entry
+      logical, intent(out) :: found
+      type(problem_t) :: turning
+      integer :: k
+      call copy_problem(problem, turning)
+      turning%candidates%follows([candidate, too]) = problem%candidates%rolls([candidate, too])
+      call go_to_excess(turning, run, candidate, 0.0_wp, least_told(problem), place, found)
+      if (.not. found) return
+      do k = 1, size(too)
+         place%reaction(too(k)) = point_force(problem, place, too(k))
+      end do
+      if (problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
+   end subroutine find_flat_point
+
+   !> An equilibrium in which the point that is the least curved may be less so than its obstacle, as where another mesh has it
+   !> become a line sooner: it turns with the obstacle.
+   subroutine turn_flattest(problem, run, control, state, found)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run          !! its state is where the control counts from; its system ends up anywhere
+      type(control_t), intent(in) :: control
+      type(state_t), intent(inout) :: state      !! a guess on entry
+      logical, intent(out) :: found
+      type(problem_t) :: turning
+      type(increment_t) :: report
+      real(wp) :: excess(problem%candidates%n), extension
+      integer :: c
+      excess = huge(excess)
+      do c = 1, size(excess)
+         if (problem%candidates%touch(c) == 0) cycle
+         if (problem%candidates%moves(c) .and. problem%candidates%rolls(c)) call excess_curvature(problem, state, c, excess(c), &
+            & extension)
+      end do
+      found = any(excess < huge(excess))
+      if (.not. found) return
+      c = minloc(excess, 1)
+      call copy_problem(problem, turning)
+      turning%candidates%follows(c) = .true.
+      call correct(turning, run%state, control, .true., state, run%system, report)
+      found = report%converged
+      if (found) state%reaction(c) = point_force(problem, state, c)
+   end subroutine turn_flattest
+
+   !> Just beyond where a line has become a point: there the point is as curved as its obstacle, what holds its rotation without
+   !> bounds, and free spans beside it may buckle as the line between them vanishes, so that the load hardly tells.
+   subroutine leave_flat_point(problem, run, candidate, reach, place, away, found)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run          !! its system ends up anywhere
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: reach              !! along the path, that it may be away
+      type(state_t), intent(inout) :: place      !! that of the line on entry
+      real(wp), intent(out) :: away              !! more than the reach where no nearer one can be told
+      logical, intent(out) :: found
+      real(wp), parameter :: nearer = 0.125_wp
+      type(state_t) :: line
+      real(wp) :: excess
+      line = place
+      excess = of_no_line(problem, line, candidate)
+      do
+         call go_to_excess(problem, run, candidate, excess, excess, place, found)
+         ! Once more: spans that may buckle make a small residual come before a small error.
+         if (found) call go_to_excess(problem, run, candidate, excess, excess, place, found)
+         away = huge(away)
+         if (found) away = path_length(problem, line, place)
+         if (away <= reach .or. excess <= least_told(problem)) return
+         if (.not. found) place = line
+         excess = max(nearer * excess, least_told(problem))
+      end do
+   end subroutine leave_flat_point
+
+   !> How much more curved a point becomes along the path, per unit of load factor.
+   real(wp) function curving_rate(problem, run, candidate) result(rate)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run             !! its system factored
+      integer, intent(in) :: candidate
+      type(curvature_row_t) :: row
+      row = new_curvature_row(problem, run%state, run%system, candidate)
+      rate = row%load + sum(row%node * all_to_global(problem, run%system, run%system%tangent))
+   end function curving_rate
+
+   !> A small excess: a part of what the point's force makes of the curvature along a line of a length that is taken for none.
+   real(wp) function of_no_line(problem, state, candidate) result(excess)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      real(wp), parameter :: part = 0.25_wp
+      integer :: e
+      e = maxval(problem%candidates%element(:, candidate))
+      excess = max(part * abs(point_force(problem, state, candidate)) * problem%compliance(e)%bending * shortest * &
+         & problem%layout%stretch(problem%stretch(e))%length, least_told(problem))
+   end function of_no_line
+
+   !> An excess that can be told from none.
+   pure real(wp) function least_told(problem) result(excess)
+      type(problem_t), intent(in) :: problem
+      excess = 10.0_wp * flat_excess / problem%size
+   end function least_told
+
+   !> The equilibrium at which a point is more curved than its obstacle by a given amount.
+   subroutine go_to_excess(problem, run, candidate, excess, whole, state, found)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: excess
+      real(wp), intent(in) :: whole              !! to a small part of which it is met
+      type(state_t), intent(inout) :: state      !! a guess on entry
+      logical, intent(out) :: found
+      type(control_t) :: curved
+      type(state_t) :: start
+      type(increment_t) :: report
+      curved%flat = candidate
+      curved%increment = excess
+      curved%whole = whole
+      start = state
+      call correct(problem, start, curved, .true., state, run%system, report)
+      found = report%converged
+   end subroutine go_to_excess
+end module flat_points

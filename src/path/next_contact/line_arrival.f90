@@ -1,0 +1,128 @@
+!> Ends of lines that arrive at a breakpoint of the rod where a couple or a force acts: two from both sides, as what that has lifted
+!> comes down again, or one at a node that a couple turns. There an end is held, and it belongs there at the load at which nothing
+!> has to hold it.
+module line_arrival
+   use kinds, only: wp
+   use problem, only: problem_t
+   use contact_set_edits, only: end_moved
+   use contact_spans, only: contact_span_t, shortest
+   use breakpoint_forces, only: breakpoint_couple, breakpoint_force, left_over
+   use past_breakpoints, only: beyond, end_node
+   use lifted_node, only: lifted_ahead
+   use span_candidates, only: present_contact_spans
+   use test_kinds, only: span_test_t
+   use contact_change_types, only: step_interval_t
+   use next_spans, only: next_t, new_next, go_to_load
+   implicit none
+   private
+   public :: find_arrival
+
+   integer, parameter :: max_tries = 8           !! loads: couples of dead loads are linear, but for large deflections
+
+contains
+
+   !> The set with the ends at the breakpoint, and its equilibrium where it holds, on the leg or not further beyond than it is long.
+   subroutine find_arrival(problem, leg, test, next, found)
+      type(problem_t), intent(in) :: problem
+      type(step_interval_t), intent(in) :: leg
+      type(span_test_t), intent(in) :: test      !! of the free span between a contact and a breakpoint
+      type(next_t), intent(out) :: next
+      logical, intent(out) :: found
+      type(contact_span_t), allocatable :: set(:)
+      integer :: k, side
+      logical :: meets
+      call set_at_breakpoint(problem, leg, test, set, k, side, meets)
+      found = allocated(set)
+      if (.not. found) return
+      next = new_next(problem, leg%to, set)
+      k = findloc(next%problem%touch%number, problem%touch(k)%number, 1)
+      call find_load(problem, leg, next%problem%touch(k)%candidate(3 - side), meets, next, found)
+   end subroutine find_arrival
+
+   !> The set with a line's end at the breakpoint, and that of another line that it meets there. Not allocated: there is none.
+   subroutine set_at_breakpoint(problem, leg, test, set, k, side, meets)
+      type(problem_t), intent(in) :: problem
+      type(step_interval_t), intent(in) :: leg
+      type(span_test_t), intent(in) :: test
+      type(contact_span_t), allocatable, intent(out) :: set(:)
+      integer, intent(out) :: k                  !! which touch the line is
+      integer, intent(out) :: side               !! of the free span, on which it is
+      logical, intent(out) :: meets              !! another line comes from the other side
+      real(wp) :: whole
+      integer :: way, other, stretch
+      k = 0
+      side = 0
+      meets = .false.
+      if (count(test%beside > 0) /= 1) return
+      side = findloc(test%beside > 0, .true., 1)
+      k = test%beside(side)
+      way = merge(1, -1, side == 1)
+      stretch = beyond(problem, k, way)
+      if (.not. (problem%touch(k)%line .and. stretch > 0)) return
+      other = findloc(problem%touch%stretch == stretch .and. problem%touch%contact == problem%touch(k)%contact, .true., 1, &
+         & back=way < 0)
+      meets = other > 0
+      if (meets) meets = problem%touch(other)%line .and. problem%candidates%moves(problem%touch(other)%candidate(side))
+      whole = problem%layout%stretch(test%stretch)%length
+      if (.not. meets) then
+         if (lifted_ahead(problem, leg%to, problem%touch(k)%candidate(3 - side), end_node(problem, k, way)) <= shortest * whole) &
+            & return
+      end if
+      set = end_moved(present_contact_spans(problem, leg%to), k, 3 - side, merge(whole, 0.0_wp, way > 0))
+      if (meets) set = end_moved(set, other, side, merge(problem%layout%stretch(stretch)%length, 0.0_wp, way < 0))
+   end subroutine set_at_breakpoint
+
+   !> The load at which nothing has to hold the node at the breakpoint, by secants: a couple, or a force where two lines meet and
+   !> there is no couple.
+   subroutine find_load(problem, leg, c, meets, next, found)
+      type(problem_t), intent(in) :: problem
+      type(step_interval_t), intent(in) :: leg
+      integer, intent(in) :: c                   !! candidate of the node, in the next set
+      logical, intent(in) :: meets
+      type(next_t), intent(inout) :: next
+      logical, intent(out) :: found
+      type(span_test_t), allocatable :: tests(:)
+      real(wp) :: load(2), couple(2), force(2), held(2)
+      integer :: try
+      load = [leg%from%load_factor, leg%to%load_factor]
+      call look_at(load(2), couple(2), force(2))
+      if (found) call look_at(load(1), couple(1), force(1))
+      if (.not. found) return
+      held = couple
+      if (meets .and. maxval(abs(couple)) <= left_over(problem) * leg%scale * problem%size) held = force
+      do try = 1, max_tries
+         found = abs(held(2) - held(1)) > 0.0_wp
+         if (.not. found) return
+         load = [load(2), load(2) - held(2) * (load(2) - load(1)) / (held(2) - held(1))]
+         found = leg%stuck .or. abs(load(2) - leg%to%load_factor) <= abs(leg%to%load_factor - leg%from%load_factor)
+         associate (stop => problem%model%step(problem%step)%stop)
+            found = found .and. .not. any(stop%monitor == 0 .and. (stop%value - leg%to%load_factor) * &
+               & (load(2) - stop%value) > 0.0_wp)
+         end associate
+         if (.not. found) return
+         couple(1) = couple(2)
+         force(1) = force(2)
+         held(1) = held(2)
+         call look_at(load(2), couple(2), force(2))
+         if (.not. found) return
+         if (abs(load(2) - load(1)) <= 10.0_wp * epsilon(load) * abs(load(2))) return
+         held(2) = merge(couple(2), force(2), abs(held(1) - couple(1)) <= 0.0_wp)
+         if (abs(held(2)) <= 1.0e-3_wp * left_over(problem) * leg%scale * problem%size) return
+      end do
+
+   contains
+
+      !> What would have to hold the node at a load.
+      subroutine look_at(load, couple, force)
+         real(wp), intent(in) :: load
+         real(wp), intent(out) :: couple, force
+         call go_to_load(next, load, tests)
+         found = allocated(tests)
+         couple = 0.0_wp
+         force = 0.0_wp
+         if (.not. found) return
+         couple = breakpoint_couple(next%problem, next%state, c)
+         force = breakpoint_force(next%problem, next%state, c)
+      end subroutine look_at
+   end subroutine find_load
+end module line_arrival

@@ -1,0 +1,221 @@
+!> Contact that passes breakpoints of its rod: an end of a line, or a point that may not roll there, comes to one from this side and
+!> goes on behind it, or what a line has behind one shrinks and it ends on this side. As little as is left on one side is taken for
+!> none, and what goes on on the other is longer than that: the path jumps over this little way. What comes to another breakpoint
+!> on that way passes it, too, for a span that is shorter than none stops all of them, as where a mirror makes one passage of the
+!> other. A point that may roll stays at the breakpoint, as little as it has not come there, until it has rolled on (test_leaving).
+module passages
+   use kinds, only: wp
+   use problem, only: problem_t
+   use contact_spans, only: contact_span_t, shortest, line_share
+   use contact_set_edits, only: lost, shrunk, end_moved, moved, continued
+   use past_breakpoints, only: beyond, end_node
+   use lifted_node, only: lifted_ahead
+   use span_candidates, only: rolls_at
+   use rod_state, only: state_t
+   use test_kinds, only: span_test_t, test_length, test_crossing
+   implicit none
+   private
+   public :: pass_breakpoints, is_turned, behind
+
+   type :: passage_t
+      integer :: touch = 0                  !! index into the set
+      integer :: way = 0                    !! -1: the breakpoint is before the touch, 1: after it
+      logical :: shrinks = .false.          !! it is behind the breakpoint, and goes on as another touch before it
+      integer :: stretch = 0                !! on which it goes on, 0: it stays at the breakpoint
+      integer :: other = 0                  !! shrinks: as which touch
+      real(wp) :: left = 0.0_wp             !! way to the breakpoint
+      real(wp) :: least = 0.0_wp            !! so little of it is taken for none
+      real(wp) :: ahead = 0.0_wp            !! way behind it that it goes on with
+      real(wp) :: rate = 0.0_wp             !! of its place along the path
+   end type passage_t
+
+contains
+
+   !> The set behind the passage of a test that is zero, and those on its way.
+   subroutine pass_breakpoints(problem, tests, which, fall, set, passes, passed, meets)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: tests(:)
+      integer, intent(in) :: which                   !! of a length or of a crossing
+      real(wp), intent(in) :: fall(:)                !! (tests) by how much each falls along the path
+      type(contact_span_t), allocatable, intent(inout) :: set(:)
+      integer, allocatable, intent(out) :: passes(:, :) !! (2, passages) indices of the touches between which a span opens behind a
+      !! breakpoint, 0: the breakpoint itself; the first one is passed last
+      logical, intent(out) :: passed                 !! false: the test is that of a line that shrinks, and goes on nowhere
+      logical, intent(out) :: meets                  !! another line is on its way to the breakpoint from the other side
+      type(passage_t) :: passage(size(tests))
+      logical :: taken(size(tests))
+      logical, allocatable :: gone(:)
+      real(wp) :: time
+      integer :: last, k
+      allocate (passes(2, 0))
+      passage = [(passage_of(problem, set, tests(k), fall(k)), k=1, size(tests))]
+      passed = passage(which)%touch > 0
+      meets = .false.
+      if (.not. passed) return
+      taken = .false.
+      taken(which) = .true.
+      do
+         call find_last(passage, taken, last, time)
+         k = findloc(.not. taken .and. passage%stretch > 0 .and. passage%rate > 0.0_wp .and. &
+            & passage%left - passage%rate * time < passage%least, .true., 1)
+         if (k == 0) exit
+         taken(k) = .true.
+      end do
+      meets = any(taken .and. meet(passage(which), passage, set))
+      if (meets) return
+      gone = spread(.false., 1, size(set))
+      do k = 1, size(tests)
+         if (taken(k) .and. k /= last) call pass(problem, passage(k), passage(k)%rate * time - passage(k)%left, set, gone, passes)
+      end do
+      call pass(problem, passage(last), passage(last)%ahead, set, gone, passes)
+      do k = size(gone), 1, -1
+         if (.not. gone(k)) cycle
+         set = lost(set, k)
+         where (passes > k) passes = passes - 1
+      end do
+   end subroutine pass_breakpoints
+
+   !> True for passages that come to the breakpoint of another one from its other side, both of them ends of lines.
+   pure function meet(one, passage, set)
+      type(passage_t), intent(in) :: one, passage(:)
+      type(contact_span_t), intent(in) :: set(:)
+      logical :: meet(size(passage))
+      integer :: k
+      meet = passage%touch > 0 .and. .not. (one%shrinks .or. passage%shrinks) .and. passage%way == -one%way .and. one%stretch > 0
+      do k = 1, size(passage)
+         if (.not. meet(k)) cycle
+         associate (a => set(one%touch), b => set(passage(k)%touch))
+            meet(k) = a%line .and. b%line .and. a%contact == b%contact .and. a%stretch == passage(k)%stretch .and. &
+               & b%stretch == one%stretch
+         end associate
+      end do
+   end function meet
+
+   !> True for a line's end that comes to a node which a couple turns: behind it nothing of that length lies down.
+   logical function is_turned(problem, state, test)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: test          !! of a crossing
+      integer :: way
+      way = nint(test%sense)
+      associate (touch => problem%touch(test%touch))
+         is_turned = touch%line .and. beyond(problem, test%touch, way) > 0
+         if (is_turned) is_turned = lifted_ahead(problem, state, touch%candidate(merge(1, 2, way < 0)), end_node(problem, &
+            & test%touch, way)) > shortest * problem%layout%stretch(touch%stretch)%length
+      end associate
+   end function is_turned
+
+   !> The passage that is last of those taken, and when it has passed.
+   pure subroutine find_last(passage, taken, last, time)
+      type(passage_t), intent(in) :: passage(:)
+      logical, intent(in) :: taken(:)
+      integer, intent(out) :: last
+      real(wp), intent(out) :: time
+      real(wp) :: times(size(passage))
+      times = 0.0_wp
+      where (passage%rate > 0.0_wp) times = (passage%left + passage%ahead) / passage%rate
+      last = maxloc(times, 1, mask=taken)
+      time = times(last)
+   end subroutine find_last
+
+   !> What a test is about; without a stretch: no passage.
+   pure type(passage_t) function passage_of(problem, set, test, fall) result(passage)
+      type(problem_t), intent(in) :: problem
+      type(contact_span_t), intent(in) :: set(:)
+      type(span_test_t), intent(in) :: test
+      real(wp), intent(in) :: fall
+      integer :: k, way, next, stretch
+      real(wp) :: whole
+      k = test%touch
+      if (test%kind == test_crossing) then
+         passage = passage_t(touch=k, way=nint(test%sense), stretch=beyond(problem, k, nint(test%sense)))
+         ! It leaves from there where it rolls on, which it may never, as where a load stands.
+         if (.not. set(k)%line .and. rolls_at(problem, set(k)%contact, set(k)%stretch, merge(1, 2, passage%way < 0))) &
+            & passage%stretch = 0
+      else if (test%kind == test_length) then
+         whole = problem%layout%stretch(set(k)%stretch)%length
+         do way = -1, 1, 2
+            stretch = beyond(problem, k, way)
+            if (stretch == 0) cycle
+            if (abs(set(k)%at(merge(1, 2, way < 0)) - merge(0.0_wp, whole, way < 0)) > 0.0_wp) cycle
+            next = findloc(set%line .and. set%stretch == stretch .and. set%contact == set(k)%contact .and. &
+               & abs(set%at(merge(2, 1, way < 0)) - merge(problem%layout%stretch(stretch)%length, 0.0_wp, way < 0)) <= 0.0_wp, &
+               & .true., 1)
+            if (next == 0) cycle
+            passage = passage_t(touch=k, way=way, shrinks=.true., stretch=stretch, other=next)
+            exit
+         end do
+      end if
+      if (passage%touch == 0) return
+      passage%least = shortest * problem%layout%stretch(set(k)%stretch)%length
+      passage%left = test%value * problem%size + passage%least
+      if (passage%stretch > 0) passage%ahead = line_share * problem%layout%stretch(passage%stretch)%length
+      passage%rate = fall * problem%size
+   end function passage_of
+
+   !> The set behind one passage.
+   subroutine pass(problem, passage, to, set, gone, passes)
+      type(problem_t), intent(in) :: problem
+      type(passage_t), intent(in) :: passage
+      real(wp), intent(in) :: to                     !! how far behind the breakpoint
+      type(contact_span_t), allocatable, intent(inout) :: set(:)
+      logical, allocatable, intent(inout) :: gone(:) !! touches of which nothing is left
+      integer, allocatable, intent(inout) :: passes(:, :)
+      integer :: side, k
+      real(wp) :: at(2), end
+      k = passage%touch
+      side = merge(1, 2, passage%way < 0)
+      at = 0.0_wp
+      if (passage%stretch > 0) at = behind(problem, passage%stretch, passage%way, to, .not. passage%shrinks .and. set(k)%line)
+      if (passage%shrinks) then
+         if (gone(passage%other)) return
+         associate (other => set(passage%other))
+            end = other%at(3 - side)
+            if (abs(at(1) - end) >= abs(other%at(side) - end)) then
+               ! Nothing is left on either side of the breakpoint, but a point there.
+               set = shrunk(set, passage%other, end)
+            else
+               set = end_moved(set, passage%other, 3 - side, at(1))
+               call add(merge([passage%other, 0], [0, passage%other], side == 1))
+            end if
+         end associate
+         gone(k) = .true.
+         return
+      end if
+      associate (whole => problem%layout%stretch(set(k)%stretch)%length)
+         end = merge(0.0_wp, whole, passage%way < 0)
+      end associate
+      if (passage%stretch == 0) then
+         set = end_moved(set, k, side, end)
+      else if (set(k)%line) then
+         set = end_moved(set, k, side, end)
+         set = continued(set, k, passage%stretch, at)
+         gone = [gone, .false.]
+         call add(merge([0, size(set)], [size(set), 0], side == 1))
+      else
+         set = moved(set, k, passage%stretch, at)
+         call add([0, k])
+      end if
+
+   contains
+
+      !> One span more, before the others.
+      subroutine add(between)
+         integer, intent(in) :: between(2)
+         passes = reshape([between, passes], [2, size(passes, 2) + 1])
+      end subroutine add
+   end subroutine pass
+
+   !> Places on a stretch behind a breakpoint: a line from there on, or a point.
+   pure function behind(problem, stretch, way, length, line) result(at)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: stretch
+      integer, intent(in) :: way                     !! -1: before the breakpoint, 1: after it
+      real(wp), intent(in) :: length                 !! of the line, or distance of the point
+      logical, intent(in) :: line
+      real(wp) :: at(2)
+      at = length
+      if (line) at(1) = 0.0_wp
+      if (way < 0) at = problem%layout%stretch(stretch)%length - at([2, 1])
+   end function behind
+end module passages

@@ -1,0 +1,49 @@
+!> The touchdown point that goes furthest along its rod, and the equilibrium on another mesh at which it is where it was: next to a
+!> limit point it may go far while all else hardly moves.
+module resting_contact
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use bordered_system, only: linearise
+   use path_state, only: path_state_t
+   use touchdown_points, only: touchdown_steps
+   use tangent_step, only: states_along
+   use held_touchdown, only: solve_held
+   use held_openings, only: held_steps
+   implicit none
+   private
+   public :: find_fastest, stay_in_place
+
+contains
+
+   !> The touchdown point that goes furthest with the load.
+   subroutine find_fastest(problem, run, fastest, rate)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run             !! its system factored
+      integer, intent(out) :: fastest            !! candidate, 0: none moves
+      real(wp), intent(out) :: rate              !! along the rod, per unit of load factor
+      real(wp) :: rates(problem%candidates%n), step
+      type(state_t) :: ahead, here
+      fastest = 0
+      rate = 0.0_wp
+      associate (moves => problem%candidates%moves(:size(rates)))
+         if (.not. any(moves)) return
+         call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)
+         rates = abs(touchdown_steps(problem, run%state, ahead) - touchdown_steps(problem, run%state, here)) / step
+         fastest = maxloc(rates, 1, moves)
+      end associate
+      rate = rates(fastest)
+   end subroutine find_fastest
+
+   !> Equilibrium with a touchdown point where it is.
+   subroutine stay_in_place(problem, run, fastest, state, found)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the state where that is found
+      integer, intent(in) :: fastest             !! candidate
+      type(state_t), intent(inout) :: state      !! a guess on entry
+      logical, intent(out) :: found
+      call solve_held(problem, [fastest, 0], run%system, .false., held_steps(problem, run), state, found)
+      if (found) call linearise(problem, state, state, run%system)
+      found = found .and. run%system%ok
+   end subroutine stay_in_place
+end module resting_contact

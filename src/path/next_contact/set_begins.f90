@@ -1,0 +1,134 @@
+!> The load factor at which a new set of contact spans begins to hold:
+!>
+!>   find_begin  by a test of the new set that is zero there, from an increment over which the old one fails
+!>   go_back     by whether all of its tests hold, from further on, where other sets may lie between
+module set_begins
+   use kinds, only: wp
+   use test_kinds, only: span_test_t, test_slack, test_pressure, any_fails
+   use contact_change_types, only: step_interval_t
+   use next_spans, only: next_t, copy_next, go_to_load
+   use held_openings, only: held_load
+   use path_state, only: path_state_t
+   implicit none
+   private
+   public :: find_begin, go_back
+
+   integer, parameter :: max_tries = 30         !! loads that are looked at by secants
+   integer, parameter :: most_halvings = 20     !! of the way back
+
+contains
+
+   !> Where the new set begins to hold: the least pressure of its line is zero, or just above it, or what holds beside a support is
+   !> zero there. By secants, within a bracket once there is one. Where nothing is left of the span, and the set holds all the way,
+   !> it is where the run stands: meshes differ.
+   subroutine find_begin(run, leg, gone, next, found, test)
+      type(path_state_t), intent(in) :: run
+      type(step_interval_t), intent(in) :: leg
+      logical, intent(in) :: gone                !! nothing is left of the span
+      type(next_t), intent(inout) :: next        !! as new_next has it
+      logical, intent(out) :: found
+      integer, intent(in), optional :: test      !! of the new set, which is zero there; without it that of its least pressure
+      real(wp), parameter :: small = 1.0e-3_wp * test_slack(test_pressure)
+      real(wp) :: load, loads(2), value, values(2), slack, goal
+      integer :: try
+      logical :: ok, narrow
+      ! A line is to press a little.
+      slack = merge(0.0_wp, small, present(test))
+      goal = 0.5_wp * slack
+      loads = leg%to%load_factor
+      call look_at(loads(2), value)
+      found = .false.
+      if (.not. ok) return
+      found = gone .and. value >= 0.0_wp .and. value <= slack
+      if (found) return
+      values = value - goal
+      load = loads(2) + held_load(run)
+      if (value > slack) then
+         call look_at(run%state%load_factor, value)
+         found = gone .and. ok .and. value >= 0.0_wp
+         if (found) return
+         if (ok .and. value < 0.0_wp) load = run%state%load_factor
+      end if
+      do try = 1, max_tries
+         ! No load tells them apart.
+         if (.not. abs(load - loads(2)) > 0.0_wp) return
+         call look_at(load, value)
+         if (.not. ok) return
+         ! What the iteration leaves of forces makes pressures go to and fro.
+         narrow = abs(load - loads(2)) <= sqrt(small) * abs(leg%to%load_factor - leg%from%load_factor)
+         if (.not. (narrow .and. abs(next%rate) > 0.0_wp)) next%rate = (value - goal - values(2)) / (load - loads(2))
+         found = (value >= 0.0_wp .and. value <= slack) .or. (narrow .and. abs(value) <= test_slack(test_pressure))
+         if (found .or. .not. abs(next%rate) > 0.0_wp) return
+         if (values(1) * values(2) < 0.0_wp .and. (value - goal) * values(2) > 0.0_wp) then
+            values(1) = 0.5_wp * values(1)
+         else
+            loads(1) = loads(2)
+            values(1) = values(2)
+         end if
+         loads(2) = load
+         values(2) = value - goal
+         if (.not. abs(values(2) - values(1)) > 0.0_wp) return
+         load = loads(2) - values(2) * (loads(2) - loads(1)) / (values(2) - values(1))
+      end do
+
+   contains
+
+      !> The least pressure, or the test, at a load factor.
+      subroutine look_at(load, least)
+         real(wp), intent(in) :: load
+         real(wp), intent(out) :: least
+         type(span_test_t), allocatable :: tests(:)
+         call go_to_load(next, load, tests)
+         ok = allocated(tests)
+         least = 0.0_wp
+         if (.not. ok) return
+         if (present(test)) then
+            least = tests(test)%value
+         else
+            least = minval(tests%value, mask=tests%kind == test_pressure)
+         end if
+      end subroutine look_at
+   end subroutine find_begin
+
+   !> Back towards a load factor, as far as the next set holds: halves of what is left of the way. Where it holds all the way both
+   !> sets have one equilibrium there, and the change lies further back.
+   subroutine go_back(to, next)
+      real(wp), intent(in) :: to
+      type(next_t), intent(inout) :: next        !! known further on; on return as far back as it holds
+      type(next_t) :: nearer
+      real(wp) :: fails, since, whole              ! load factors at which it fails, and holds
+      integer :: try
+      logical :: holds, beyond
+      call copy_next(next, nearer)
+      since = next%state%load_factor
+      whole = since - to
+      call look_at(to)
+      beyond = holds
+      if (beyond) call copy_next(nearer, next)
+      do try = most_halvings, -most_halvings, -1
+         if (.not. holds) exit
+         call look_at(to - 0.5_wp**try * whole)
+      end do
+      if (holds) return
+      do try = 1, most_halvings
+         call look_at(0.5_wp * (fails + since))
+         if (holds .and. .not. beyond) call copy_next(nearer, next)
+      end do
+
+   contains
+
+      !> Whether the next set holds at a load factor.
+      subroutine look_at(load)
+         real(wp), intent(in) :: load
+         type(span_test_t), allocatable :: tests(:)
+         type(next_t) :: there
+         call copy_next(nearer, there)
+         call go_to_load(there, load, tests)
+         holds = allocated(tests)
+         if (holds) holds = .not. any_fails(tests)
+         if (holds) call copy_next(there, nearer)
+         if (holds) since = load
+         if (.not. holds) fails = load
+      end subroutine look_at
+   end subroutine go_back
+end module set_begins

@@ -1,0 +1,288 @@
+!> A line contact that its obstacle would have to pull opens: where its pressure is zero a free span begins with no length, and
+!> there nothing tells where its ends are. The laws of its first stretch do, from the zone of the line that is pulled a little
+!> further along the path. The gap w of the free span has EI w'''' = -r there, with x along the rod and the density r of the line's
+!> force, positive where it pushes; r1, r2 > 0:
+!>
+!>   inside the line, pulled for |x| < x0, r = r2 (x^2 - x0^2)/2:
+!>                               w = r2 (a^2 - x^2)^3/(720 EI) for |x| < a = sqrt(5) x0;
+!>   at its end, x from there into the line, pulled for 0 < x < x0, r = r1 (x - x0):
+!>                               w = r1 x^2 (l - x)^3/(120 EI) for 0 < x < l = 5 x0/3, and a point stays at x = 0 and does not turn;
+!>   at a clamp on the obstacle: the same, x from the clamp.
+!>
+!> Half of the first, at a mirror. Where a force F lifts the end of a line that a breakpoint of the rod holds, the line is pressed
+!> as before, r > 0, and w = T x^3/(6 EI) - r x^4/(24 EI) with x from its new end: l = 2 F/r, T = F at a free end of the rod,
+!> l = 3 F/(2 r), T = F/2 at a mirror. Between two lines each of them takes half of F. Where a support lifts it by d instead, the
+!> same shape has l^4 = 24 EI d/r where it lets the rod turn, 72 EI d/r where it, or the line beyond, does not. A line with
+!> l beyond its own length, as one that a straight wall does not press, leaves a point at its other end.
+!> From there Newton's method finds the ends.
+module span_opening
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, may_react, candidate_gap
+   use conforming_span, only: conforming_forces, node_track, track_sense
+   use obstacle_track, only: track_t
+   use contact_spans, only: contact_span_t
+   use contact_set_edits, only: begun, lost, opened, end_moved, shrunk, numbered, same_set
+   use span_candidates, only: present_contact_spans
+   use line_pressure, only: pressure_t, sample_line, density_at
+   use test_kinds, only: span_test_t, test_force, test_pressure, test_couple, test_slack, well_below
+   use breakpoint_forces, only: breakpoint_force, breakpoint_couple
+   use lifted_node, only: inside_line, lifted_beside
+   use next_spans, only: next_t, new_next, settle, holds
+   implicit none
+   private
+   public :: open_line
+
+   integer, parameter :: samples = 64           !! of the density along a line
+   real(wp), parameter :: whole_zone = sqrt(5.0_wp), half_zone = 5.0_wp / 3.0_wp !! lengths of free spans over those of zones
+
+contains
+
+   !> The equilibrium with the span open at a state whose line is pulled somewhere. Not found where the zone is too long for the
+   !> laws, or what opens leaves nothing of the line.
+   subroutine open_line(problem, place, beyond, test, scale, number, next, found)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: place           !! of `problem`, in equilibrium, where the test is zero
+      type(state_t), intent(in) :: beyond          !! the same a little further on
+      type(span_test_t), intent(in) :: test        !! of pressure or force, below zero beyond
+      real(wp), intent(in) :: scale                !! of forces
+      integer, intent(in) :: number                !! of the first contact that parts from it
+      type(next_t), intent(out) :: next            !! at the load factor of `beyond`
+      logical, intent(out) :: found
+      type(contact_span_t), allocatable :: touch(:)
+      if (test%kind == test_force .or. test%kind == test_couple) then
+         call lifted_touches(problem, beyond, test%candidate, test%kind == test_couple, touch)
+         if (allocated(touch)) touch = numbered(touch, number - 1)
+      else
+         call opened_touches(problem, place, beyond, scale, number, touch)
+      end if
+      found = allocated(touch)
+      if (.not. found) return
+      next = new_next(problem, beyond, touch)
+      call settle(next, found)
+      if (found) found = holds(next)
+   end subroutine open_line
+
+   !> The touches with open all that opens at one place of the path, as in a symmetric structure two spans do. Not allocated where
+   !> the laws do not tell.
+   subroutine opened_touches(problem, place, state, scale, number, touch)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: place           !! where something opens
+      type(state_t), intent(in) :: state           !! beyond
+      real(wp), intent(in) :: scale                !! of forces
+      integer, intent(in) :: number                !! of the first contact that parts
+      type(contact_span_t), allocatable, intent(out) :: touch(:)
+      type(contact_span_t), allocatable :: before(:), now(:), set(:)
+      real(wp), allocatable :: zone(:, :)
+      real(wp) :: nothing
+      integer :: k, i, rest
+      logical :: told
+      now = present_contact_spans(problem, state)
+      before = present_contact_spans(problem, place)
+      nothing = well_below * test_slack(test_pressure) * scale / problem%size
+      set = now
+      do k = 1, size(now)
+         if (.not. now(k)%line) cycle
+         zone = pulled_zones(problem, state, now(k))
+         rest = k
+         do i = 1, size(zone, 2)
+            if (least_density(problem, place, before(k), zone(:, i)) > nothing) cycle
+            ! It opens inside, and only further on to an end of the line.
+            if (reaches_end(problem, place, before(k), now(k), zone(:, i), nothing)) return
+            call open_zone(problem, state, now(k), zone(:, i), set, rest, told)
+            if (.not. told) return
+         end do
+      end do
+      if (.not. same_set(set, now)) touch = numbered(set, number - 1)
+   end subroutine opened_touches
+
+   !> True for a zone at an end of a line that is pressed there where it opens.
+   logical function reaches_end(problem, place, before, now, zone, nothing) result(reaches)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: place           !! where it opens
+      type(contact_span_t), intent(in) :: before, now     !! the line there, and beyond
+      real(wp), intent(in) :: zone(2)              !! beyond
+      real(wp), intent(in) :: nothing              !! density that counts as none
+      reaches = zone(1) <= now%at(1) .and. density_at(problem, place, before, before%at(1)) > nothing
+      reaches = reaches .or. zone(2) >= now%at(2) .and. density_at(problem, place, before, before%at(2)) > nothing
+   end function reaches_end
+
+   !> One zone of a line open.
+   subroutine open_zone(problem, state, line, zone, set, rest, told)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(contact_span_t), intent(in) :: line            !! as it is now
+      real(wp), intent(in) :: zone(2)
+      type(contact_span_t), allocatable, intent(inout) :: set(:)
+      integer, intent(inout) :: rest               !! index of what is left of the line from this zone on
+      logical, intent(out) :: told                 !! false: the laws do not tell
+      real(wp) :: length, part
+      integer :: c, side
+      logical :: pulled(2)
+      length = zone(2) - zone(1)
+      pulled = [zone(1) <= line%at(1), zone(2) >= line%at(2)]
+      told = length > 0.0_wp
+      if (.not. told) return
+      if (all(pulled)) then
+         ! It lifts off all at once; what pushes at its ends stays.
+         if (problem%candidates%moves(line%candidate(2))) set = begun(set, line%contact, line%stretch, line%at(2))
+         if (problem%candidates%moves(line%candidate(1))) then
+            set = shrunk(set, rest, line%at(1))
+         else
+            set = lost(set, rest)
+         end if
+         return
+      else if (.not. any(pulled)) then
+         set = opened(set, rest, 0.5_wp * (sum(zone) - whole_zone * length), 0.5_wp * (sum(zone) + whole_zone * length))
+         told = set(rest)%at(2) > set(rest)%at(1)
+         rest = size(set)
+         told = told .and. set(rest)%at(2) > set(rest)%at(1)
+         return
+      end if
+      side = merge(1, 2, pulled(1))
+      c = line%candidate(side)
+      part = half_zone
+      if (problem%candidates%moves(c)) then
+         set = begun(set, line%contact, line%stretch, line%at(side))
+      else if (.not. problem%model%fixed(3, problem%candidates%node(c))) then
+         ! A line that goes on over a breakpoint, or ends at one that holds it.
+         told = .false.
+         return
+      else if (free_across(c)) then
+         part = whole_zone
+      end if
+      set = end_moved(set, rest, side, line%at(side) + merge(part, -part, side == 1) * length)
+      told = set(rest)%at(2) > set(rest)%at(1)
+
+   contains
+
+      !> True where the supports of a node let it leave the obstacle.
+      logical function free_across(c)
+         integer, intent(in) :: c
+         type(track_t) :: track
+         track = node_track(problem, state, c)
+         free_across = may_react(problem, c, [-track%tangent(2), track%tangent(1)])
+      end function free_across
+   end subroutine open_zone
+
+   !> The touches with lines that end before a breakpoint that a force or a couple lifts. Not allocated where the laws do not tell.
+   subroutine lifted_touches(problem, state, candidate, by_couple, touch)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      logical, intent(in) :: by_couple
+      type(contact_span_t), allocatable, intent(out) :: touch(:)
+      type(contact_span_t), allocatable :: now(:)
+      real(wp) :: beside(2), force, lift, length, local(3), x(2), normal(2), bend, angle, density
+      integer :: c, e, k, side
+      logical :: turns
+      force = -breakpoint_force(problem, state, candidate)
+      call candidate_gap(problem, state, candidate, lift, normal, bend)
+      turns = .not. (problem%model%fixed(3, problem%candidates%node(candidate)) .or. &
+         & all(problem%candidates%element(:, candidate) > 0))
+      beside = 0.0_wp
+      if (inside_line(problem, candidate) .and. (by_couple .or. force > 0.0_wp)) &
+         & beside = lifted_beside(problem, state, candidate)
+      if (.not. (by_couple .or. force > 0.0_wp .or. lift > 0.0_wp)) return
+      now = present_contact_spans(problem, state)
+      if (by_couple .and. .not. all(beside > 0.0_wp)) then
+         call turned_end(problem, state, candidate, now, touch)
+         return
+      end if
+      if (all(problem%candidates%element(:, candidate) > 0)) force = 0.5_wp * force
+      do side = 1, 2
+         e = problem%candidates%element(side, candidate)
+         if (e == 0) cycle
+         c = problem%candidates%neighbour(side, candidate)
+         if (problem%conforms(e) == 0 .or. c == 0) return
+         call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
+         k = problem%candidates%touch(c)
+         length = now(k)%at(2) - now(k)%at(1)
+         if (all(beside > 0.0_wp)) then
+            length = min(length, beside(side))
+         else if (density > 0.0_wp .and. force > 0.0_wp) then
+            length = min(length, merge(2.0_wp, 1.5_wp, turns) * force / density)
+         else if (density > 0.0_wp) then
+            length = min(length, (merge(24.0_wp, 72.0_wp, turns) * lift / (problem%compliance(e)%bending * density))**0.25_wp)
+         end if
+         now = end_moved(now, k, 3 - side, now(k)%at(3 - side) + merge(-length, length, side == 1))
+         ! A line that nothing presses goes all at once; what pushes at its other end stays.
+         if (now(k)%at(2) <= now(k)%at(1)) now = shrunk(now, k, now(k)%at(side))
+      end do
+      touch = now
+   end subroutine lifted_touches
+
+   !> The touches with a line that ends before a node that a couple turns, and a point that stays there: with x from the line's end
+   !> the gap is r x^3 (l - x)/(24 EI), which is as good as no slope at the node, and its moment there, -r l^2/4, is the couple. Not
+   !> allocated where it turns the other way.
+   subroutine turned_end(problem, state, candidate, now, touch)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(contact_span_t), intent(in) :: now(:)
+      type(contact_span_t), allocatable, intent(out) :: touch(:)
+      real(wp) :: couple, length, local(3), x(2), angle, density
+      integer :: side, k, e
+      k = problem%candidates%touch(candidate)
+      side = findloc(now(k)%candidate == candidate, .true., 1)
+      e = problem%candidates%element(3 - side, candidate)
+      if (e == 0) return
+      call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 2), local, x, angle, density)
+      couple = merge(-1.0_wp, 1.0_wp, side == 1) * breakpoint_couple(problem, state, candidate) * &
+         & track_sense(problem, state, candidate, node_track(problem, state, candidate))
+      length = now(k)%at(2) - now(k)%at(1)
+      if (.not. (couple > 0.0_wp .and. 2.0_wp * sqrt(couple / max(density, tiny(density))) < length)) return
+      length = 2.0_wp * sqrt(couple / density)
+      touch = end_moved(begun(now, now(k)%contact, now(k)%stretch, now(k)%at(side)), k, side, now(k)%at(side) + &
+         & merge(length, -length, side == 1))
+   end subroutine turned_end
+
+   !> The parts of a line that would have to be pulled, in their order along it.
+   function pulled_zones(problem, state, line) result(zone)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(contact_span_t), intent(in) :: line            !! as it is now
+      real(wp), allocatable :: zone(:, :)          !! (2, zones)
+      type(pressure_t) :: pressure
+      real(wp), allocatable :: at(:), density(:)
+      real(wp) :: ends(2)
+      integer :: i
+      pressure = sample_line(problem, state, line)
+      ! Beyond its ends a line is not pulled.
+      at = [line%at(1), pressure%at, line%at(2)]
+      density = [0.0_wp, pressure%density, 0.0_wp]
+      allocate (zone(2, 0))
+      do i = 2, size(at) - 1
+         if (density(i) >= 0.0_wp) cycle
+         if (density(i - 1) >= 0.0_wp) ends(1) = zero_between(at(i), at(i - 1))
+         if (density(i + 1) < 0.0_wp) cycle
+         ends(2) = zero_between(at(i), at(i + 1))
+         zone = reshape([zone, ends], [2, size(zone, 2) + 1])
+      end do
+
+   contains
+
+      real(wp) function zero_between(negative, positive) result(zero)
+         real(wp), intent(in) :: negative, positive
+         real(wp) :: ends(2)
+         integer :: i
+         ends = [negative, positive]
+         do i = 1, digits(zero)
+            zero = 0.5_wp * sum(ends)
+            ends(merge(1, 2, density_at(problem, state, line, zero) < 0.0_wp)) = zero
+         end do
+      end function zero_between
+   end function pulled_zones
+
+   !> Least density in a zone of a line.
+   real(wp) function least_density(problem, state, line, zone) result(least)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(contact_span_t), intent(in) :: line            !! as it is now
+      real(wp), intent(in) :: zone(2)              !! found at another state
+      real(wp) :: ends(2)
+      integer :: i
+      ends = min(max(zone, line%at(1)), line%at(2))
+      least = minval([(density_at(problem, state, line, ends(1) + (ends(2) - ends(1)) * i / samples), i=0, samples)])
+   end function least_density
+end module span_opening

@@ -1,0 +1,301 @@
+!> Which contact set follows where a test of the present one vanishes: a rule for gaps, forces of points, curvatures, lengths, and
+!> what comes to breakpoints of the rod. The others tell only with the next set: span_opening (pressure, what lifts a line at a
+!> breakpoint), vanishing_span (a free span that is gone).
+module span_rules
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use contact_spans, only: contact_span_t, line_share, shortest
+   use contact_set_edits, only: moved, continued, numbered
+   use line_pressure, only: virtual_pressure
+   use lifted_node, only: stays_down
+   use passages, only: pass_breakpoints, is_turned, behind
+   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, &
+      & test_slope, test_leaving, test_slack
+   use conforming_span, only: flat_excess, excess_curvature, node_track, track_sense, rod_angle, ge_end
+   use obstacle_track, only: track_t
+   use breakpoint_forces, only: stands, breakpoint_force
+   use span_candidates, only: present_contact_spans
+   use touchdown_points, only: point_force
+   use span_answer, only: answer_t, numbers, stretch_length
+   use flat_point_rule, only: answer_flat_point
+   implicit none
+   private
+   public :: answer_to, beginning_together, coming_next
+
+contains
+
+   !> The answer to a test that is zero.
+   function answer_to(problem, state, tests, which, fall, last, more, apart) result(answer)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: tests(:)   !! of this state
+      integer, intent(in) :: which                !! the one that is zero
+      real(wp), intent(in) :: fall(:)             !! (tests) by how much each falls along the path
+      integer, intent(in) :: last                 !! number given last to a touch
+      integer, intent(in), optional :: more       !! points that lie down with that of the test, of those that come to it next
+      real(wp), intent(in), optional :: apart     !! of the stretch, that the points of a divided one begin with
+      type(answer_t) :: answer
+      type(span_test_t) :: test
+      logical :: passed, meets
+      integer :: k
+      test = tests(which)
+      answer%touch = present_contact_spans(problem, state)
+      allocate (answer%crosses(2, 0))
+      select case (test%kind)
+      case (test_gap)
+         answer%label = 'C+'
+      case (test_force)
+         if (problem%touch(test%touch)%line) then
+            ! Without a force the moments do not tell where the end goes; many nodes do (contact_in_doubt), and what is lost.
+            answer%no_rule = 'a line contact lifts off at its end'
+         else
+            answer%label = 'C-'
+            call lose_points(problem, tests, which, fall > 0.0_wp, answer)
+         end if
+      case (test_curvature)
+         call answer_flat_point(problem, state, tests, which, fall, answer, more, apart)
+      case (test_length)
+         associate (ends => problem%touch(test%touch)%candidate)
+            if (stands(problem, state, ends(1)) .or. stands(problem, state, ends(2))) answer%label = 'C-'
+         end associate
+         call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed, meets)
+         if (.not. passed) call shrink_lines(problem, state, tests, which, fall, answer)
+      case (test_crossing)
+         call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed, meets)
+         if (meets) then
+            ! Located with the set that comes after (vanishing_span).
+            answer%no_rule = 'two lines of contact meet at a breakpoint of the rod'
+         else if (is_turned(problem, state, test)) then
+            answer%no_rule = 'contact comes to a node that a couple turns'
+         end if
+      case (test_slope)
+         call lie_down_from_end(problem, state, test, answer)
+      case (test_leaving)
+         call leave_breakpoint(problem, test, answer)
+      case default
+         ! Lines that open, and spans that vanish, are known with the set that comes after (predicted_contact_set, vanishing_span).
+         answer%no_rule = trim(test_words(test%kind))
+      end select
+      answer%touch = numbered(answer%touch, last)
+      answer%between = numbers(answer%touch, answer%between)
+      do k = 1, size(answer%crosses, 2)
+         answer%crosses(:, k) = numbers(answer%touch, answer%crosses(:, k))
+      end do
+   end function answer_to
+
+   !> The gap of a test, which comes last, and others that are closed at the same place of the path: of two that a mirror makes one
+   !> of the other neither is the first.
+   pure function beginning_together(problem, tests, which, falling) result(begins)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: tests(:)
+      integer, intent(in) :: which
+      logical, intent(in) :: falling(:)            !! (tests)
+      type(span_test_t), allocatable :: begins(:)
+      logical :: closed(size(tests))
+      integer :: k, i
+      begins = [tests(which)]
+      closed = tests%kind == test_gap .and. falling .and. at_zero(tests, which)
+      closed(which) = .false.
+      do k = 1, size(tests)
+         if (.not. closed(k)) cycle
+         if (any([(one_contact(problem, begins(i), tests(k)), i=1, size(begins))])) cycle
+         begins = [tests(k), begins]
+      end do
+   end function beginning_together
+
+   !> Tests of contacts that begin or end soon after the place of one.
+   pure function coming_next(tests, which, fall, reach) result(next)
+      type(span_test_t), intent(in) :: tests(:)    !! at the place
+      integer, intent(in) :: which                 !! the one that is zero
+      real(wp), intent(in) :: fall(:)              !! (tests) by how much each falls over an increment
+      real(wp), intent(in) :: reach                !! part of it
+      integer, allocatable :: next(:)
+      integer :: k
+      next = pack([(k, k=1, size(tests))], (tests%kind == test_gap .or. tests%kind == test_force) .and. fall > 0.0_wp .and. &
+         & .not. at_zero(tests, which) .and. tests%value <= reach * fall)
+   end function coming_next
+
+   !> True for gaps on both sides of a breakpoint of the rod that are closed there: it is one and the same place that touches.
+   pure logical function one_contact(problem, a, b)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: a, b
+      integer :: i, j
+      one_contact = .false.
+      if (a%contact /= b%contact) return
+      associate (first => problem%layout%stretch(a%stretch), second => problem%layout%stretch(b%stretch))
+         do i = 1, 2
+            do j = 1, 2
+               if (first%node(i) /= second%node(j)) cycle
+               one_contact = one_contact .or. abs(a%at - merge(0.0_wp, first%length, i == 1)) <= line_share * first%length .and. &
+                  & abs(b%at - merge(0.0_wp, second%length, j == 1)) <= line_share * second%length
+            end do
+         end do
+      end associate
+   end function one_contact
+
+   !> Tests that are as good as zero where one is. The place is known to that for the one that was looked for, to a few times that
+   !> for others.
+   pure function at_zero(tests, which)
+      type(span_test_t), intent(in) :: tests(:)
+      integer, intent(in) :: which
+      logical :: at_zero(size(tests))
+      at_zero = tests%value <= max(test_slack(tests%kind), 10.0_wp * abs(tests(which)%value))
+   end function at_zero
+
+   !> The point of a test, and others whose forces vanish at the same place of the path: of two that a mirror makes one of the other
+   !> neither is the first.
+   subroutine lose_points(problem, tests, which, falling, answer)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: tests(:)
+      integer, intent(in) :: which
+      logical, intent(in) :: falling(:)            !! (tests)
+      type(answer_t), intent(inout) :: answer
+      logical :: gone(size(answer%touch)), zero(size(tests))
+      integer :: k
+      gone = .false.
+      zero = at_zero(tests, which)
+      do k = 1, size(tests)
+         if (tests(k)%kind /= test_force) cycle
+         gone(tests(k)%touch) = k == which .or. .not. problem%touch(tests(k)%touch)%line .and. falling(k) .and. zero(k)
+      end do
+      answer%touch = pack(answer%touch, .not. gone)
+   end subroutine lose_points
+
+   !> The line of a test, and others that become as short as none before nothing is left of it: of two that a mirror makes one of
+   !> the other neither is the first.
+   subroutine shrink_lines(problem, state, tests, which, fall, answer)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: tests(:)
+      integer, intent(in) :: which
+      real(wp), intent(in) :: fall(:)              !! (tests)
+      type(answer_t), intent(inout) :: answer
+      logical :: gone(size(answer%touch))
+      real(wp) :: left
+      integer :: k
+      gone = .false.
+      left = shortest * stretch_length(problem, answer%touch(tests(which)%touch)) / problem%size
+      do k = 1, size(tests)
+         if (tests(k)%kind /= test_length) cycle
+         if (k /= which .and. .not. (fall(k) > 0.0_wp .and. tests(k)%value * fall(which) <= left * fall(k))) cycle
+         call shrink(problem, state, tests(k)%touch, answer%touch(tests(k)%touch), gone(tests(k)%touch))
+      end do
+      answer%touch = pack(answer%touch, .not. gone)
+   end subroutine shrink_lines
+
+   !> What is left of a line that has become as short as none: a point where it was pushed, or nothing of its own.
+   subroutine shrink(problem, state, k, line, gone)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: k                     !! index into problem%touch
+      type(contact_span_t), intent(inout) :: line         !! that one
+      logical, intent(out) :: gone                 !! other contacts have its ends
+      real(wp) :: push(2), whole
+      integer :: side
+      gone = any(others_touch(problem, k))
+      if (gone) return
+      line%line = .false.
+      whole = stretch_length(problem, line)
+      if (line%at(1) <= 0.0_wp) then
+         line%at = 0.0_wp
+      else if (line%at(2) >= whole) then
+         line%at = whole
+      else
+         do side = 1, 2
+            push(side) = max(point_force(problem, state, line%candidate(side)), tiny(whole))
+         end do
+         line%at = dot_product(push, line%at) / sum(push)
+      end if
+   end subroutine shrink
+
+   !> Which ends of a touch are held by another one, too.
+   pure function others_touch(problem, k) result(shared)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: k                     !! index into problem%touch
+      logical :: shared(2)
+      integer :: j, side
+      shared = .false.
+      do j = 1, size(problem%touch)
+         if (j == k) cycle
+         do side = 1, 2
+            shared(side) = shared(side) .or. any(problem%touch(j)%candidate == problem%touch(k)%candidate(side))
+         end do
+      end do
+   end function others_touch
+
+   !> An end of a rod, or a corner, that touched is tangent to the obstacle. Where the rod is curved away from it there, and still
+   !> is where the force would go, the point leaves the end. Where it is curved towards it another point begins beside. In between,
+   !> as without a moment, a line begins with the end.
+   subroutine lie_down_from_end(problem, state, test, answer)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: test        !! its sense: the rod lies before its end (-1), or after it
+      type(answer_t), intent(inout) :: answer
+      type(contact_span_t), allocatable :: set(:)
+      real(wp) :: excess(2), length
+      integer :: k, way, side, stretch, e
+      k = test%touch
+      way = nint(test%sense)
+      side = merge(1, 2, way < 0)
+      e = problem%candidates%element(side, test%candidate)
+      stretch = problem%stretch(e)
+      length = line_share * problem%layout%stretch(stretch)%length
+      excess = problem%size * excess_inside(problem, state, test%candidate, side, length)
+      set = continued(answer%touch, k, stretch, behind(problem, stretch, way, length, .false.))
+      if (excess(1) < -flat_excess .and. .not. stays_down(problem, e, excess(1) / (problem%size * problem%compliance(e)%bending), &
+         & virtual_pressure(problem, state, test%candidate, side))) then
+         answer%touch = set
+         answer%between = [k, size(set)]
+         if (way < 0) answer%between = answer%between([2, 1])
+         answer%label = 'C+'
+         return
+      end if
+      answer%touch(k)%line = excess(2) <= flat_excess
+      if (stands(problem, state, test%candidate)) answer%label = 'C+'
+      answer%touch = moved(answer%touch, k, stretch, behind(problem, stretch, way, length, answer%touch(k)%line))
+      answer%crosses = reshape(merge([k, 0], [0, k], way > 0), [2, 1])
+   end subroutine lie_down_from_end
+
+   !> Excess of curvature where a rod ends, and at a distance inside where the force of the contact goes that is at the end: with
+   !> the shear force that the rod has before that, m' = -r' x n.
+   function excess_inside(problem, state, candidate, side, distance) result(excess)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      integer, intent(in) :: side                  !! 1: the rod lies before the candidate, 2: after it
+      real(wp), intent(in) :: distance             !! stress-free
+      real(wp) :: excess(2)
+      type(track_t) :: track
+      real(wp) :: n(2), m, angle, sense, extension, way
+      integer :: e
+      e = problem%candidates%element(side, candidate)
+      way = merge(-1.0_wp, 1.0_wp, side == 1)
+      call excess_curvature(problem, state, candidate, excess(1), extension, side)
+      call ge_end(problem, state, e, 3 - side, n, m)
+      track = node_track(problem, state, candidate)
+      n = n + way * breakpoint_force(problem, state, candidate) * [-track%tangent(2), track%tangent(1)]
+      ! Nor does a support bend what then lies between it and the contact.
+      if (stands(problem, state, candidate)) n = dot_product(n, track%tangent) * track%tangent
+      angle = rod_angle(problem, state, candidate, side)
+      sense = track_sense(problem, state, candidate, track, side)
+      excess(2) = excess(1) + way * distance * extension * (sense * problem%compliance(e)%bending * (sin(angle) * n(1) - &
+         & cos(angle) * n(2)) - sense * track%curvature_rate * extension)
+   end function excess_inside
+
+   !> A point that is held at a breakpoint, and belongs beside it, goes there.
+   subroutine leave_breakpoint(problem, test, answer)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test        !! its sense: the point belongs before the breakpoint (-1), or after it
+      type(answer_t), intent(inout) :: answer
+      integer :: way, stretch
+      associate (k => test%touch)
+         way = nint(test%sense)
+         stretch = problem%stretch(problem%candidates%element(merge(1, 2, way < 0), test%candidate))
+         answer%touch = moved(answer%touch, k, stretch, behind(problem, stretch, way, &
+            & line_share * problem%layout%stretch(stretch)%length, .false.))
+         answer%crosses = reshape([0, k], [2, 1])
+      end associate
+   end subroutine leave_breakpoint
+
+end module span_rules

@@ -1,0 +1,230 @@
+!> Records what was located on the way to a trial: the point, its words, what others may start from.
+module event_recording
+   use kinds, only: wp
+   use errors, only: error_t
+   use text, only: to_text
+   use model, only: step_t
+   use problem, only: problem_t
+   use rod_state, only: state_t, candidate_opening
+   use linear_system, only: system_t, new_system
+   use bordered_system, only: linearise
+   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
+   use force_free_contact, only: remove_force_free_lines, let_turn, line_opening
+   use path_control, only: path_length
+   use path_continuity, only: path_tangent_t
+   use path_state, only: path_state_t, keep_critical_point, leave_trail
+   use branch_closure, only: on_parent_path, check_closure
+   use path_events, only: test_values_t, event_t, new_test_values, event_stop, event_bifurcation, event_release, event_limit
+   use located_events, only: located_event_t
+   use event_order, only: same_place
+   use path_outcome, only: outcome_t
+   use point_recording, only: record
+   use error_bar, only: error_bars_t
+   use error_report, only: note_error, asked_at
+   use mesh_request, only: motion_sizes
+   use remeshing, only: sizes_there
+   use path_record, only: recorder_t, critical_t
+   use run_accuracy, only: place_t
+   use timing, only: count_up, counter_located
+   implicit none
+   private
+   public :: record_event, announce, new_critical, go_to
+
+   integer, parameter :: most_null_vectors = 4
+   character(*), parameter :: imperfect = ', but for an imperfection too small to tell here'
+   real(wp), parameter :: loosest = 1.0e-4_wp    !! eigenvalues below this part of what they were count as zero
+
+contains
+
+   !> Records a located event: its point, its words, what others may start from. At the end of a step the run goes there.
+   subroutine record_event(problem, step, run, trial, sighting, pivots, recorder, finished, outcome)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run          !! its system is factored anywhere
+      type(state_t), intent(in) :: trial
+      type(located_event_t), intent(in) :: sighting
+      integer, intent(in) :: pivots              !! negative ones before it
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: finished           !! the step ends there
+      type(outcome_t), intent(inout) :: outcome
+      type(critical_t) :: critical
+      type(test_values_t) :: probe
+      logical :: smooth
+      finished = .false.
+      associate (event => sighting%event, place => sighting%place)
+         call linearise(problem, place, place, run%system)
+         smooth = any(event%kind == [event_bifurcation, event_limit])
+         if (run%branch == 0 .and. smooth) outcome%home = on_parent_path(problem, run, place)
+         if (outcome%home) outcome%why = 'the path comes back to a bifurcation of its own at load factor '// &
+            & to_text(place%load_factor)//': beyond lies what it has passed'
+         if (event%kind == event_limit) call check_closure(problem, run, place, event%label, outcome)
+         if (outcome%home) return
+         critical = new_critical(event%label, event%note, sighting%bars)
+         if (smooth) run%system%negative_pivots = pivots
+         call record(problem, run, place, event%label, sighting%report, recorder, outcome, first_touch(problem, event, &
+            & place), sighting%bars, sighting%heading)
+         if (allocated(outcome%why)) return
+         call count_up(counter_located)
+         probe = new_test_values(problem, place, run%system, sighting%heading%load)
+         call keep_start(problem, step, run, trial, sighting, pivots, critical)
+         call announce(problem, run, critical, place, probe, .true., recorder, outcome)
+         if (allocated(outcome%why)) return
+         if (smooth) then
+            finished = on_parent_path(problem, run, place)
+            if (finished) call announce(problem, run, new_critical('EP', 'back on the path it left, at a bifurcation', &
+               & sighting%bars), place, probe, .true., recorder, outcome)
+         else if (event%kind == event_stop) then
+            finished = .true.
+            call go_to(problem, run, place, sighting%heading, probe)
+         end if
+      end associate
+   end subroutine record_event
+
+   !> Keeps of a critical point what others may start from, with its null vectors and words.
+   subroutine keep_start(problem, step, run, trial, sighting, pivots, critical)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the event
+      type(state_t), intent(in) :: trial
+      type(located_event_t), intent(in) :: sighting
+      integer, intent(in) :: pivots              !! negative ones before it
+      type(critical_t), intent(inout) :: critical
+      type(modes_t) :: modes
+      type(problem_t) :: free
+      type(state_t) :: released
+      type(system_t) :: other
+      real(wp) :: arc_length
+      logical :: weak
+      associate (event => sighting%event, place => sighting%place)
+         arc_length = run%arc_length + path_length(problem, run%state, place)
+         select case (event%kind)
+         case (event_bifurcation)
+            call find_null_vectors(problem, step, run%system, place, event, critical, modes)
+            if (allocated(sighting%bars)) then
+               if (sighting%bars%unfolding > 0.0_wp) critical%note = critical%note//imperfect
+            end if
+            call keep_critical_point(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, &
+               & size(critical%null_vector, 3), event%scale, sighting%bars)
+         case (event_release)
+            call remove_force_free_lines(problem, place, run%system, free, released, weak)
+            other = new_system(free)
+            call linearise(free, released, released, other)
+            call find_null_vectors(free, step, other, released, event, critical, modes)
+            critical%note = event%note
+            if (line_opening(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
+               & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
+            call let_turn(free)
+            call keep_critical_point(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, &
+               & free=free, released=released)
+         case (event_limit)
+            call keep_critical_point(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0)
+         end select
+      end associate
+   end subroutine keep_start
+
+   !> The run moves to a point whose probe is known.
+   subroutine go_to(problem, run, place, heading, probe)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run
+      type(state_t), intent(in) :: place
+      type(path_tangent_t), intent(in) :: heading
+      type(test_values_t), intent(in) :: probe
+      call leave_trail(problem, run, place, heading)
+      run%last_length = path_length(problem, run%state, place)
+      run%arc_length = run%arc_length + run%last_length
+      run%state = place
+      run%motion = max(run%motion, motion_sizes(problem, place))
+      run%heading = heading
+      run%probe = probe
+      run%fresh = .false.
+      run%since_change%shrunk = .false.
+   end subroutine go_to
+
+   !> The candidate that is about to carry force where a contact is gained at nodes: the one with the least gap.
+   function first_touch(problem, event, place) result(touching)
+      type(problem_t), intent(in) :: problem
+      type(event_t), intent(in) :: event
+      type(state_t), intent(in) :: place
+      logical :: touching(problem%candidates%n)
+      real(wp) :: opening, least
+      integer :: c, nearest
+      touching = .false.
+      if (event%label /= 'C+' .or. event%ground%contact > 0) return
+      if (any(event%marked .and. place%active)) return
+      nearest = 0
+      least = huge(least)
+      do c = 1, problem%candidates%n
+         if (.not. event%marked(c)) cycle
+         opening = candidate_opening(problem, place, c)
+         if (opening >= least) cycle
+         least = opening
+         nearest = c
+      end do
+      if (nearest > 0) touching(nearest) = .true.
+   end function first_touch
+
+   !> Reports the point recorded last as a critical one.
+   subroutine announce(problem, run, point, state, values, exact, recorder, outcome)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(critical_t), intent(in) :: point      !! label, note and null vectors
+      type(state_t), intent(in) :: state
+      type(test_values_t), intent(in) :: values
+      logical, intent(in) :: exact               !! located, not only bracketed
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      type(critical_t) :: full
+      type(place_t) :: at
+      type(error_t), allocatable :: error
+      full = point
+      full%step = problem%step
+      full%point = run%points
+      full%load_factor = state%load_factor
+      full%located = exact
+      full%monitor = values%monitor
+      if (allocated(full%bars)) then
+         at = place_t(run%branch, problem%step, run%points, state%load_factor)
+         associate (step => problem%model%step(problem%step))
+            call note_error(problem, step, full%bars, sizes_there(problem, step, run, state, asked_at(problem, step, full%label), &
+               & outcome), full%label, at, outcome%accuracy)
+         end associate
+      end if
+      call recorder%critical(full, error)
+      if (allocated(error)) outcome%why = error%message
+   end subroutine announce
+
+   !> The modes whose eigenvalues vanish at a bifurcation, where the system is factored now.
+   subroutine find_null_vectors(problem, step, system, state, event, point, modes)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(system_t), intent(in) :: system         !! factored there
+      type(state_t), intent(in) :: state
+      type(event_t), intent(in) :: event
+      type(critical_t), intent(inout) :: point   !! gets its null vectors and a note of their number
+      type(modes_t), intent(out) :: modes        !! the same on the mesh come first
+      type(error_t), allocatable :: error
+      real(wp) :: sense
+      integer :: n, j
+      call lowest_modes(problem, state, system, most_null_vectors, modes, error)
+      n = max(count(abs(modes%mu) <= min(max(1.0e3_wp * step%locate_tolerance, same_place), loosest) * event%scale), 1)
+      call choose_null_vectors(problem, state, system, n, modes)
+      allocate (point%null_vector(3, problem%deck%mesh%n_nodes, n))
+      do j = 1, n
+         call deck_mode(problem, state, system, modes%x(:, j), point%null_vector(:, :, j), sense)
+      end do
+      point%note = 'bifurcation, simple'
+      if (n == 2) point%note = 'bifurcation, double'
+      if (n > 2) point%note = 'bifurcation, '//to_text(n)//'-fold'
+   end subroutine find_null_vectors
+
+   !> A critical point with its words. (gfortran 12 loses the length of a deferred-length component in a constructor.)
+   function new_critical(label, note, bars) result(critical)
+      character(*), intent(in) :: label, note
+      type(error_bars_t), allocatable, intent(in), optional :: bars
+      type(critical_t) :: critical
+      critical%label = label
+      critical%note = note
+      if (.not. present(bars)) return
+      if (allocated(bars)) critical%bars = bars
+   end function new_critical
+end module event_recording

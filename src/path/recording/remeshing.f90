@@ -1,0 +1,121 @@
+!> What a run asks for at a point whose errors are not those that the deck asks for: another mesh, or a smaller residual.
+module remeshing
+   use kinds, only: wp
+   use model, only: step_t, method_displacement
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use force_free_contact, only: remove_force_free_lines
+   use ground_cuts, only: find_cuts, marked
+   use path_state, only: path_state_t, rest_of_mesh
+   use path_events, only: event_release
+   use located_events, only: located_event_t
+   use path_outcome, only: outcome_t
+   use error_bar, only: error_bars_t
+   use mesh_request, only: request_mesh, spare_mesh, motion_sizes, value_sizes
+   implicit none
+   private
+   public :: wants_another, ask_at_event, ask_for_mesh, ask_for_less, sizes_there
+
+   real(wp), parameter :: most_sharp = 1.0e-5_wp !! part of a step's tolerance: beyond, all residuals are rounding
+   integer, parameter :: most_meshes = 8         !! for the sake of one increment's errors
+
+contains
+
+   !> True where the trial is to be found anew, on another mesh or with a smaller residual.
+   pure logical function wants_another(run)
+      type(path_state_t), intent(in) :: run
+      wants_another = run%unsettled .or. allocated(run%wanted)
+   end function wants_another
+
+   !> Asks for another mesh where the errors of an event are larger than those asked for. Where lines let go elements are missing
+   !> on the mesh without them: those that lie on a straight wall are few and exact.
+   subroutine ask_at_event(problem, step, run, sighting, tries, outcome)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run          !! its system is factored at the event
+      type(located_event_t), intent(in) :: sighting   !! located
+      integer, intent(in) :: tries
+      type(outcome_t), intent(in) :: outcome
+      type(problem_t) :: free
+      type(state_t) :: released
+      logical :: any_weak
+      any_weak = .false.
+      if (sighting%event%kind == event_release) call remove_force_free_lines(problem, sighting%place, run%system, free, &
+         & released, any_weak)
+      if (any_weak) then
+         call ask_for_mesh(free, step, run, released, sighting%bars, .true., tries, outcome)
+      else
+         call ask_for_mesh(problem, step, run, sighting%place, sighting%bars, .true., tries, outcome)
+      end if
+   end subroutine ask_at_event
+
+   !> Asks for another mesh where the errors of a point are larger than those asked for.
+   subroutine ask_for_mesh(problem, step, run, place, bars, critical, tries, outcome)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run          !! its system is factored there
+      type(state_t), intent(in) :: place
+      type(error_bars_t), allocatable, intent(in) :: bars
+      logical, intent(in) :: critical
+      integer, intent(in) :: tries
+      type(outcome_t), intent(in) :: outcome
+      real(wp) :: asked
+      logical :: can_settle
+      asked = merge(step%asked, step%asked_of_path, critical)
+      if (.not. allocated(bars) .or. .not. asked > 0.0_wp .or. tries > most_meshes) return
+      if (tries == 0) then
+         run%from_point = .false.
+         if (allocated(run%before)) deallocate (run%before)
+      end if
+      if (tries > 0 .and. .not. run%from_point) then
+         ! Kinks that the trial's mesh has nodes for are not there.
+         run%from_point = .not. marked(problem, place, find_cuts(problem, place))
+         if (run%from_point) then
+            run%wanted = problem%demand
+            if (allocated(run%before)) run%wanted = run%before
+            return
+         end if
+      end if
+      can_settle = .not. step%tolerance_given .and. problem%model%step(problem%step)%sharper > most_sharp
+      call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, asked, outcome), step%asked_of, asked, &
+         & critical, tries, can_settle, run%refinement, run%unsettled, run%wanted)
+      ! Else such points would make the mesh finer one after the other.
+      if (run%refinement%in_vain) run%spare = run%refinement%demand
+      ! What opens unseen opens between the last point and this one.
+      if (allocated(run%wanted) .and. .not. run%from_point) &
+         & run%from_point = allocated(bars%may_open) .or. marked(problem, place, find_cuts(problem, place))
+   end subroutine ask_for_mesh
+
+   !> Asks for a coarser mesh where that of a point is much better than it has to be.
+   subroutine ask_for_less(problem, step, run, place, bars, tries, outcome)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run          !! its system is factored there
+      type(state_t), intent(in) :: place
+      type(error_bars_t), intent(in) :: bars
+      integer, intent(in) :: tries               !! meshes that the point has had
+      type(outcome_t), intent(in) :: outcome
+      if (tries > 0) run%kept_meshes = rest_of_mesh
+      run%kept_meshes = max(run%kept_meshes - 1, 0)
+      if (run%kept_meshes > 0 .or. .not. step%asked_of_path > 0.0_wp) return
+      call spare_mesh(problem, place, bars, sizes_there(problem, step, run, place, step%asked_of_path, outcome), step%asked_of, &
+         & step%asked_of_path, run%spare)
+   end subroutine ask_for_less
+
+   !> What the errors of a point are measured against.
+   function sizes_there(problem, step, run, place, asked, outcome) result(sizes)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(state_t), intent(in) :: place
+      real(wp), intent(in) :: asked              !! relative error
+      type(outcome_t), intent(in) :: outcome
+      real(wp) :: sizes(1 + size(problem%deck%monitor))
+      real(wp) :: load
+      load = abs(place%load_factor)
+      if (outcome%accuracy%load_step == problem%step) load = max(load, outcome%accuracy%load)
+      ! A first point may be as good as unloaded.
+      if (step%method /= method_displacement) load = max(load, abs(step%increment))
+      sizes = value_sizes(problem, run%system, load, max(run%motion, motion_sizes(problem, place)), asked)
+   end function sizes_there
+end module remeshing

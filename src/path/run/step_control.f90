@@ -1,0 +1,154 @@
+!> Increments of one step: the first one, the next one, the last one.
+module step_control
+   use kinds, only: wp
+   use model, only: step_t, method_load, method_displacement, method_cylindrical
+   use problem, only: problem_t, rounding_gap
+   use path_control, only: control_t, is_arc_length, held_within
+   use path_continuity, only: relation_t, largest_turn, stands_still
+   use path_events, only: test_values_t
+   use path_state, only: path_state_t, path_tangent_of
+   use corrector, only: increment_t
+   implicit none
+   private
+   public :: start_control, begin_arc_length, go_by_load, may_rest, next_increment, smallest, shorten_to_stop, stop_met
+
+   real(wp), parameter :: safety = 0.7_wp         !! share of a limit that an increment is planned to use
+   real(wp), parameter :: least_part = 1.0e-6_wp !! of the first increment, as where load or displacement is prescribed
+   real(wp), parameter :: growth = 2.0_wp, shrinkage = 0.25_wp !! limits of the ratio of consecutive increments
+
+contains
+
+   !> First increment: load control, also for the arc-length methods, whose scale it sets.
+   subroutine start_control(problem, step, run)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      run%control%method = merge(method_load, step%method, is_arc_length(step%method))
+      run%control%monitor = step%monitor
+      run%control%load_scale = 0.0_wp
+      if (allocated(run%control%previous)) deallocate (run%control%previous)
+      run%control%increment = step%increment
+      run%heading = path_tangent_of(problem, run, run%state)
+      run%probe%load_rate = run%heading%load
+      if (step%method == method_displacement .and. .not. allocated(run%control%tangent)) &
+         & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
+   end subroutine start_control
+
+   !> Switches from load-controlled increments, of which the first that moves something gives the arc length its scale.
+   subroutine begin_arc_length(problem, step, run, scaled)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      logical, intent(out) :: scaled            !! false: nothing moved but by rounding, there is no arc length
+      real(wp) :: length
+      length = run%last_length
+      scaled = length > rounding_gap(problem) * sqrt(sum(problem%weight)) .and. abs(run%last_load) > 0.0_wp
+      if (run%control%load_scale > 0.0_wp) then
+         scaled = .not. stands_still(run%heading, step%increment)
+         length = run%control%load_scale * abs(step%increment)
+      end if
+      if (.not. scaled) return
+      run%control%method = step%method
+      if (.not. run%control%load_scale > 0.0_wp) run%control%load_scale = length / abs(run%last_load)
+      run%control%increment = length
+      if (step%method /= method_cylindrical) run%control%increment = sqrt(2.0_wp) * length
+      run%control%increment = min(run%control%increment, step%largest)
+   end subroutine begin_arc_length
+
+   !> True for a step that can reach its end though nothing moves: its load comes to stop values, moves obstacles or closes their
+   !> gaps.
+   pure logical function may_rest(step)
+      type(step_t), intent(in) :: step
+      may_rest = .false.
+      if (size(step%stop) > 0) may_rest = any(step%stop%monitor == 0)
+      if (allocated(step%load%motion)) may_rest = may_rest .or. any(abs(step%load%motion) > 0.0_wp)
+      if (allocated(step%load%closing)) may_rest = may_rest .or. any(abs(step%load%closing) > 0.0_wp)
+   end function may_rest
+
+   !> Where nothing moves any more, as where a load stands on a contact of its own, no arc length tells increments apart: the load
+   !> does, in increments that begin like the first, until something moves again.
+   subroutine go_by_load(step, run)
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      if (.not. is_arc_length(run%control%method) .or. .not. stands_still(run%heading, step%increment)) return
+      ! What has hardly moved from the start has an arc length all the same.
+      if (.not. run%control%load_scale > 0.0_wp) return
+      if (stands_still(1.0_wp / run%control%load_scale, step%increment)) return
+      run%control%method = method_load
+      run%control%increment = sign(step%increment, run%heading%load)
+   end subroutine go_by_load
+
+   !> Crisfield's rule: the increment follows the root of desired over needed iterations; but the tangent is not to turn by
+   !> more than an increment may. With contact spans one iteration goes to the places of touchdown points, and a few more of
+   !> them stand for a much longer way: there it is the square of the ratio, of a number that no mesh rounds up.
+   subroutine next_increment(step, report, relation, spans, control)
+      type(step_t), intent(in) :: step
+      type(increment_t), intent(in) :: report   !! on the increment just made
+      type(relation_t), intent(in) :: relation  !! of its ends
+      logical, intent(in) :: spans              !! its nodes moved along the rods
+      type(control_t), intent(inout) :: control
+      real(wp) :: ratio
+      integer :: desired
+      desired = step%desired_iterations
+      ! Modified Newton converges linearly: many iterations are its nature, not a sign of too long increments.
+      if (step%tangent_updates < huge(1)) desired = max(desired, (2 * step%max_iterations) / 3)
+      ratio = sqrt(real(desired, wp) / max(report%iterations, 1))
+      if (spans) ratio = (real(desired, wp) / max(report%effort - 1.0_wp, 1.0_wp))**2
+      if (relation%told) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
+      control%increment = control%increment * min(max(ratio, shrinkage), growth)
+      ! Where nothing moves there is no arc to be too long.
+      if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) return
+      if (abs(control%increment) > step%largest) control%increment = sign(step%largest, control%increment)
+   end subroutine next_increment
+
+   !> Smallest increment worth trying.
+   pure real(wp) function smallest(step, control)
+      type(step_t), intent(in) :: step
+      type(control_t), intent(in) :: control
+      smallest = step%smallest
+      ! A structure that is stiff at first may begin with arc lengths as short as that.
+      if (is_arc_length(control%method) .and. .not. step%smallest_given .and. control%load_scale > 0.0_wp) &
+         & smallest = min(smallest, least_part * control%load_scale * abs(step%increment))
+      ! The load-controlled start of an arc-length step has no limit of its own in the deck.
+      if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) smallest = 1.0e-9_wp * abs(step%increment)
+   end function smallest
+
+   !> Load and displacement control end exactly on their stop value.
+   subroutine shorten_to_stop(step, run)
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      real(wp) :: now, left
+      integer :: i, watched
+      if (is_arc_length(step%method)) return
+      watched = 0
+      now = run%state%load_factor
+      if (step%method == method_displacement) then
+         watched = step%monitor
+         now = run%probe%monitor(watched)
+      end if
+      do i = 1, size(step%stop)
+         if (step%stop(i)%monitor /= watched) cycle
+         left = step%stop(i)%value - now
+         if (left * run%control%increment <= 0.0_wp .or. (step%stop(i)%rising .neqv. left > 0.0_wp)) cycle
+         if (abs(run%control%increment) >= abs(left)) run%control%increment = left
+      end do
+   end subroutine shorten_to_stop
+
+   !> Load and displacement control arrive at their stop value itself, where no sign changes any more.
+   pure logical function stop_met(step, before, now)
+      type(step_t), intent(in) :: step
+      type(test_values_t), intent(in) :: before, now  !! at the last point and at this one
+      real(wp) :: value, from
+      integer :: i
+      stop_met = .false.
+      if (is_arc_length(step%method)) return
+      do i = 1, size(step%stop)
+         value = now%load_factor
+         from = before%load_factor
+         if (step%stop(i)%monitor > 0) value = now%monitor(step%stop(i)%monitor)
+         if (step%stop(i)%monitor > 0) from = before%monitor(step%stop(i)%monitor)
+         stop_met = stop_met .or. (abs(value - step%stop(i)%value) <= 1.0e-11_wp * abs(step%stop(i)%value) + &
+            & held_within(step) * abs(value - from) .and. (value > from .eqv. step%stop(i)%rising))
+      end do
+   end function stop_met
+end module step_control

@@ -1,0 +1,117 @@
+!> Obstacles whose surface carries load sideways: what a reaction at one candidate does to the ground at the others.
+!>
+!> The law of such a ground is  0 <= r _|_ g + T r >= 0  (bilateral: g + T r = 0), g the gap to the undeformed surface, T r
+!> the settlement: eq. (18) of the paper with a full T, symmetric and positive definite.
+module ground_coupling
+   use kinds, only: wp
+   use model, only: model_t
+   use obstacle_types, only: ground_half_space
+   use candidates, only: candidates_t
+   use rod_geometry, only: geometry_t
+   use surface_patches, only: patches_t, new_patches, along_surface, couples
+   use half_space, only: rectangle_compliance
+   use shear_layer, only: layer_compliance
+   use lapack, only: dpotrf
+   implicit none
+   private
+   public :: coupling_t, new_coupling, settlement
+
+   !> One entry a candidate of an obstacle that couples.
+   type :: coupling_t
+      integer :: n = 0
+      integer, allocatable :: candidate(:)       !! (n)
+      integer, allocatable :: entry(:)           !! (candidates) 0: the obstacle does not couple
+      real(wp), allocatable :: compliance(:, :)  !! (n, n) T [length/force], zero between different obstacles
+      real(wp), allocatable :: local(:)          !! (n) a diagonal d for which T - 2 d is positive definite
+   end type coupling_t
+
+contains
+
+   !> T of all obstacles that couple.
+   function new_coupling(model, list, geometry) result(coupling)
+      type(model_t), intent(in) :: model         !! no two candidates load the same part of an obstacle
+      type(candidates_t), intent(in) :: list
+      type(geometry_t), intent(in) :: geometry   !! at home
+      type(coupling_t) :: coupling
+      type(patches_t) :: patches
+      integer :: o
+      patches = new_patches(model, list, geometry)
+      coupling%n = patches%n
+      coupling%candidate = patches%candidate
+      coupling%entry = patches%entry
+      allocate (coupling%compliance(coupling%n, coupling%n), coupling%local(coupling%n), source=0.0_wp)
+      if (coupling%n == 0) return
+      do o = 1, size(model%obstacle)
+         if (couples(model%obstacle(o))) call add_obstacle(model, list, patches, o, coupling)
+      end do
+      call split_local(coupling)
+   end function new_coupling
+
+   !> T of one obstacle.
+   subroutine add_obstacle(model, list, patches, number, coupling)
+      type(model_t), intent(in) :: model
+      type(candidates_t), intent(in) :: list
+      type(patches_t), intent(in) :: patches
+      integer, intent(in) :: number              !! index into model%obstacle
+      type(coupling_t), intent(inout) :: coupling
+      integer, allocatable :: order(:)
+      logical, allocatable :: joined(:)
+      real(wp), allocatable :: part(:, :)
+      integer :: i, j
+      logical :: ok
+      order = along_surface(patches, list, number)
+      if (size(order) == 0) return
+      allocate (part(size(order), size(order)))
+      associate (obstacle => model%obstacle(number))
+         if (obstacle%ground == ground_half_space) then
+            do j = 1, size(order)
+               do i = 1, j
+                  part(i, j) = rectangle_compliance(patches%reach(:, order(i)), patches%reach(:, order(j)), obstacle%width, &
+                     & obstacle%young, obstacle%poisson)
+                  part(j, i) = part(i, j)
+               end do
+            end do
+         else
+            joined = [(any(list%neighbour(:, patches%candidate(order(i))) == patches%candidate(order(i + 1))), &
+               & i=1, size(order) - 1)]
+            call layer_compliance(patches%at(order), joined, obstacle%modulus, obstacle%shear, part, ok)
+            if (.not. ok) error stop 'a Pasternak foundation has no compliance'
+         end if
+      end associate
+      coupling%compliance(order, order) = part
+   end subroutine add_obstacle
+
+   !> Takes a share of T's diagonal, halved until twice as much leaves something positive definite.
+   subroutine split_local(coupling)
+      type(coupling_t), intent(inout) :: coupling
+      real(wp), allocatable :: left(:, :)
+      real(wp) :: share
+      integer :: i, try, info
+      integer, parameter :: max_tries = 50
+      share = 0.25_wp
+      do try = 1, max_tries
+         left = coupling%compliance
+         do i = 1, coupling%n
+            left(i, i) = (1.0_wp - 2.0_wp * share) * left(i, i)
+         end do
+         call dpotrf('L', coupling%n, left, coupling%n, info)
+         if (info == 0) exit
+         share = 0.5_wp * share
+      end do
+      if (info /= 0) error stop 'the compliance of a foundation is not positive definite'
+      do i = 1, coupling%n
+         coupling%local(i) = share * coupling%compliance(i, i)
+      end do
+   end subroutine split_local
+
+   !> How far the ground under a candidate has settled; 0 where its obstacle does not couple.
+   pure real(wp) function settlement(coupling, candidate, reaction)
+      type(coupling_t), intent(in) :: coupling
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: reaction(:)        !! (candidates)
+      settlement = 0.0_wp
+      if (coupling%n == 0) return
+      if (coupling%entry(candidate) > 0) &
+         & settlement = dot_product(coupling%compliance(:, coupling%entry(candidate)), reaction(coupling%candidate))
+   end function settlement
+end module ground_coupling

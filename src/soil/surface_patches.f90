@@ -1,0 +1,143 @@
+!> Where candidates load the surface of an obstacle that carries load sideways.
+!>
+!> Small displacements of the ground: every candidate loads it at one place, that of its node at home, counted along the
+!> stress-free rod from the node that is nearest to the surface then, and spread evenly from the middle of the element before
+!> to the middle of the element after.
+module surface_patches
+   use kinds, only: wp
+   use model, only: model_t
+   use obstacle_types, only: obstacle_t, ground_independent
+   use candidates, only: candidates_t
+   use rod_geometry, only: geometry_t
+   use obstacle_geometry, only: obstacle_gap
+   implicit none
+   private
+   public :: patches_t, new_patches, along_surface, couples, first_overlap
+
+   !> One entry a candidate of such an obstacle.
+   type :: patches_t
+      integer :: n = 0
+      integer, allocatable :: candidate(:)
+      integer, allocatable :: entry(:)           !! (candidates) entry of a candidate, 0: its obstacle does not couple
+      real(wp), allocatable :: at(:)             !! (n) its node, along the surface [length]
+      real(wp), allocatable :: reach(:, :)       !! (2, n) begin and end of what it loads
+   end type patches_t
+
+contains
+
+   !> Lays out the candidates of all obstacles that couple, chain by chain.
+   function new_patches(model, list, geometry) result(patches)
+      type(model_t), intent(in) :: model
+      type(candidates_t), intent(in) :: list
+      type(geometry_t), intent(in) :: geometry   !! at home
+      type(patches_t) :: patches
+      integer :: c, last
+      allocate (patches%entry(list%n), source=0)
+      do c = 1, list%n
+         if (.not. couples(model%obstacle(list%obstacle(c)))) cycle
+         patches%n = patches%n + 1
+         patches%entry(c) = patches%n
+      end do
+      patches%candidate = pack([(c, c=1, list%n)], patches%entry > 0)
+      allocate (patches%at(patches%n), patches%reach(2, patches%n))
+      c = 1
+      do while (c <= list%n)
+         ! Candidates stand chain by chain; where a closed one begins does not matter.
+         last = c
+         do while (list%neighbour(2, last) > last)
+            last = list%neighbour(2, last)
+         end do
+         if (patches%entry(c) > 0) call lay_chain(model%obstacle(list%obstacle(c)), list, geometry, c, last, patches)
+         c = last + 1
+      end do
+   end function new_patches
+
+   !> True for an obstacle that settles beside its reactions, too.
+   elemental logical function couples(obstacle)
+      type(obstacle_t), intent(in) :: obstacle
+      couples = .not. obstacle%rigid .and. obstacle%ground /= ground_independent
+   end function couples
+
+   !> Lays a chain along the surface, its node nearest to it at its place.
+   subroutine lay_chain(obstacle, list, geometry, first, last, patches)
+      type(obstacle_t), intent(in) :: obstacle   !! a line
+      type(candidates_t), intent(in) :: list
+      type(geometry_t), intent(in) :: geometry
+      integer, intent(in) :: first, last
+      type(patches_t), intent(inout) :: patches
+      real(wp) :: gap, least, normal(2), bend, line(2), s, half(2), closed, ahead
+      integer :: k, e, side, anchor
+      least = huge(least)
+      anchor = first
+      do k = first, last
+         call obstacle_gap(obstacle, geometry%x(:, list%node(k)), gap, normal, bend)
+         if (gap >= least) cycle
+         least = gap
+         anchor = k
+      end do
+      line = obstacle%point(:, 2) - obstacle%point(:, 1)
+      line = line / norm2(line)
+      ! Which way the chain runs there.
+      ahead = 0.0_wp
+      do side = 1, 2
+         e = list%element(side, anchor)
+         if (e > 0) ahead = ahead + dot_product(line, geometry%element(e)%chord)
+      end do
+      ahead = sign(1.0_wp, ahead)
+      closed = 0.0_wp
+      if (list%neighbour(1, first) > 0) closed = list%chain_length(list%contact(first))
+      do k = first, last
+         s = list%s(k) - list%s(anchor)
+         if (closed > 0.0_wp) s = s - closed * anint(s / closed)
+         half = 0.0_wp
+         do side = 1, 2
+            e = list%element(side, k)
+            if (e > 0) half(side) = 0.5_wp * geometry%element(e)%length
+         end do
+         if (ahead < 0.0_wp) half = half([2, 1])
+         associate (entry => patches%entry(k))
+            patches%at(entry) = dot_product(line, geometry%x(:, list%node(anchor)) - obstacle%point(:, 1)) + ahead * s
+            patches%reach(:, entry) = patches%at(entry) + [-half(1), half(2)]
+         end associate
+      end do
+   end subroutine lay_chain
+
+   !> Entries of an obstacle's candidates, from one end of its surface to the other.
+   pure function along_surface(patches, list, obstacle) result(order)
+      type(patches_t), intent(in) :: patches
+      type(candidates_t), intent(in) :: list
+      integer, intent(in) :: obstacle            !! index into model%obstacle
+      integer, allocatable :: order(:)
+      integer :: i, j, entry
+      order = pack([(i, i=1, patches%n)], list%obstacle(patches%candidate) == obstacle)
+      do i = 2, size(order)
+         entry = order(i)
+         do j = i - 1, 1, -1
+            if (patches%at(order(j)) <= patches%at(entry)) exit
+            order(j + 1) = order(j)
+         end do
+         order(j + 1) = entry
+      end do
+   end function along_surface
+
+   !> Two candidates of an obstacle that load the same part of it; 0 when there are none.
+   pure function first_overlap(patches, list, obstacle) result(pair)
+      type(patches_t), intent(in) :: patches
+      type(candidates_t), intent(in) :: list
+      integer, intent(in) :: obstacle
+      integer :: pair(2)
+      real(wp), parameter :: rounding = 1.0e-6_wp !! of the patches
+      integer, allocatable :: order(:)
+      integer :: i
+      pair = 0
+      order = along_surface(patches, list, obstacle)
+      do i = 1, size(order) - 1
+         associate (a => patches%reach(:, order(i)), b => patches%reach(:, order(i + 1)))
+            if (b(1) - a(2) >= -rounding * (a(2) - a(1) + b(2) - b(1)) .and. &
+               & patches%at(order(i + 1)) > patches%at(order(i))) cycle
+            pair = patches%candidate(order(i:i + 1))
+            return
+         end associate
+      end do
+   end function first_overlap
+end module surface_patches

@@ -1,0 +1,328 @@
+!> What stays fixed while nodes keep their rods: the model on a mesh, its numbering and the constants derived from them.
+!>
+!> The mesh may be that of the deck or another one (remeshed_problem): `deck` is what the deck states, `model` the same on the
+!> working mesh. What the deck asks for belongs to material points: a stretch of its layout and a coordinate there.
+module problem
+   use kinds, only: wp
+   use model, only: model_t, load_t, new_load, complete_joints
+   use element_families, only: collocates
+   use rod_layout, only: layout_t, new_layout
+   use mesh_density, only: mesh_density_t, new_demands
+   use remeshed_model, only: division_t, new_remeshed_model
+   use numbering, only: numbering_t, new_numbering
+   use tie_pattern, only: tie_pattern_t, new_tie_pattern, coupled_pairs
+   use gauss_tableau, only: tableau_t, max_stages, new_tableau
+   use ge_element, only: ge_stiffness_t, ge_compliance, forbid_stretch, ge_size
+   use ul2_element, only: ul2_size
+   use rod_geometry, only: geometry_t, new_geometry
+   use reference_curve, only: curve_length
+   use candidates, only: candidates_t, new_candidates
+   use contact_spans, only: contact_span_t
+   use obstacle_geometry, only: obstacle_gap
+   use ground, only: ground_t, new_ground
+   use ground_mark, only: mark_t
+   use ground_coupling, only: coupling_t, new_coupling
+   implicit none
+   private
+   public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, dof, copy_problem
+   public :: mesh_sampled, mesh_of_marks, mesh_of_spans
+
+   ! What the nodes of a mesh go with.
+   integer, parameter :: mesh_fixed = 0                  !! nothing: they stay
+   integer, parameter :: mesh_sampled = 1                !! nothing: they are many, and find out what touches at the start
+   integer, parameter :: mesh_of_marks = 2               !! the ends of contact with foundations
+   integer, parameter :: mesh_of_spans = 3               !! touchdown points, and those
+
+   type :: problem_t
+      type(model_t) :: model                             !! on the working mesh
+      type(model_t) :: deck                              !! on the deck's
+      type(layout_t) :: layout                           !! of the deck
+      type(mesh_density_t), allocatable :: demand(:)           !! (stretches) elements that the next mesh gets
+      logical :: deck_mesh = .true.                      !! the working mesh is the deck's, node by node
+      integer, allocatable :: stretch(:)                 !! (elements) that it is part of
+      real(wp), allocatable :: origin(:)                 !! (elements) coordinate along the stretch less the nominal one
+      integer, allocatable :: along(:)                   !! (elements) all of them, stretch by stretch in order
+      integer, allocatable :: element_first(:)           !! (stretches) place in `along` of its first element
+      integer, allocatable :: element_last(:)            !! (stretches) and of its last one; any mesh but the deck's has its
+      !! elements in this order: along(i) = i
+      integer, allocatable :: mesh_node(:)               !! (deck's nodes) node of a breakpoint, 0: it is none
+      type(numbering_t) :: numbering
+      type(tie_pattern_t) :: ties                        !! what follows other nodes, and which
+      type(candidates_t) :: candidates                   !! of contact at nodes
+      type(coupling_t) :: coupling                       !! how obstacles carry load from candidate to candidate
+      type(ground_t) :: ground                           !! foundations that act inside elements
+      type(tableau_t) :: tableau(max_stages)
+      type(ge_stiffness_t), allocatable :: compliance(:) !! (elements)
+      real(wp), allocatable :: spring(:, :)              !! (3, nodes) stiffness of springs to the ground
+      logical, allocatable :: pressurised(:)             !! (elements) a pressure acts in some step
+      integer, allocatable :: z_size(:)                  !! (elements) stored unknowns
+      type(mark_t), allocatable :: mark(:)               !! ends of contact with foundations, corners of their laws
+      real(wp), allocatable :: chain_start(:, :)         !! (stretches, contacts) coordinate of their beginnings along the chain
+      !! of a contact
+      logical, allocatable :: covered(:, :)              !! (stretches, contacts) where spans may be: all along or not at all
+      integer :: mesh_kind = mesh_fixed
+      type(contact_span_t), allocatable :: touch(:) !! and what touches, in order along the rods, where it was when this mesh
+      !! was made
+      integer, allocatable :: conforms(:)                !! (elements) on the track of an obstacle: candidate at the first node,
+      !! 0: free
+      integer, allocatable :: hinge(:)                   !! nodes of clamps that are hinges beside neutral spans
+      integer :: rolling = 0                             !! node of a clamp about which a closed rod may roll, 0: none
+      real(wp), allocatable :: overlap(:)                !! (contacts) how far the obstacle is withdrawn at the start, on every mesh
+      real(wp), allocatable :: coordinates(:, :)         !! (2, deck's nodes) at the start: what stored displacements count from
+      integer, allocatable :: beside(:, :)               !! (2, nodes) an element that ends there, one that begins; 0: none
+      type(load_t) :: constant                           !! left behind by the steps before this one
+      integer :: step = 1
+      integer :: n_unknowns = 0                          !! three a node
+      real(wp) :: size = 1.0_wp                          !! diagonal of the box around the structure
+      logical :: resting = .false.                       !! what foundations act on lies on them, or is bilateral: no gap at home
+      real(wp) :: force_floor = 0.0_wp                   !! smallest force scale: rounding of EI/size^2
+      real(wp), allocatable :: weight(:)                 !! (nodes) share of the rod's length over size^2: the arc-length metric
+   contains
+      procedure :: has_spans
+      procedure :: moves_nodes
+      procedure :: is_sampled
+   end type problem_t
+
+contains
+
+   !> True for a mesh of contact spans.
+   pure logical function has_spans(problem)
+      class(problem_t), intent(in) :: problem
+      has_spans = problem%mesh_kind == mesh_of_spans
+   end function has_spans
+
+   !> True where nodes go along the rods.
+   pure logical function moves_nodes(problem)
+      class(problem_t), intent(in) :: problem
+      moves_nodes = problem%mesh_kind == mesh_of_spans .or. problem%mesh_kind == mesh_of_marks
+   end function moves_nodes
+
+   !> True for the mesh that finds out what touches.
+   pure logical function is_sampled(problem)
+      class(problem_t), intent(in) :: problem
+      is_sampled = problem%mesh_kind == mesh_sampled
+   end function is_sampled
+
+   !> An assignment, written once: the compiler spells out the copying of all components wherever one stands.
+   pure subroutine copy_problem(from, to)
+      type(problem_t), intent(in) :: from
+      type(problem_t), intent(inout) :: to
+      to = from
+   end subroutine copy_problem
+
+   !> The problem of a checked model on its own mesh.
+   function new_problem(model) result(problem)
+      type(model_t), intent(in) :: model
+      type(problem_t) :: problem
+      integer :: e, j, n
+      problem%model = model
+      problem%deck = model
+      problem%layout = new_layout(model)
+      problem%demand = new_demands(problem%layout)
+      problem%stretch = problem%layout%stretch_of
+      problem%origin = problem%layout%origin
+      allocate (problem%along(model%mesh%n_elements))
+      allocate (problem%element_first(size(problem%layout%stretch)), problem%element_last(size(problem%layout%stretch)))
+      n = 0
+      do j = 1, size(problem%layout%stretch)
+         associate (element => problem%layout%stretch(j)%element)
+            problem%element_first(j) = n + 1
+            problem%along(n + 1:n + size(element)) = element
+            n = n + size(element)
+            problem%element_last(j) = n
+         end associate
+      end do
+      problem%mesh_node = merge([(e, e=1, model%mesh%n_nodes)], 0, problem%layout%breakpoint)
+      problem%constant = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
+      problem%coordinates = model%mesh%x
+      allocate (problem%touch(0), problem%hinge(0), problem%mark(0))
+      call derive_problem(problem)
+   end function new_problem
+
+   !> The same problem on another mesh: step, loads left behind, measures and the metric go along.
+   function remeshed_problem(problem, division) result(new)
+      type(problem_t), intent(in) :: problem
+      type(division_t), intent(in) :: division(:)   !! (stretches) as new_remeshed_model wants them
+      type(problem_t) :: new
+      integer, allocatable :: node(:)
+      integer :: e, i, j
+      new%deck = problem%deck
+      new%layout = problem%layout
+      new%demand = problem%demand
+      if (allocated(problem%chain_start)) new%chain_start = problem%chain_start
+      if (allocated(problem%covered)) new%covered = problem%covered
+      allocate (new%touch(0), new%hinge(0), new%mark(0))
+      new%deck_mesh = .false.
+      new%model = new_remeshed_model(problem%deck, problem%layout, division)
+      associate (mesh => new%model%mesh)
+         new%along = [(e, e=1, mesh%n_elements)]
+         allocate (new%stretch(mesh%n_elements), new%origin(mesh%n_elements))
+         allocate (new%element_first(size(division)), new%element_last(size(division)))
+         e = 0
+         do j = 1, size(division)
+            new%element_first(j) = e + 1
+            do i = 1, size(division(j)%at) - 1
+               e = e + 1
+               new%stretch(e) = j
+               new%origin(e) = division(j)%at(i) - mesh%s(1, e)
+               if (i == 1) cycle
+               ! The same one all along a curve, not one that differs by rounding.
+               if (mesh%curve(e) == mesh%curve(e - 1) .and. abs(mesh%s(1, e) - mesh%s(2, e - 1)) <= 0.0_wp) &
+                  & new%origin(e) = new%origin(e - 1)
+            end do
+            new%element_last(j) = e
+         end do
+         allocate (new%mesh_node(problem%deck%mesh%n_nodes), source=0)
+         allocate (node(mesh%n_nodes), source=0)
+         i = 0
+         do j = 1, problem%deck%mesh%n_nodes
+            if (.not. problem%layout%breakpoint(j)) cycle
+            i = i + 1
+            new%mesh_node(j) = i
+            node(i) = problem%mesh_node(j)
+         end do
+      end associate
+      new%constant = problem%constant%mapped(node, problem%along(problem%element_first(new%stretch)))
+      new%step = problem%step
+      new%coordinates = problem%coordinates
+      call derive_problem(new)
+      new%weight = new%weight * (new%size / problem%size)**2
+      new%size = problem%size
+      new%force_floor = problem%force_floor
+      ! How far obstacles are withdrawn at the start is the deck's, too.
+      new%overlap = problem%overlap
+      new%candidates%overlap = new%overlap(new%candidates%contact)
+      new%ground%chain%overlap = new%overlap(new%ground%chain%contact)
+      call count_from_deck(new, new%candidates)
+      call count_from_deck(new, new%ground%chain)
+   end function remeshed_problem
+
+   !> Closed chains are measured from the first node that the deck gives to their contact, which the mesh need not have.
+   subroutine count_from_deck(problem, list)
+      type(problem_t), intent(in) :: problem
+      type(candidates_t), intent(inout) :: list
+      real(wp) :: ahead
+      integer :: c, e
+      do c = 1, list%n
+         if (c > 1) then
+            if (list%contact(c) == list%contact(c - 1)) cycle
+         end if
+         e = list%element(1, c)
+         if (e == 0) cycle
+         associate (mesh => problem%model%mesh, at => problem%layout%node_at(problem%deck%contact(list%contact(c))%node(1)))
+            if (mesh%curve(e) == 0) cycle
+            ! It lies in the element that ends at the first node of the mesh, or is this one.
+            ahead = problem%origin(e) + mesh%s(2, e) - at
+            if (ahead < 0.0_wp .or. ahead >= mesh%s(2, e) - mesh%s(1, e)) cycle
+            ahead = curve_length(problem%model%curve(mesh%curve(e)), problem%model%imperfection, mesh%s(2, e) - ahead, mesh%s(2, e))
+         end associate
+         where (list%contact == list%contact(c)) list%s = list%s + ahead
+      end do
+   end subroutine count_from_deck
+
+   !> Sets what follows from the model on the working mesh.
+   subroutine derive_problem(problem)
+      type(problem_t), intent(inout) :: problem     !! deck, model, layout, places along it and constant loads are kept
+      type(geometry_t) :: home
+      integer :: e, i, k
+      real(wp) :: softest
+      associate (model => problem%model)
+         call complete_joints(model)
+         problem%ties = new_tie_pattern(model%tie, model%mesh%n_nodes)
+         problem%numbering = new_numbering(model%mesh, any(model%fixed, 1), &
+            & coupled_pairs(model%mesh, problem%ties, model%joint_spring))
+         do i = 1, max_stages
+            problem%tableau(i) = new_tableau(i)
+         end do
+         home = new_geometry(model, problem%tableau)
+         problem%candidates = new_candidates(model, home, distributed=.false.)
+         problem%coupling = new_coupling(model, problem%candidates, home)
+         problem%ground = new_ground(model, problem%tableau, home)
+         problem%spring = spread([0.0_wp, 0.0_wp, 0.0_wp], 2, model%mesh%n_nodes)
+         if (allocated(model%spring)) problem%spring = model%spring
+         problem%n_unknowns = 3 * model%mesh%n_nodes
+         problem%size = structure_size(home%x)
+         problem%resting = rests(problem, problem%candidates, home) .and. rests(problem, problem%ground%chain, home)
+         problem%beside = spread([0, 0], 2, model%mesh%n_nodes)
+         problem%z_size = spread(ul2_size, 1, model%mesh%n_elements)
+         problem%conforms = spread(0, 1, model%mesh%n_elements)
+         problem%pressurised = spread(.false., 1, model%mesh%n_elements)
+         problem%weight = spread(0.0_wp, 1, model%mesh%n_nodes)
+         if (allocated(problem%compliance)) deallocate (problem%compliance)
+         allocate (problem%compliance(model%mesh%n_elements))
+         do k = 1, size(model%step)
+            problem%pressurised = problem%pressurised .or. abs(model%step(k)%load%pressure) > 0.0_wp
+         end do
+         softest = huge(1.0_wp)
+         do e = 1, model%mesh%n_elements
+            associate (section => model%section(model%mesh%section(e)))
+               problem%compliance(e) = ge_compliance(model%mesh%stages(e), home%element(e)%length, section%ea, section%ei, &
+                  & section%ga, section%shear_rigid)
+               if (section%inextensible) call forbid_stretch(problem%compliance(e), problem%size)
+               softest = min(softest, section%ei)
+            end associate
+            if (collocates(model%mesh%family(e))) &
+               & problem%z_size(e) = ge_size(model%mesh%stages(e), problem%pressurised(e) .or. problem%ground%founded(e))
+            do i = 1, 2
+               associate (node => model%mesh%node(i, e))
+                  problem%beside(3 - i, node) = e
+                  problem%weight(node) = problem%weight(node) + 0.5_wp * home%element(e)%length
+               end associate
+            end do
+         end do
+      end associate
+      problem%weight = problem%weight / (sum(home%element%length) * problem%size**2)
+      problem%force_floor = 1.0e-12_wp * softest / problem%size**2
+      if (problem%deck_mesh) problem%overlap = contact_overlaps(problem)
+   end subroutine derive_problem
+
+   !> True when no foundation of a list of candidates begins with a gap.
+   pure logical function rests(problem, list, home)
+      type(problem_t), intent(in) :: problem   !! with its size
+      type(candidates_t), intent(in) :: list
+      type(geometry_t), intent(in) :: home
+      real(wp) :: gap, normal(2), bend
+      integer :: c
+      rests = .true.
+      do c = 1, list%n
+         associate (obstacle => problem%model%obstacle(list%obstacle(c)))
+            if (obstacle%rigid .or. obstacle%bilateral) cycle
+            call obstacle_gap(obstacle, home%x(:, list%node(c)), gap, normal, bend)
+            rests = rests .and. abs(gap + list%gap_offset(c)) <= rounding_gap(problem)
+         end associate
+      end do
+   end function rests
+
+   !> How far the obstacles of all contacts are withdrawn from them at the start.
+   pure function contact_overlaps(problem) result(overlap)
+      type(problem_t), intent(in) :: problem   !! on the deck's mesh
+      real(wp) :: overlap(size(problem%deck%contact))
+      integer :: c
+      overlap = 0.0_wp
+      do c = 1, problem%candidates%n
+         overlap(problem%candidates%contact(c)) = problem%candidates%overlap(c)
+      end do
+      do c = 1, problem%ground%chain%n
+         overlap(problem%ground%chain%contact(c)) = problem%ground%chain%overlap(c)
+      end do
+   end function contact_overlaps
+
+   !> Diagonal of the box around a set of points.
+   pure real(wp) function structure_size(x)
+      real(wp), intent(in) :: x(:, :)   !! (2, points)
+      structure_size = hypot(maxval(x(1, :)) - minval(x(1, :)), maxval(x(2, :)) - minval(x(2, :)))
+   end function structure_size
+
+   !> Place of a nodal unknown (component 1, 2, 3) in the band.
+   pure integer function dof(problem, node, component)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: node, component
+      dof = 3 * (problem%numbering%position(node) - 1) + component
+   end function dof
+
+   !> What the rounding of positions may make of a gap.
+   pure real(wp) function rounding_gap(problem)
+      type(problem_t), intent(in) :: problem
+      rounding_gap = 8.0_wp * epsilon(rounding_gap) * problem%size
+   end function rounding_gap
+end module problem

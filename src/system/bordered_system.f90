@@ -1,0 +1,283 @@
+!> The linearised equations with their border: factored once, solved for any right-hand side.
+!>
+!>   K x - load y = rhs      row.x + corner y = path
+!>
+!> K is the band less the excess of the ground that couples candidates (active_coupling), y the increment of the load
+!> factor. The row is the path constraint; it keeps the system regular at limit points, where K is singular.
+module bordered_system
+   use kinds, only: wp
+   use rod_element, only: rod_element_t
+   use rod_elements, only: rod_at
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t, assemble, to_node, to_global, row_times
+   use tied_nodes, only: spread_force
+   use axial_rigidity, only: rigidity_t, rigidity_rounds, stretched, shrinking_forces
+   use band_matrix, only: band_times, factorise, solve_factored
+   use rolling_rods, only: set_rolling, without_rolling
+   use active_coupling, only: factor_excess, add_excess_response
+   use timing, only: timing_start, timing_stop, count_up, phase_factorisation, phase_solution, &
+      & counter_factorisation, counter_solution
+   implicit none
+   private
+   public :: linearise, factor_system, set_path_row, unknowns_of, solve_bordered, solve_effective, solve_all_effective, &
+      & with_stretch, held_force_change, apply_increment, resultant_rates, all_to_global
+
+contains
+
+   !> Assembles and factors; system%ok tells whether it worked. `base` as in linear_system.
+   subroutine linearise(problem, state, base, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state, base
+      type(system_t), intent(inout) :: system
+      call assemble(problem, state, base, system)
+      if (system%ok) call factor_system(system)
+   end subroutine linearise
+
+   !> Factors the tangent, counts its negative pivots, and solves for the path's tangent.
+   subroutine factor_system(system)
+      type(system_t), intent(inout) :: system
+      real(wp) :: shrink(system%n)
+      call timing_start(phase_factorisation)
+      call factorise(system%k, system%fixed, system%factor)
+      call factor_excess(system%coupling, system%factor, system%fixed)
+      call count_up(counter_factorisation)
+      call timing_stop(phase_factorisation)
+      system%ok = .true.
+      call set_rolling(system)
+      call solve_constrained(system, system%load, system%rate, system%tangent)
+      system%tangent_stretch = 0.0_wp
+      system%tangent_load = system%load
+      if (system%rigidity%n > 0) then
+         call take_back_stretches(system, 1.0_wp, system%tangent_stretch, system%tangent)
+         call shrinking_forces(system%rigidity, system%tangent_stretch, shrink)
+         system%tangent_load = system%load + shrink
+      end if
+      system%negative_pivots = system%factor%negative_pivots + system%coupling%negative_pivots - system%hinges
+   end subroutine factor_system
+
+   !> The system of the same structure whose inextensible elements stretch by what their tangents give: about 1e-8 of what
+   !> bending gives. All of it is linear in the unknowns alone, whereas the force of an inextensible element is not.
+   function with_stretch(system) result(stretching)
+      type(system_t), intent(in) :: system     !! factored
+      type(system_t) :: stretching             !! factored
+      stretching = system
+      stretching%rigidity = rigidity_t()
+      stretching%tangent_stretch = reshape([real(wp) ::], [2, 0])
+      stretching%tangent_load = system%load
+      call solve_constrained(stretching, stretching%load, stretching%rate, stretching%tangent)
+   end function with_stretch
+
+   !> Change of the force that a support, a rigid contact or a tie adds to an unknown, under an increment x of the unknowns and y of
+   !> the load factor as solve_bordered gives them.
+   pure real(wp) function held_force_change(system, d, x, y) result(change)
+      type(system_t), intent(in) :: system     !! factored
+      integer, intent(in) :: d                 !! the unknown
+      real(wp), intent(in) :: x(:)             !! (n) node axes
+      real(wp), intent(in) :: y
+      change = row_times(system, d, x) - system%tangent_load(d) * y
+   end function held_force_change
+
+   !> Response to forces at a fixed load factor; constraints hold.
+   subroutine solve_effective(system, rhs, x, stretch)
+      type(system_t), intent(in) :: system     !! factored
+      real(wp), intent(in) :: rhs(:)           !! (n) node axes; entries of fixed unknowns do not count
+      real(wp), intent(out) :: x(:)            !! (n)
+      real(wp), intent(out), optional :: stretch(:, :) !! (2, inextensible elements) what was given back to them
+      real(wp) :: held(system%n), given(2, system%rigidity%n)
+      held = 0.0_wp
+      call solve_constrained(system, rhs, held, x)
+      given = 0.0_wp
+      if (system%rigidity%n > 0) call take_back_stretches(system, 0.0_wp, given, x)
+      if (present(stretch)) stretch = given
+   end subroutine solve_effective
+
+   !> The same to many, at once.
+   subroutine solve_all_effective(system, x)
+      type(system_t), intent(in) :: system     !! factored
+      real(wp), intent(inout) :: x(:, :)       !! (n, any number) forces, 0 at fixed unknowns; then the responses
+      real(wp) :: given(2, system%rigidity%n)
+      integer :: k
+      call timing_start(phase_solution)
+      call solve_factored(system%factor, x)
+      do k = 1, size(x, 2)
+         x(:, k) = without_rolling(system, x(:, k))
+         call add_excess_response(system%coupling, x(:, k))
+         call count_up(counter_solution)
+      end do
+      call timing_stop(phase_solution)
+      if (system%rigidity%n == 0) return
+      do k = 1, size(x, 2)
+         given = 0.0_wp
+         call take_back_stretches(system, 0.0_wp, given, x(:, k))
+      end do
+   end subroutine solve_all_effective
+
+   !> Corrects a solution by what the tangent stretches where rods cannot (axial_rigidity).
+   subroutine take_back_stretches(system, load, stretch, x)
+      type(system_t), intent(in) :: system     !! factored, with rods that cannot stretch
+      real(wp), intent(in) :: load             !! load factor of the solution
+      real(wp), intent(inout) :: stretch(:, :) !! (2, inextensible elements) 0 on entry
+      real(wp), intent(inout) :: x(:)          !! (n) solution by the factored tangent
+      real(wp) :: first(system%n), force(system%n), held(system%n)
+      integer :: round
+      first = x
+      held = 0.0_wp
+      do round = 1, rigidity_rounds
+         call stretched(system%rigidity, x, load, stretch)
+         call shrinking_forces(system%rigidity, stretch, force)
+         call solve_constrained(system, force, held, x)
+         x = first + x
+      end do
+      ! Nothing moves where all that did was stretch.
+      if (is_rounding(3) .and. is_rounding(1) .and. is_rounding(2)) x = 0.0_wp
+
+   contains
+
+      !> True when a component of all nodes is what cancellation leaves of it.
+      pure logical function is_rounding(component)
+         integer, intent(in) :: component
+         is_rounding = maxval(abs(x(component::3))) <= sqrt(epsilon(x)) * maxval(abs(first(component::3)))
+      end function is_rounding
+   end subroutine take_back_stretches
+
+   !> x = K^-1 rhs with the fixed unknowns at their prescribed values.
+   subroutine solve_constrained(system, rhs, prescribed, x)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: rhs(:)         !! (n) forces on the free unknowns
+      real(wp), intent(in) :: prescribed(:)  !! (n) values of the fixed unknowns
+      real(wp), intent(inout) :: x(:)        !! (n) solution
+      real(wp) :: b(system%n, 1), known(system%n)
+      call timing_start(phase_solution)
+      b(:, 1) = rhs
+      known = merge(prescribed, 0.0_wp, system%fixed)
+      if (any(abs(known) > 0.0_wp)) then
+         call band_times(system%k, known, x)
+         b(:, 1) = b(:, 1) - x
+      end if
+      where (system%fixed) b(:, 1) = known
+      call solve_factored(system%factor, b)
+      x = without_rolling(system, b(:, 1))
+      call add_excess_response(system%coupling, x)
+      call count_up(counter_solution)
+      call timing_stop(phase_solution)
+   end subroutine solve_constrained
+
+   !> Sets the path constraint row.x + corner * (load factor increment) = right-hand side of solve_bordered.
+   subroutine set_path_row(problem, system, row, corner)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(inout) :: system
+      real(wp), intent(in) :: row(:, :)    !! (3, nodes) in global axes
+      real(wp), intent(in) :: corner
+      system%path_row = unknowns_of(problem, system, row)
+      system%path_corner = corner
+   end subroutine set_path_row
+
+   !> Forces on nodes, or a row of their displacements, as one of the unknowns.
+   function unknowns_of(problem, system, by_node) result(by_unknown)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: by_node(:, :)  !! (3, nodes) in global axes
+      real(wp) :: by_unknown(system%n)       !! (n) node axes
+      real(wp) :: part(3)
+      integer :: node
+      by_unknown = 0.0_wp
+      do node = 1, size(by_node, 2)
+         part = by_node(:, node)
+         call to_node(system, node, part)
+         call spread_force(problem, system%tie_block, node, part, by_unknown)
+      end do
+   end function unknowns_of
+
+   !> Solves the bordered system. Fails (ok false) when it is singular: a bifurcation, or no constraint at all.
+   subroutine solve_bordered(system, rhs, prescribed, path_rhs, x, y, ok)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: rhs(:), prescribed(:) !! (n)
+      real(wp), intent(in) :: path_rhs
+      real(wp), intent(inout) :: x(:)               !! (n) nodal increments, node axes
+      real(wp), intent(out) :: y                    !! increment of the load factor
+      logical, intent(out) :: ok
+      real(wp) :: pivot
+      y = 0.0_wp
+      call solve_constrained(system, rhs, prescribed, x)
+      if (system%roll_at > 0) x = x + system%roll_by * system%rolled
+      pivot = dot_product(system%path_row, system%tangent) + system%path_corner
+      ! Without a row of displacements, as under load control, the border cannot make a singular tangent regular.
+      ok = abs(pivot) > 0.0_wp .and. .not. (system%factor%deficient .and. all(abs(system%path_row) <= 0.0_wp))
+      if (.not. ok) return
+      y = (path_rhs - dot_product(system%path_row, x)) / pivot
+      x = x + y * system%tangent
+   end subroutine solve_bordered
+
+   !> Linear change of the stored resultants under an increment; what closes their own defects is not in it.
+   function resultant_rates(problem, system, x, y) result(rate)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:), y        !! as solve_bordered gives them
+      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
+      rate = rates_of(problem, system, all_to_global(problem, system, x), y)
+   end function resultant_rates
+
+   !> The same of displacements in global axes.
+   function rates_of(problem, system, du, y) result(rate)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: du(:, :), y    !! (3, nodes), load factor
+      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
+      class(rod_element_t), pointer :: rod
+      integer :: e, k, z
+      rate = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         rod => rod_at(problem, e)
+         if (.not. rod%takes_increments()) cycle
+         z = problem%z_size(e)
+         associate (node => problem%model%mesh%node(:, e))
+            do k = 1, 3
+               rate(:z, e) = rate(:z, e) + system%op(:z, k, e) * du(k, node(1))
+            end do
+            do k = 1, 3
+               rate(:z, e) = rate(:z, e) + system%op(:z, 3 + k, e) * du(k, node(2))
+            end do
+         end associate
+         rate(:z, e) = rate(:z, e) + system%op(:z, 8, e) * y
+      end do
+      do k = 1, system%rigidity%n
+         e = system%rigidity%element(k)
+         z = problem%z_size(e)
+         rate(:z, e) = rate(:z, e) + matmul(system%op(:z, 4:5, e), y * system%tangent_stretch(:, k))
+      end do
+   end function rates_of
+
+   !> Displacements of all nodes in global axes.
+   function all_to_global(problem, system, x) result(du)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)           !! (n) node axes
+      real(wp) :: du(3, problem%model%mesh%n_nodes)
+      integer :: node
+      do node = 1, size(du, 2)
+         du(:, node) = to_global(problem, system, x, node)
+      end do
+   end function all_to_global
+
+   !> Adds a solved increment to the state: displacements, stored resultants, load factor.
+   subroutine apply_increment(problem, system, x, y, state)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:), y
+      type(state_t), intent(inout) :: state
+      real(wp) :: du(3, problem%model%mesh%n_nodes), rate(size(state%z, 1), size(state%z, 2))
+      class(rod_element_t), pointer :: rod
+      integer :: e, z
+      du = all_to_global(problem, system, x)
+      rate = rates_of(problem, system, du, y)
+      do e = 1, problem%model%mesh%n_elements
+         rod => rod_at(problem, e)
+         if (.not. rod%takes_increments()) cycle
+         z = problem%z_size(e)
+         state%z(:z, e) = state%z(:z, e) + rate(:z, e) + system%op(:z, 7, e)
+      end do
+      state%u = state%u + du
+      state%load_factor = state%load_factor + y
+   end subroutine apply_increment
+end module bordered_system

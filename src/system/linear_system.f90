@@ -1,0 +1,244 @@
+!> The equilibrium equations at a state, assembled about the present contact set.
+!>
+!> The parts are modules of their own: system_type says what there is, node_axes in which axes, eliminated_unknowns what is held;
+!> contact_terms, joint_stiffness and rigidity_maps add theirs, residual_measure tells how far the state is from equilibrium. Who
+!> needs the equations finds all of it here.
+module linear_system
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, candidate_gap, closing_rate, may_react
+   use conforming_span, only: rolled_t, rolled, touchdown_spring
+   use node_loads, only: node_push_t, dead_node_load, node_pushes
+   use rod_element, only: rod_element_t
+   use rod_elements, only: rod_at
+   use inner_forces, only: inner_forces_t
+   use active_coupling, only: excess_row
+   use tied_nodes, only: set_blocks, spread_force, add_matrix
+   use system_type, only: system_t, new_system
+   use node_axes, only: to_node, turn_force, turn_pair, matrix_to_node, to_global
+   use eliminated_unknowns, only: set_constraints, contact_reaction
+   use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_tangent
+   use joint_stiffness, only: add_joint_springs, set_swings, add_swings, apply_joints
+   use rigidity_maps, only: set_rigidity
+   use rolling_rods, only: hold_rolling
+   use residual_measure, only: measure_residual, worst_round_off
+   use timing, only: timing_start, timing_stop, count_up, phase_elements, phase_assembly, counter_evaluated
+   implicit none
+   private
+   public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, add_swings, apply_joints, &
+      & matrix_to_node, turn_pair, to_node, to_global, row_times, contact_reaction, worst_round_off
+
+contains
+
+   !> Assembles at `state`; `base` is the last converged configuration, which the UL2 element refers to.
+   subroutine assemble(problem, state, base, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state, base
+      type(system_t), intent(inout) :: system
+      integer :: e, c
+      logical :: ok
+      real(wp) :: defect(3), worst(3), shift(6, 2)
+      type(rolled_t) :: roll
+      class(rod_element_t), pointer :: rod
+      type(inner_forces_t) :: inner
+
+      call timing_start(phase_elements)
+      system%ok = .true.
+      system%hinges = size(problem%hinge)
+      worst = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         rod => rod_at(problem, e)
+         call rod%evaluate(problem, state, base, e, system%ef(:, e), system%eraw(:, e), system%ek(:, :, e), &
+            & system%el(:, e), system%op(:, :, e), defect, ok, inner, shift)
+         if (size(system%eshift, 3) > 0) system%eshift(:, :, e) = shift
+         system%grip(e) = inner%n
+         system%ok = system%ok .and. ok
+         worst = max(worst, defect)
+      end do
+      call timing_stop(phase_elements)
+      call count_up(counter_evaluated, problem%model%mesh%n_elements)
+      if (.not. system%ok) return
+
+      call timing_start(phase_assembly)
+      do c = 1, problem%candidates%n
+         call candidate_gap(problem, state, c, system%gap(c), system%normal(:, c), system%bend(c))
+         if (problem%candidates%rolls(c)) then
+            roll = rolled(problem, state, c)
+            system%gap(c) = system%gap(c) - roll%rise
+            ! Beyond where the point is as curved as its obstacle: the stiffness has come there through infinity, not through zero.
+            if (state%reaction(c) > 0.0_wp .and. touchdown_spring(problem, state, c) < 0.0_wp .and. &
+               & .not. problem%candidates%follows(c)) system%hinges = system%hinges + 1
+         end if
+         if (system%soft(c)) call set_foundation(problem, state, c, system)
+         system%closing(c) = closing_rate(problem, problem%candidates, c)
+         system%motion(:, c) = problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(c))
+         if (.not. state%active(c)) system%slope(c) = merge(1.0_wp, 0.0_wp, may_react(problem, c, system%normal(:, c)))
+      end do
+      call set_coupling(problem, state, system)
+      call set_constraints(problem, state, system)
+      call set_blocks(problem, state%u, system%turned, system%axis, system%roll, system%lean, system%tie_block)
+      call sum_elements(problem, system)
+      call set_rigidity(problem, state, system)
+      call add_node_loads(problem, state, system)
+      call add_node_pushes(problem, state, system)
+      call add_springs(problem, state, system)
+      call add_joint_springs(problem, state, system)
+      call add_contact(problem, state, system)
+      call set_swings(problem, state, system)
+      call add_swings(problem, system, system%swing, system%k)
+      call measure_residual(problem, state, system)
+      system%defect_residual = max(worst(1), worst(2) / system%force_scale, worst(3) / problem%size)
+      call add_marks(problem, state, system)
+      call hold_rolling(problem, state, system)
+      call timing_stop(phase_assembly)
+   end subroutine assemble
+
+   !> Sums the elements into the band and the residual.
+   subroutine sum_elements(problem, system)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(inout) :: system
+      integer :: e, i, j, a, b, p(2), node(2)
+      system%k%a = 0.0_wp
+      system%residual = 0.0_wp
+      system%load = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         node = problem%model%mesh%node(:, e)
+         p = 3 * (problem%numbering%position(node) - 1)
+         if (size(system%eshift, 3) > 0) then
+            do i = 1, 2
+               if (.not. system%turned(node(i))) cycle
+               do j = 1, 2
+                  call turn_pair(system%axis(:, node(i)), system%eshift(3 * i - 2:3 * i - 1, j, e))
+               end do
+            end do
+         end if
+         do i = 1, 2
+            if (system%turned(node(i))) call turn_element(system%axis(:, node(i)), system%roll(node(i)), system%lean(node(i)), &
+               & 3 * i - 2, system%ek(:, :, e), system%ef(:, e), system%eraw(:, e), system%el(:, e))
+         end do
+         if (any(problem%ties%follows(node))) then
+            do i = 1, 2
+               call spread_force(problem, system%tie_block, node(i), system%ef(3 * i - 2:3 * i, e), system%residual)
+               call spread_force(problem, system%tie_block, node(i), system%el(3 * i - 2:3 * i, e), system%load)
+            end do
+            call add_matrix(problem, system%tie_block, node, system%ek(:, :, e), system%k)
+            cycle
+         end if
+         do a = 1, 2
+            system%residual(p(a) + 1:p(a) + 3) = system%residual(p(a) + 1:p(a) + 3) + system%ef(3 * a - 2:3 * a, e)
+            system%load(p(a) + 1:p(a) + 3) = system%load(p(a) + 1:p(a) + 3) + system%el(3 * a - 2:3 * a, e)
+            do j = 1, 3
+               do i = j, 3
+                  system%k%a(1 + i - j, p(a) + j) = system%k%a(1 + i - j, p(a) + j) + system%ek(3 * a - 3 + i, 3 * a - 3 + j, e)
+               end do
+            end do
+         end do
+         a = maxloc(p, 1)
+         b = 3 - a
+         do j = 1, 3
+            do i = 1, 3
+               system%k%a(1 + p(a) + i - p(b) - j, p(b) + j) = system%k%a(1 + p(a) + i - p(b) - j, p(b) + j) + &
+                  & system%ek(3 * a - 3 + i, 3 * b - 3 + j, e)
+            end do
+         end do
+      end do
+   end subroutine sum_elements
+
+   !> Turns the unknowns from row `first` of an element into a node's axes.
+   pure subroutine turn_element(axis, roll, lean, first, k, f, raw, fl)
+      real(wp), intent(in) :: axis(2), roll, lean
+      integer, intent(in) :: first
+      real(wp), intent(inout) :: k(6, 6), f(6), raw(6), fl(6)
+      integer :: j
+      call turn_force(axis, roll, lean, f(first:first + 2))
+      call turn_force(axis, roll, lean, raw(first:first + 2))
+      call turn_force(axis, roll, lean, fl(first:first + 2))
+      do j = 1, 6
+         call turn_force(axis, roll, lean, k(first:first + 2, j))
+      end do
+      do j = 1, 6
+         call turn_force(axis, roll, lean, k(j, first:first + 2))
+      end do
+   end subroutine turn_element
+
+   !> Loads of nodes that do not depend on the state.
+   subroutine add_node_loads(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      integer :: node
+      real(wp) :: load(3), rate(3)
+      do node = 1, problem%model%mesh%n_nodes
+         call dead_node_load(problem, state, node, load, rate)
+         call to_node(system, node, load)
+         call to_node(system, node, rate)
+         call spread_force(problem, system%tie_block, node, -load, system%residual)
+         call spread_force(problem, system%tie_block, node, rate, system%load)
+      end do
+   end subroutine add_node_loads
+
+   !> Those that do: forces and stiffness.
+   subroutine add_node_pushes(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      type(node_push_t), allocatable :: push(:)
+      integer :: n
+      push = node_pushes(problem, state)
+      do n = 1, size(push)
+         system%ok = system%ok .and. push(n)%sound
+         call to_node(system, push(n)%node, push(n)%force)
+         call to_node(system, push(n)%node, push(n)%rate)
+         call matrix_to_node(system, push(n)%node, push(n)%stiffness)
+         call spread_force(problem, system%tie_block, push(n)%node, -push(n)%force, system%residual)
+         call spread_force(problem, system%tie_block, push(n)%node, push(n)%rate, system%load)
+         call add_matrix(problem, system%tie_block, [push(n)%node], push(n)%stiffness, system%k)
+      end do
+   end subroutine add_node_pushes
+
+   !> Springs between nodes and ground, which follow the displacements since the stress-free start.
+   subroutine add_springs(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      integer :: node
+      real(wp) :: force(3)
+      do node = 1, problem%model%mesh%n_nodes
+         if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
+         force = problem%spring(:, node) * state%u(:, node)
+         call to_node(system, node, force)
+         call spread_force(problem, system%tie_block, node, force, system%residual)
+         call add_matrix(problem, system%tie_block, [node], spring_tangent(problem, system, node), system%k)
+      end do
+   end subroutine add_springs
+
+   !> Stiffness of a node's springs in the node's axes.
+   pure function spring_tangent(problem, system, node) result(k)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system     !! gives the axes
+      integer, intent(in) :: node
+      real(wp) :: k(3, 3)
+      integer :: i
+      k = 0.0_wp
+      do i = 1, 3
+         k(i, i) = problem%spring(i, node)
+      end do
+      call matrix_to_node(system, node, k)
+   end function spring_tangent
+
+   !> Row i of the tangent times x.
+   pure real(wp) function row_times(system, i, x)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: i
+      real(wp), intent(in) :: x(:)
+      integer :: j
+      row_times = 0.0_wp
+      do j = max(1, i - system%k%kd), i
+         row_times = row_times + system%k%a(1 + i - j, j) * x(j)
+      end do
+      do j = i + 1, min(system%n, i + system%k%kd)
+         row_times = row_times + system%k%a(1 + j - i, i) * x(j)
+      end do
+      if (system%coupling%n > 0) row_times = row_times - excess_row(system%coupling, i, x)
+   end function row_times
+end module linear_system

@@ -1,0 +1,84 @@
+!> What the equations of inextensible elements need besides their tangents.
+module rigidity_maps
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, element_displacement, element_load
+   use ge_element, only: ge_directions
+   use gauss_tableau, only: max_stages
+   use system_type, only: system_t
+   use node_axes, only: own_axes, turn_pair
+   implicit none
+   private
+   public :: set_rigidity
+
+contains
+
+   !> The maps of inextensible elements, from their tangents in node axes. The tangent of a free element stretches by the force at
+   !> its first end, that of one which lies on an obstacle by the force at its second end, along the track.
+   subroutine set_rigidity(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system
+      real(wp) :: part(3, 3), axes(2, 2)
+      integer :: i, j, e, n, b, k
+      do i = 1, system%rigidity%n
+         e = system%rigidity%element(i)
+         n = system%rigidity%first(i)
+         associate (rigidity => system%rigidity, ties => problem%ties, nodes => problem%model%mesh%node(:, e), &
+            & on_track => problem%conforms(e) > 0)
+            axes = reshape([1.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
+            do k = 1, 2
+               if (system%turned(nodes(2))) call turn_pair(system%axis(:, nodes(2)), axes(:, k))
+            end do
+            if (on_track) then
+               rigidity%give(:, :, i) = 0.0_wp
+               do k = 1, 2
+                  rigidity%give(k, k, i) = state%geometry%element(e)%length * problem%compliance(e)%give
+               end do
+               rigidity%shifted(:, :, i) = matmul(transpose(axes), matmul(system%ek(4:5, 4:5, e), axes))
+               rigidity%load(:, i) = -matmul(transpose(axes), system%el(4:5, e))
+            else
+               rigidity%give(:, :, i) = give_inside(problem, state, e)
+               rigidity%shifted(:, :, i) = system%op(1:2, 4:5, e)
+               rigidity%load(:, i) = system%op(1:2, 8, e)
+            end if
+            do j = 1, 2
+               do b = ties%first(nodes(j)), max(ties%first(nodes(j)), ties%first(nodes(j) + 1) - 1)
+                  part = own_axes(system, nodes(j))
+                  if (ties%follows(nodes(j))) part = system%tie_block(:, :, b)
+                  rigidity%push(:, n:n + 2) = transpose(matmul(system%ek(3 * j - 2:3 * j, 4:5, e), axes))
+                  if (ties%follows(nodes(j))) rigidity%push(:, n:n + 2) = matmul(rigidity%push(:, n:n + 2), part)
+                  if (on_track) then
+                     rigidity%force(:, n:n + 2) = rigidity%push(:, n:n + 2) ! both are the force at the second end
+                  else
+                     rigidity%force(:, n:n + 2) = matmul(system%op(1:2, 3 * j - 2:3 * j, e), part)
+                  end if
+                  n = n + 3
+               end do
+            end do
+         end associate
+      end do
+   end subroutine set_rigidity
+
+   !> Stretch of a free element's tangent by the force at its first end: it gives along the directions at the stages.
+   pure function give_inside(problem, state, e) result(give)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp) :: give(2, 2)
+      real(wp) :: t(2, max_stages)
+      integer :: j, k, s
+      s = problem%model%mesh%stages(e)
+      give = 0.0_wp
+      associate (g => state%geometry%element(e), tab => problem%tableau(s))
+         call ge_directions(tab, g%length, g%angle, problem%compliance(e), element_load(problem, state, e), &
+            & element_displacement(problem, state, e), state%z(:problem%z_size(e), e), t(:, :s))
+         do j = 1, s
+            t(:, j) = t(:, j) / norm2(t(:, j))
+            do k = 1, 2
+               give(:, k) = give(:, k) + (g%length * g%scale * tab%b(j) * problem%compliance(e)%give * t(k, j)) * t(:, j)
+            end do
+         end do
+      end associate
+   end function give_inside
+end module rigidity_maps

@@ -1,0 +1,239 @@
+!> Closed rods that may roll along a straight wall: held at a place inside of a line of contact, and nowhere else.
+!>
+!> A uniform rod that lies on the wall on both sides of a clamp, and is loaded by nothing that tells its material points from each
+!> other, may shift along itself: what is free of it keeps its shape while other material points lie down. The tangent has that
+!> null vector at every load, the loads do no work on it, and how far the rod has rolled is no matter of equilibrium: it may be
+!> anything until the clamp comes to an end of the contact. Its path is that in the middle, with as much contact before the clamp as
+!> after it: a spring without a force makes the tangent regular against that motion, which then is taken out of all solutions.
+!>
+!> EI k^2/2 + n.t is the same all along a rod without forces along it, smooth contacts or not. From one side of the clamp to the
+!> other n.t changes by the force along the wall that the clamp takes, which is none where all that is touched is parallel: the rod
+!> is as curved before the clamp as after it, whatever its form is elsewhere, and comes flat on both sides at once.
+module rolling_rods
+   use kinds, only: wp, pi
+   use obstacle_types, only: obstacle_line
+   use problem, only: problem_t, dof
+   use rod_state, only: state_t
+   use system_type, only: system_t
+   use conforming_span, only: excess_curvature, ge_end, rod_angle
+   use node_axes, only: to_node
+   use band_matrix, only: solve_factored
+   implicit none
+   private
+   public :: find_rolling, hold_rolling, set_rolling, without_rolling, nearly_flat
+
+   real(wp), parameter :: parallel = 1.0e-12_wp !! sine of an angle that is none
+   real(wp), parameter :: smooth = 1.0e-6_wp    !! kink that is none, as where rods go on
+
+contains
+
+   !> Notes the clamp about which the rod may roll.
+   subroutine find_rolling(problem)
+      type(problem_t), intent(inout) :: problem   !! of contact spans, its touches and candidates set
+      integer :: c, node
+      problem%rolling = 0
+      node = findloc(any(problem%model%fixed, 1), .true., 1)
+      if (node == 0) return
+      if (count(any(problem%model%fixed, 1)) > 1 .or. .not. all(problem%model%fixed(:, node))) return
+      c = findloc(problem%candidates%node == node .and. problem%candidates%touch > 0, .true., 1)
+      if (c == 0) return
+      if (.not. sees_walls_only(problem, problem%candidates%obstacle(c))) return
+      if (is_alike_all_along(problem, way_along(problem, problem%candidates%obstacle(c)))) problem%rolling = node
+   end subroutine find_rolling
+
+   !> True for one closed, uniform rod without kinks, whose material points nothing tells from each other. Forces across the walls
+   !> do not as long as their nodes go along these.
+   pure logical function is_alike_all_along(problem, way) result(alike)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: way(2)              !! direction of the walls
+      real(wp) :: angle(2)
+      integer :: node, i, e(2)
+      associate (model => problem%model, mesh => problem%model%mesh)
+         alike = all(problem%beside > 0) .and. mesh%n_nodes == mesh%n_elements .and. size(model%tie) == 0 .and. &
+            & size(model%joint_spring) == 0 .and. all(problem%spring <= 0.0_wp) .and. all(mesh%curve > 0) .and. &
+            & all(model%contact%spans)
+         if (.not. alike) return
+         do node = 1, mesh%n_nodes
+            e = problem%beside(:, node)
+            do i = 1, 2
+               associate (curve => model%curve(mesh%curve(e(i))))
+                  angle(i) = curve%angle + curve%curvature * mesh%s(3 - i, e(i))
+                  alike = alike .and. curve%imperfection == 0
+               end associate
+            end do
+            associate (a => model%curve(mesh%curve(e(1))), b => model%curve(mesh%curve(e(2))))
+               alike = alike .and. abs(modulo(angle(2) - angle(1) + pi, 2.0_wp * pi) - pi) <= smooth .and. &
+                  & abs(a%curvature - b%curvature) <= smooth * abs(a%curvature)
+            end associate
+            associate (a => model%section(mesh%section(e(1))), b => model%section(mesh%section(e(2))))
+               alike = alike .and. abs(a%ea - b%ea) <= 0.0_wp .and. abs(a%ei - b%ei) <= 0.0_wp
+            end associate
+            do i = 1, size(model%step)
+               associate (load => model%step(i)%load)
+                  alike = alike .and. load%same_on(e(1), e(2)) .and. .not. load%turns(node)
+                  if (.not. load%acts_at(node)) cycle
+                  alike = alike .and. any(problem%candidates%node == node .and. problem%candidates%touch > 0) .and. &
+                     & all(abs(load%displacement(:, node)) <= 0.0_wp) .and. &
+                     & abs(dot_product(way, load%node_force(1:2, node))) <= parallel * norm2(load%node_force(1:2, node))
+               end associate
+            end do
+         end do
+      end associate
+   end function is_alike_all_along
+
+   !> True where all that the rod touches, and the loads along it, is parallel to one wall, or across it.
+   pure logical function sees_walls_only(problem, wall) result(only)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: wall                 !! index into model%obstacle
+      real(wp) :: d(2), other(2), q(2)
+      integer :: k, i
+      associate (model => problem%model)
+         only = model%obstacle(wall)%kind == obstacle_line
+         if (.not. only) return
+         d = way_along(problem, wall)
+         do k = 1, size(problem%touch)
+            associate (obstacle => model%contact(problem%touch(k)%contact)%obstacle)
+               only = only .and. model%obstacle(obstacle)%kind == obstacle_line
+               if (.not. only) return
+               other = way_along(problem, obstacle)
+               only = abs(d(1) * other(2) - d(2) * other(1)) <= parallel
+            end associate
+         end do
+         do i = 1, size(model%step)
+            q = model%step(i)%load%line_force(:, 1)
+            only = only .and. abs(dot_product(d, q)) <= parallel * norm2(q)
+         end do
+      end associate
+   end function sees_walls_only
+
+   !> Direction of a wall.
+   pure function way_along(problem, wall) result(way)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: wall                 !! index into model%obstacle, a line
+      real(wp) :: way(2)
+      associate (point => problem%model%obstacle(wall)%point)
+         way = (point(:, 2) - point(:, 1)) / norm2(point(:, 2) - point(:, 1))
+      end associate
+   end function way_along
+
+   !> Nodes that are to stay in contact: the clamp, and those with forces on them, which else would feel how far it rolls.
+   pure function standing(problem) result(node)
+      type(problem_t), intent(in) :: problem
+      integer, allocatable :: node(:)
+      logical :: loaded(problem%model%mesh%n_nodes)
+      integer :: n, i
+      loaded = [(any([(problem%model%step(i)%load%acts_at(n), i=1, size(problem%model%step))]), n=1, size(loaded))]
+      loaded(problem%rolling) = .false.
+      node = [problem%rolling, pack([(n, n=1, size(loaded))], loaded)]
+   end function standing
+
+   !> Length of the line on one side of such a node; where the rod is not flat there, less than zero by what rolling would have to
+   !> come nearer. 0 where lines without pressure are let go (force_free_contact): the rod is flat there all the same.
+   real(wp) function lying(problem, state, node, side) result(length)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: node
+      integer, intent(in) :: side                 !! 1: before it, 2: after it
+      real(wp) :: excess, extension, n(2), m, angle
+      integer :: c, k, e
+      length = 0.0_wp
+      c = findloc(problem%candidates%node == node .and. problem%candidates%touch > 0, .true., 1)
+      if (c == 0) return
+      e = problem%beside(side, node)
+      if (problem%conforms(e) == 0) then
+         call excess_curvature(problem, state, c, excess, extension, side)
+         call ge_end(problem, state, e, 3 - side, n, m)
+         angle = rod_angle(problem, state, c)
+         length = -excess / max(problem%compliance(e)%bending * abs(cos(angle) * n(2) - sin(angle) * n(1)), tiny(length))
+         return
+      end if
+      do k = 1, size(problem%touch)
+         associate (touch => problem%touch(k))
+            if (.not. touch%line .or. touch%candidate(3 - side) /= c) cycle
+            length = length + sum([(state%geometry%element(e)%s(2) - state%geometry%element(e)%s(1), &
+               & e=touch%element(1), touch%element(2))])
+         end associate
+      end do
+   end function lying
+
+   !> Before the rod is flat beside its clamp, with the curvature k there, rolling has the stiffness k^2, in units of EI and the
+   !> size. What the iteration leaves of forces rolls it by tolerance/k^2, which up to the third root of the tolerance is as far as
+   !> where it is flat, k: nothing tells then how far it has rolled. Curvature over the size.
+   pure real(wp) function nearly_flat(problem)
+      type(problem_t), intent(in) :: problem
+      nearly_flat = problem%model%step(problem%step)%tolerance**(1.0_wp / 3.0_wp)
+   end function nearly_flat
+
+   !> Holds the rod where rolling moves it most.
+   subroutine hold_rolling(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(inout) :: system     !! assembled
+      real(wp) :: clamp(2), most, shift(3)
+      real(wp), allocatable :: lies(:, :)
+      integer, allocatable :: stands(:)
+      integer :: e, side, i
+      system%roll_at = 0
+      system%roll_range = 0.0_wp
+      system%roll_row = 0.0_wp
+      if (problem%rolling == 0) return
+      stands = standing(problem)
+      allocate (lies(2, size(stands)))
+      do i = 1, size(stands)
+         lies(:, i) = [(lying(problem, state, stands(i), side), side=1, 2)]
+      end do
+      if (any(lies < -nearly_flat(problem) * problem%size)) return
+      clamp = tangent(problem%beside(2, problem%rolling), 1)
+      most = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         do side = 1, 2
+            associate (node => problem%model%mesh%node(side, e))
+               shift = [tangent(e, side) - clamp, 0.0_wp]
+               call to_node(system, node, shift)
+               do i = 1, 2
+                  if (.not. system%fixed(dof(problem, node, i))) system%roll_row(dof(problem, node, i)) = shift(i)
+                  if (system%fixed(dof(problem, node, i)) .or. abs(shift(i)) <= most) cycle
+                  most = abs(shift(i))
+                  system%roll_rate = shift(i)
+                  system%roll_at = dof(problem, node, i)
+               end do
+            end associate
+         end do
+      end do
+      if (system%roll_at == 0) return
+      system%roll_by = 0.5_wp * (lies(2, 1) - lies(1, 1))
+      system%roll_range = max(minval(lies), 0.0_wp)
+      ! As stiff as the node is held by its elements.
+      system%k%a(1, system%roll_at) = 2.0_wp * system%k%a(1, system%roll_at)
+
+   contains
+
+      pure function tangent(e, side) result(t)
+         integer, intent(in) :: e, side
+         real(wp) :: t(2), angle
+         angle = state%geometry%element(e)%end_angle(side) + state%u(3, problem%model%mesh%node(side, e))
+         t = [cos(angle), sin(angle)]
+      end function tangent
+   end subroutine hold_rolling
+
+   !> The motion in which the rod rolls: what a force where it is held moves.
+   subroutine set_rolling(system)
+      type(system_t), intent(inout) :: system     !! factored
+      real(wp) :: motion(system%n, 1)
+      if (system%roll_at == 0) return
+      motion = 0.0_wp
+      motion(system%roll_at, 1) = 1.0_wp
+      call solve_factored(system%factor, motion)
+      system%rolled = motion(:, 1) * (system%roll_rate / motion(system%roll_at, 1))
+   end subroutine set_rolling
+
+   !> A solution less its part along that motion, by the displacements.
+   pure function without_rolling(system, x) result(rest)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)                !! (n)
+      real(wp) :: rest(size(x))
+      rest = x
+      if (system%roll_at == 0) return
+      rest = x - system%rolled * (dot_product(system%roll_row, x) / dot_product(system%roll_row, system%rolled))
+   end function without_rolling
+end module rolling_rods

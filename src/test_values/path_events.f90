@@ -1,0 +1,341 @@
+!> What may happen between two points of the path: limit points, bifurcations, contact regions that appear or vanish,
+!> values the user asked for. An event is a function of the state that changes sign; the path loop brackets its zero.
+module path_events
+   use kinds, only: wp
+   use model, only: step_t
+   use problem, only: problem_t
+   use rod_state, only: state_t, candidate_opening
+   use linear_system, only: system_t
+   use monitors, only: monitor_values, monitor_rate
+   use contact_regions, only: region_of, resolved_contact
+   use gap_profile, only: smallest_gap
+   use ground_regions, only: find_ground_regions, taken_along
+   use ground_events, only: ground_event_t, find_ground_events, find_roots, ground_event_value
+   use path_record, only: region_t
+   implicit none
+   private
+   public :: test_values_t, event_t, new_test_values, detect_events, value_events, event_value
+   public :: event_limit, event_bifurcation, event_release, event_turning, event_contact, event_value_reached, event_stop
+
+   integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5, &
+      & event_turning = 6, event_release = 7
+
+   real(wp), parameter :: touching = 1.0e-10_wp !! gap at a start, of the size, as new_state has it
+   real(wp), parameter :: at_rest = 1.0e-6_wp !! of a contact event's function after the increment
+
+   !> What is compared from point to point.
+   type :: test_values_t
+      real(wp) :: load_factor = 0.0_wp
+      real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length) along the path
+      integer :: negative_pivots = 0
+      integer :: free_pivots = 0              !! without the contacts that carry no force; the path loop counts them
+      logical :: weak = .false.               !! there are such contacts
+      real(wp), allocatable :: monitor(:)
+      real(wp), allocatable :: monitor_rate(:) !! d(monitor)/d(arc length) of those whose turning points are asked for
+      logical, allocatable :: active(:)       !! contact as far as the mesh resolves it
+      type(region_t), allocatable :: grounded(:) !! contact with distributed foundations
+   end type test_values_t
+
+   type :: event_t
+      integer :: kind = 0
+      character(2) :: label = ''
+      integer :: monitor = 0                  !! value events: 0 is the load factor; turning points: index into step%turning
+      real(wp) :: value = 0.0_wp
+      integer :: number = 0                   !! bifurcation, release: which eigenvalue of the tangent changes its sign
+      integer :: least = 0, most = 0          !! and the smaller and the larger pivot count at both ends
+      integer :: pivots = 0                   !! count where it was located
+      logical, allocatable :: marked(:)       !! contact: the candidates concerned
+      logical :: divided = .false.            !! contact: a region splits there, or two merge
+      type(ground_event_t) :: ground          !! contact with a distributed foundation: what happens where
+      real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
+      logical :: jumps = .false.              !! bifurcation: its eigenvalue does so as a line has become a point, and has no zero
+      logical :: held = .false.               !! value events: it has been met by prescribing it, to rounding
+      logical :: load_tells = .false.         !! the load grows so steadily over the increment that it tells parts of it
+      real(wp) :: scale = 1.0_wp              !! what the zero of its function was measured against
+      real(wp) :: before = 0.0_wp, after = 0.0_wp !! its function at both ends of the increment
+      character(:), allocatable :: note
+   end type event_t
+
+contains
+
+   !> The quantities at a converged point; load_rate comes from the path loop, which knows the direction.
+   function new_test_values(problem, state, system, load_rate) result(probe)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: load_rate
+      type(test_values_t) :: probe
+      integer :: i
+      probe%load_factor = state%load_factor
+      probe%load_rate = load_rate
+      probe%negative_pivots = system%negative_pivots
+      associate (turning => problem%model%step(problem%step)%turning)
+         allocate (probe%monitor_rate(size(turning)))
+         do i = 1, size(turning)
+            probe%monitor_rate(i) = load_rate * monitor_rate(problem, turning(i), state, system)
+         end do
+      end associate
+      probe%monitor = monitor_values(problem, state, system)
+      ! Changes of contact spans are events of their own (span_changes).
+      probe%active = resolved_contact(problem, state) .and. problem%candidates%touch == 0
+      probe%grounded = find_ground_regions(problem, state)
+   end function new_test_values
+
+   !> All events between two neighbouring points.
+   subroutine detect_events(problem, step, before, after, from, to, events)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(test_values_t), intent(in) :: before, after
+      type(state_t), intent(in) :: from, to
+      type(event_t), allocatable, intent(out) :: events(:)
+      type(event_t), allocatable :: kept(:), values(:)
+      type(event_t) :: event
+      integer :: i, least, most
+      logical :: steady
+      allocate (events(0))
+      least = min(before%negative_pivots, after%negative_pivots)
+      most = max(before%negative_pivots, after%negative_pivots)
+      if (before%load_rate * after%load_rate < 0.0_wp) then
+         event = event_t(kind=event_limit, label='LP')
+         event%note = 'limit point of the load'
+         call append(event)
+         ! It takes one change of sign of its own; with more of them it turns out later which.
+         if (most == least + 1) most = least
+      end if
+      do i = least + 1, most
+         event = event_t(kind=event_bifurcation, label='BP', number=i, least=least, most=most)
+         event%note = 'bifurcation'
+         call append(event)
+      end do
+      if (before%weak .and. after%weak .and. before%negative_pivots == after%negative_pivots) then
+         do i = min(before%free_pivots, after%free_pivots) + 1, max(before%free_pivots, after%free_pivots)
+            event = event_t(kind=event_release, label='BP', number=i, least=min(before%free_pivots, after%free_pivots), &
+               & most=max(before%free_pivots, after%free_pivots))
+            event%note = 'bifurcation, one-sided: contacts without force open'
+            call append(event)
+         end do
+      end if
+      do i = 1, size(step%turning)
+         if (before%monitor_rate(i) * after%monitor_rate(i) >= 0.0_wp) cycle
+         event = event_t(kind=event_turning, label='TP', monitor=i)
+         event%note = 'turning point of '//trim(problem%model%monitor(step%turning(i))%name)
+         call append(event)
+      end do
+      ! Where sampled contact has become spans the candidates are others, and the change is told.
+      if (size(before%active) == size(after%active)) then
+         if (any(before%active .neqv. after%active)) &
+            & call detect_contact_events(problem, from, to, before%active, after%active, events)
+      end if
+      if (problem%ground%chain%n > 0) call add_ground_events()
+      call value_events(problem, step, before, after, from, to, values)
+      events = [events, values]
+      steady = before%load_rate * after%load_rate > 0.0_wp .and. &
+         & (after%load_factor - before%load_factor) * before%load_rate > 0.0_wp .and. &
+         & min(abs(before%load_rate), abs(after%load_rate)) > 0.3_wp * max(abs(before%load_rate), abs(after%load_rate))
+      do i = 1, size(events)
+         events(i)%load_tells = steady
+         events(i)%pivots = after%negative_pivots
+         events(i)%before = event_value(problem, events(i), from, before)
+         events(i)%after = event_value(problem, events(i), to, after)
+      end do
+      ! What touches without force lets go or pushes at once, however small the load: the start itself is no event.
+      if (any(abs(from%z) > 0.0_wp)) return
+      allocate (kept(0))
+      do i = 1, size(events)
+         if (events(i)%kind == event_contact .and. (abs(events(i)%before) <= at_rest * abs(events(i)%after) .or. &
+            & abs(events(i)%before) * events(i)%gap_scale <= touching * problem%size)) cycle
+         kept = [kept, events(i)]
+      end do
+      call move_alloc(kept, events)
+
+   contains
+
+      subroutine add_ground_events()
+         type(ground_event_t), allocatable :: found(:)
+         integer :: k
+         call find_ground_events(problem, taken_along(problem, from, to, before%grounded), after%grounded, found)
+         do k = 1, size(found)
+            event = event_t(kind=event_contact, label=found(k)%label)
+            event%ground = found(k)
+            call find_roots(problem, from, to, event%ground)
+            event%divided = found(k)%divided
+            allocate (event%marked(problem%candidates%n), source=.false.)
+            if (found(k)%label == 'C-') event%note = merge('a contact region splits', 'contact lost           ', event%divided)
+            if (found(k)%label == 'C+') event%note = merge('two contact regions merge', 'contact gained           ', event%divided)
+            event%note = trim(event%note)
+            event%gap_scale = max(abs(ground_event_value(problem, from, event%ground)), &
+               & abs(ground_event_value(problem, to, event%ground)), tiny(1.0_wp))
+            call append(event)
+         end do
+      end subroutine add_ground_events
+
+      subroutine append(new)
+         type(event_t), intent(in) :: new
+         events = [events, new]
+      end subroutine append
+   end subroutine detect_events
+
+   !> Values asked for, and those that end the step, between two neighbouring points.
+   subroutine value_events(problem, step, before, after, from, to, events)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(test_values_t), intent(in) :: before, after
+      type(state_t), intent(in) :: from, to
+      type(event_t), allocatable, intent(out) :: events(:)
+      type(event_t) :: event
+      integer :: i
+      allocate (events(0))
+      do i = 1, size(step%locate)
+         event = event_t(kind=event_value_reached, label='UZ', monitor=step%locate(i)%monitor, &
+            & value=step%locate(i)%value)
+         event%note = 'value asked for'
+         if (crosses(event)) events = [events, event]
+      end do
+      do i = 1, size(step%stop)
+         event = event_t(kind=event_stop, label='EP', monitor=step%stop(i)%monitor, value=step%stop(i)%value)
+         event%note = 'end of the step'
+         if (.not. crosses(event)) cycle
+         if ((probe_value(after, event) > probe_value(before, event)) .eqv. step%stop(i)%rising) events = [events, event]
+      end do
+      do i = 1, size(events)
+         events(i)%pivots = after%negative_pivots
+         events(i)%before = event_value(problem, events(i), from, before)
+         events(i)%after = event_value(problem, events(i), to, after)
+      end do
+
+   contains
+
+      pure logical function crosses(candidate)
+         type(event_t), intent(in) :: candidate
+         real(wp) :: from_value, to_value
+         from_value = probe_value(before, candidate) - candidate%value
+         to_value = probe_value(after, candidate) - candidate%value
+         ! A point may lie on the value itself; the next increment then starts there and does not cross it.
+         crosses = from_value * to_value < 0.0_wp .or. (abs(from_value) > 0.0_wp .and. abs(to_value) <= 0.0_wp)
+      end function crosses
+   end subroutine value_events
+
+   !> Regions that appear, vanish, split or merge between two states.
+   subroutine detect_contact_events(problem, from, to, earlier, later, events)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: from, to
+      logical, intent(in) :: earlier(:), later(:)   !! (candidates) contact as far as the mesh resolves it
+      type(event_t), allocatable, intent(inout) :: events(:)
+      call compare(earlier, later, 'C-', 'contact lost', 'a contact region splits')
+      call compare(later, earlier, 'C+', 'contact gained', 'two contact regions merge')
+
+   contains
+
+      !> Regions of `there` that have no counterpart in `other`, or several.
+      subroutine compare(there, other, label, gone, divided)
+         logical, intent(in) :: there(:), other(:)
+         character(2), intent(in) :: label
+         character(*), intent(in) :: gone, divided
+         logical, allocatable :: done(:), region(:), near(:), counted(:)
+         type(event_t) :: event
+         integer :: c, parts, k
+         done = .not. there
+         do c = 1, size(there)
+            if (done(c)) cycle
+            region = region_of(problem, there, c)
+            done = done .or. region
+            near = widened(widened(region)) .and. other
+            counted = .not. near
+            parts = 0
+            do k = 1, size(near)
+               if (counted(k)) cycle
+               parts = parts + 1
+               counted = counted .or. region_of(problem, other, k)
+            end do
+            if (parts == 1) cycle
+            event = event_t(kind=event_contact, label=label)
+            event%note = gone
+            event%marked = region
+            if (parts > 1) then
+               event%note = divided
+               event%marked = region .and. .not. other
+               event%divided = .true.
+               ! Two regions next to one another that touch only by their ends.
+               if (.not. any(event%marked)) cycle
+            end if
+            event%reaction_scale = max(sum(from%reaction, mask=event%marked), sum(to%reaction, mask=event%marked), &
+               & tiny(1.0_wp))
+            event%gap_scale = max(abs(smallest_gap(problem, from, event%marked)), &
+               & abs(smallest_gap(problem, to, event%marked)), tiny(1.0_wp))
+            events = [events, event]
+         end do
+      end subroutine compare
+
+      !> A set of candidates and their neighbours.
+      function widened(set) result(wide)
+         logical, intent(in) :: set(:)
+         logical :: wide(size(set))
+         integer :: c, i, k
+         wide = set
+         do c = 1, size(set)
+            if (.not. set(c)) cycle
+            do i = 1, 2
+               k = problem%candidates%neighbour(i, c)
+               if (k > 0) wide(k) = .true.
+            end do
+         end do
+      end function widened
+   end subroutine detect_contact_events
+
+   !> The event's function at a state: its zero is the event.
+   real(wp) function event_value(problem, event, state, probe) result(value)
+      type(problem_t), intent(in) :: problem
+      type(event_t), intent(in) :: event
+      type(state_t), intent(in) :: state
+      type(test_values_t), intent(in) :: probe
+      select case (event%kind)
+      case (event_limit)
+         value = probe%load_rate
+      case (event_bifurcation)
+         ! Only its sign; event_location looks at the eigenvalue itself.
+         value = merge(-1.0_wp, 1.0_wp, event%number <= probe%negative_pivots)
+      case (event_release)
+         value = merge(-1.0_wp, 1.0_wp, event%number <= probe%free_pivots)
+      case (event_turning)
+         value = probe%monitor_rate(event%monitor)
+      case (event_contact)
+         if (event%ground%contact > 0) then
+            value = ground_event_value(problem, state, event%ground) / event%gap_scale
+         else if (event%divided) then
+            ! Whole as long as all of it touches.
+            value = minval(state%reaction, mask=event%marked) / event%reaction_scale
+            if (any(event%marked .and. .not. state%active)) value = -largest_gap(problem, state, event%marked) / event%gap_scale
+         else if (any(state%active .and. event%marked)) then
+            value = sum(state%reaction, mask=event%marked) / event%reaction_scale
+         else
+            value = -smallest_gap(problem, state, event%marked) / event%gap_scale
+         end if
+      case default
+         value = probe_value(probe, event) - event%value
+      end select
+   end function event_value
+
+   !> Of the open ones among some candidates.
+   real(wp) function largest_gap(problem, state, marked) result(largest)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      logical, intent(in) :: marked(:)
+      integer :: c
+      largest = 0.0_wp
+      do c = 1, size(marked)
+         if (.not. marked(c) .or. state%active(c)) cycle
+         largest = max(largest, candidate_opening(problem, state, c))
+      end do
+   end function largest_gap
+
+   !> Load factor or monitor that a value event watches.
+   pure real(wp) function probe_value(probe, event)
+      type(test_values_t), intent(in) :: probe
+      type(event_t), intent(in) :: event
+      if (event%monitor == 0) then
+         probe_value = probe%load_factor
+      else
+         probe_value = probe%monitor(event%monitor)
+      end if
+   end function probe_value
+end module path_events
