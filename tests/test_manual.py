@@ -101,9 +101,9 @@ def test_what_the_page_on_the_paper_names_is_there():
     rows = [row.split("|")[1:-1] for row in chapter.splitlines() if row.startswith("| ") and "routine" not in row]
     assert len(rows) > 15
     decks = [deck for row in rows for deck in re.findall(r"`([a-z0-9-]+\.inp)`", row[1])]
-    routines = [routine for row in rows for routine in re.findall(r"`([a-z]+/[a-z0-9_]+)`", row[3])]
+    routines = [routine for row in rows for routine in re.findall(r"`((?:[a-z_]+/)+[a-z0-9_]+)`", row[3])]
     assert decks and all((INPUT / deck).exists() for deck in decks)
-    assert all(re.search(r"`[a-z]+/", row[3]) for row in rows)
+    assert all(re.search(r"`[a-z_]+/", row[3]) for row in rows)
     assert all((INPUT.parent / "src" / f"{routine}.f90").exists() for routine in routines), routines
 
 
@@ -213,3 +213,12 @@ def test_folders_of_the_page_for_developers_are_those_of_the_source():
     for folders, _, modules in rows:
         there = {path.stem for folder in re.findall(r"`(\w+)`", folders) for path in (source / folder).rglob("*.f90")}
         assert set(re.findall(r"`(\w+)`", modules)) <= there, folders
+
+
+def test_modules_beside_the_diagrams_of_the_theory_are_there():
+    """Their names stand in the right column."""
+    there = {path.stem for path in (INPUT.parent / "src").rglob("*.f90")}
+    diagrams = page("theory").split("\nIn general:\n")[1].split("\n### ")[0]
+    column = [line[70:] for line in diagrams.splitlines() if line.startswith("    ")]
+    named = [name for text in column for name in re.findall(r"\b[a-z]+(?:_[a-z]+)+\b", text)]
+    assert len(named) > 20 and not [name for name in named if name not in there]
