@@ -94,8 +94,8 @@ def test_what_is_said_to_come_out_by_hand(number, text, value):
 
 def test_a_value_that_is_another_one_is_told_with_that_of_the_page(done):
     folder, _ = done(1)
-    other = guide.Lesson("1. A ruler", LESSONS[0].text.replace("| `last drop` | 150.44211 |", "| `last drop` | 150.5 |"))
-    assert guide.compared(other, str(folder))[1].endswith(", on the page 150.5")
+    other = guide.Lesson("1. A ruler", LESSONS[0].text.replace("| `last drop` | 150.44211 |", "| `last drop` | 150.50000 |"))
+    assert guide.compared(other, str(folder))[1].endswith(", on the page 150.50000")
 
 
 @pytest.mark.parametrize("number, label", [(lesson, label) for lesson, page in enumerate(LESSONS, start=1)
