@@ -4,13 +4,15 @@
     run.results                       # postproc's Results
     assert_close(run.load("LP"), 81.557427564661, relative=1e-4)
 
-UNILAT names the program, UNILAT_SOURCE the project's folder.
+UNILAT names the program, UNILAT_SOURCE the project's folder. With UNILAT_COLLECT, a folder, every deck that is run is also stored there:
+tests/digest runs them with two programs and compares what they give.
 """
 
 from __future__ import annotations
 
 import csv
 import functools
+import hashlib
 import os
 import pathlib
 import re
@@ -153,6 +155,8 @@ def run_deck(text: str, *options: str, code: int | None = 0, name: str | None = 
 
     `name`: file the deck is written to; None: it goes to standard input.
     """
+    if os.environ.get("UNILAT_COLLECT"):
+        collect(text, options, pathlib.Path(os.environ["UNILAT_COLLECT"]))
     folder = tempfile.TemporaryDirectory(prefix="unilat-")
     command = [os.environ["UNILAT"], *options]
     if name is not None:
@@ -163,6 +167,23 @@ def run_deck(text: str, *options: str, code: int | None = 0, name: str | None = 
     assert code in (None, done.returncode), (f"exit code {done.returncode} instead of {code}:\n"
                                      f"{done.stdout[-1500:]}{done.stderr}")
     return Run(done.returncode, done.stdout, done.stderr, folder)
+
+
+def collect(text: str, options: tuple[str, ...], folder: pathlib.Path) -> pathlib.Path:
+    """Stores a deck as TEST-HASH.inp unless it is there; its options, if any, as TEST-HASH.options, one a line. Returns the deck's file.
+
+    The hash is that of deck and options, so that what several tests run is stored once, with the name of the first.
+    """
+    number = hashlib.sha256("\0".join((text, *options)).encode()).hexdigest()[:10]
+    folder.mkdir(parents=True, exist_ok=True)
+    for stored in folder.glob(f"*-{number}.inp"):
+        return stored
+    test = re.match(r"(?:.*/)?(\w+)[.]py::(\w+)", os.environ.get("PYTEST_CURRENT_TEST", ""))
+    deck = folder / f"{'-'.join(test.groups()) if test else 'deck'}-{number}.inp"
+    if options:
+        deck.with_suffix(".options").write_text("".join(f"{option}\n" for option in options), encoding="utf-8")
+    deck.write_text(text, encoding="utf-8")
+    return deck
 
 
 def reference(name: str) -> dict[str, np.ndarray]:

@@ -15,7 +15,8 @@ module mesh_request
    use error_bar, only: error_bar_t, error_bars_t, largest_unseen, allowed_part, lacks_bound
    implicit none
    private
-   public :: refinement_t, request_mesh, spare_mesh, motion_sizes, stays_within, value_sizes, rounding_of, excess
+   public :: refinement_t, request_mesh, spare_mesh, motion_sizes, stays_within, value_sizes, rounding_of, excess, &
+      & most_meshes
 
    !> What the meshes of a point have been worth.
    type :: refinement_t
@@ -28,6 +29,8 @@ module mesh_request
       logical :: in_vain = .false.               !! finer ones are no better: it is not their number
    end type refinement_t
 
+   !> Meshes that are tried for the sake of one point: each has at most four times the elements of the one before it, or twice.
+   integer, parameter :: most_meshes = 8
    real(wp), parameter :: part_of_asked = 0.5_wp !! of what is asked that a new mesh is to need: its bar is a forecast
    real(wp), parameter :: part_of_iteration = 0.1_wp !! of what is asked
    !> Shares may differ by this factor where a bar holds, and be the same.

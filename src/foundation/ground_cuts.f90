@@ -2,7 +2,7 @@
 !> with nodes there gets.
 module ground_cuts
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, same_place
    use rod_state, only: state_t
    use ground_mark, only: cut_t, mark_t
    use ground_segments, only: has_kinks, element_cuts, crosses_at, segment_at
@@ -19,7 +19,6 @@ module ground_cuts
    !> Such a span comes and goes by the root of the load, or goes on beyond the breakpoint, where no mark can follow; what elements
    !> that find out for themselves miss of its forces is the third power of this.
    real(wp), parameter :: shortest_of_layer = 0.1_wp
-   real(wp), parameter :: here = 1.0e-12_wp    !! of the size: one and the same place
 
 contains
 
@@ -164,7 +163,7 @@ contains
          associate (at => division(cut(i)%stretch)%at, first => problem%element_first(cut(i)%stretch))
             j = minloc(abs(at - cut(i)%at), 1)
             if (j == 1 .or. j == size(at)) cycle
-            if (abs(at(j) - cut(i)%at) > here * problem%size) cycle
+            if (.not. same_place(problem%size, at(j), cut(i)%at)) cycle
             mark%node = problem%model%mesh%node(1, first + j - 1)
             mark%level = cut(i)%level
             mark%segment = cut(i)%segment

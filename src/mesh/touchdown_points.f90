@@ -6,7 +6,7 @@
 !> the path; between Newton's iterations the points go to where the iterate has them.
 module touchdown_points
    use kinds, only: wp
-   use problem, only: problem_t, copy_problem
+   use problem, only: problem_t, same_place, copy_problem
    use rod_state, only: state_t
    use section_forces, only: end_forces
    use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, excess_rate, rod_angle
@@ -20,7 +20,6 @@ module touchdown_points
    public :: misfit, with_held, opening_misfit, move_touchdown_points, touchdown_travel, touchdown_steps, touchdown_slopes, &
       & shift_touchdown_points, point_force, carry_forces, excess_ahead
 
-   real(wp), parameter :: here = 1.0e-12_wp !! of the size: one and the same place
    real(wp), parameter :: most = 0.5_wp     !! of a span, that its ends may come nearer at once: its nodes keep their order
 
 contains
@@ -196,7 +195,7 @@ contains
          do old = 1, from%candidates%n
             if (from%candidates%touch(old) == 0 .or. from%candidates%contact(old) /= to%candidates%contact(c)) cycle
             if (from%touch(from%candidates%touch(old))%stretch /= to%touch(to%candidates%touch(c))%stretch) cycle
-            if (abs(touch_place(from, state, old) - touch_place(to, new, c)) > here * from%size) cycle
+            if (.not. same_place(from%size, touch_place(from, state, old), touch_place(to, new, c))) cycle
             if (to%candidates%follows(c)) then
                new%reaction(c) = state%reaction(old)
             else if (at_breakpoint(from, old)) then

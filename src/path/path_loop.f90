@@ -1,5 +1,6 @@
 !> The run: step by step; within a step its own path, then the branches that leave it.
 module path_loop
+   use mesh_request, only: most_meshes
    use kinds, only: wp
    use text, only: to_text
    use errors, only: error_t
@@ -36,7 +37,6 @@ module path_loop
    private
    public :: follow_path, outcome_t
 
-   integer, parameter :: most_meshes = 8         !! of a buckling step
 
 contains
 

@@ -24,7 +24,7 @@ module problem
    use ground_coupling, only: coupling_t, new_coupling
    implicit none
    private
-   public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, dof, copy_problem
+   public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, touching_gap, same_place, dof, copy_problem
    public :: mesh_sampled, mesh_of_marks, mesh_of_spans
 
    ! What the nodes of a mesh go with.
@@ -325,4 +325,17 @@ contains
       type(problem_t), intent(in) :: problem
       rounding_gap = 8.0_wp * epsilon(rounding_gap) * problem%size
    end function rounding_gap
+
+   !> Largest gap at the stress-free start that counts as contact: coordinates of a deck have ten digits, formulas more.
+   pure real(wp) function touching_gap(problem)
+      type(problem_t), intent(in) :: problem
+      touching_gap = 1.0e-10_wp * problem%size
+   end function touching_gap
+
+   !> True for two coordinates along a rod that differ by no more than rounding, 1e-12 of the structure's size.
+   elemental logical function same_place(size, one, other)
+      real(wp), intent(in) :: size             !! of the structure
+      real(wp), intent(in) :: one, other       !! [length]
+      same_place = abs(one - other) <= 1.0e-12_wp * size
+   end function same_place
 end module problem

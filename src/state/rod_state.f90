@@ -1,7 +1,7 @@
 !> Everything that changes along the path. Copying a state saves it; assigning the copy restores it.
 module rod_state
    use kinds, only: wp
-   use problem, only: problem_t, rounding_gap
+   use problem, only: problem_t, rounding_gap, touching_gap
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t
    use obstacle_geometry, only: moved_gap
@@ -56,7 +56,7 @@ contains
       state%geometry = new_geometry(problem%model, problem%tableau)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, gap, normal, bend)
-         state%active(c) = (problem%candidates%bilateral(c) .or. gap <= 1.0e-10_wp * problem%size) .and. &
+         state%active(c) = (problem%candidates%bilateral(c) .or. gap <= touching_gap(problem)) .and. &
             & may_react(problem, c, normal)
          if (.not. state%active(c) .or. .not. problem%model%obstacle(problem%candidates%obstacle(c))%rigid) cycle
          associate (first => held(:, problem%candidates%node(c)))
@@ -70,7 +70,7 @@ contains
       state%active = state%active .or. problem%candidates%touch(:problem%candidates%n) > 0
       do c = 1, problem%ground%chain%n
          call chain_gap(problem, state, problem%ground%chain, c, gap, normal, bend)
-         if (.not. (problem%ground%chain%bilateral(c) .or. gap <= 1.0e-10_wp * problem%size)) cycle
+         if (.not. (problem%ground%chain%bilateral(c) .or. gap <= touching_gap(problem))) cycle
          do side = 1, 2
             e = problem%ground%chain%element(side, c)
             if (e > 0) state%grounded(e) = .true.

@@ -12,7 +12,7 @@ module neutral_spans
    use problem, only: problem_t
    implicit none
    private
-   public :: free_clamps
+   public :: free_clamps, parallel
 
    real(wp), parameter :: parallel = 1.0e-12_wp !! sine of an angle that is none
 

@@ -12,6 +12,7 @@
 module rolling_rods
    use kinds, only: wp, pi
    use obstacle_types, only: obstacle_line
+   use neutral_spans, only: parallel
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use system_type, only: system_t
@@ -22,7 +23,6 @@ module rolling_rods
    private
    public :: find_rolling, hold_rolling, set_rolling, without_rolling, nearly_flat
 
-   real(wp), parameter :: parallel = 1.0e-12_wp !! sine of an angle that is none
    real(wp), parameter :: smooth = 1.0e-6_wp    !! kink that is none, as where rods go on
 
 contains

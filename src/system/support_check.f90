@@ -4,7 +4,7 @@
 module support_check
    use kinds, only: wp
    use text, only: to_text
-   use problem, only: problem_t
+   use problem, only: problem_t, touching_gap
    use tied_nodes, only: turned_arm
    use small_dense, only: dependent_row
    use rod_state, only: state_t, node_position, chain_gap, candidate_gap
@@ -50,7 +50,7 @@ contains
       ! A foundation resists where it touches; no sign counts, as for the candidates.
       do c = 1, problem%ground%chain%n
          call chain_gap(problem, state, problem%ground%chain, c, gap, normal, bend)
-         if (problem%ground%chain%bilateral(c) .or. gap <= 1.0e-10_wp * problem%size) &
+         if (problem%ground%chain%bilateral(c) .or. gap <= touching_gap(problem)) &
             & call add([problem%ground%chain%node(c)], [normal, 0.0_wp])
       end do
       do c = 1, size(problem%model%joint_spring)

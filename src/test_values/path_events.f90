@@ -3,7 +3,7 @@
 module path_events
    use kinds, only: wp
    use model, only: step_t
-   use problem, only: problem_t
+   use problem, only: problem_t, touching_gap
    use rod_state, only: state_t, candidate_opening
    use linear_system, only: system_t
    use monitors, only: monitor_values, monitor_rate
@@ -20,7 +20,6 @@ module path_events
    integer, parameter :: event_limit = 1, event_bifurcation = 2, event_contact = 3, event_value_reached = 4, event_stop = 5, &
       & event_turning = 6, event_release = 7
 
-   real(wp), parameter :: touching = 1.0e-10_wp !! gap at a start, of the size, as new_state has it
    real(wp), parameter :: at_rest = 1.0e-6_wp !! of a contact event's function after the increment
 
    !> What is compared from point to point.
@@ -143,7 +142,7 @@ contains
       allocate (kept(0))
       do i = 1, size(events)
          if (events(i)%kind == event_contact .and. (abs(events(i)%before) <= at_rest * abs(events(i)%after) .or. &
-            & abs(events(i)%before) * events(i)%gap_scale <= touching * problem%size)) cycle
+            & abs(events(i)%before) * events(i)%gap_scale <= touching_gap(problem))) cycle
          kept = [kept, events(i)]
       end do
       call move_alloc(kept, events)

@@ -2,16 +2,14 @@
 !> contact is has its nodes there.
 module initial_contacts
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, touching_gap
    use contact_spans, only: contact_span_t
    use obstacle_geometry, only: obstacle_gap
    use reference_curve, only: curve_point
    use golden_section, only: golden_section_t, sections_to_rounding
    implicit none
    private
-   public :: find_first_touches, touching
-
-   real(wp), parameter :: touching = 1.0e-10_wp !! gap over the size: rounding of coordinates
+   public :: find_first_touches
 
 contains
 
@@ -28,7 +26,7 @@ contains
          do stretch = 1, size(problem%layout%stretch)
             if (.not. (problem%covered(stretch, contact) .and. problem%layout%stretch(stretch)%free)) cycle
             call sample_gap(problem, contact, stretch, at, gap)
-            touches = [.false., gap <= touching * problem%size, .false.]
+            touches = [.false., gap <= touching_gap(problem), .false.]
             do i = 1, size(at)
                if (.not. touches(i + 1) .or. touches(i) .or. touches(i + 2)) cycle
                touch = [touch, contact_span_t(contact=contact, stretch=stretch, at=[at(i), at(i)])]

@@ -1,13 +1,13 @@
 !> The start of a path with contact spans: nodes find out what touches.
 module span_start
    use kinds, only: wp
-   use problem, only: problem_t, copy_problem, new_problem
+   use problem, only: problem_t, touching_gap, copy_problem, new_problem
    use bordered_system, only: linearise
    use rod_state, only: state_t, candidate_gap, may_react
    use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
    use node_contacts, only: along
-   use initial_contacts, only: find_first_touches, touching
+   use initial_contacts, only: find_first_touches
    use next_spans, only: next_t
    use entering_contact_set, only: bound_for
    use nodes_to_spans, only: find_spans_ahead
@@ -70,7 +70,7 @@ contains
       real(wp), intent(out) :: normal(2)             !! of the obstacle there
       real(wp) :: gap, bend
       call first_gap(problem, k, i, gap, normal, bend)
-      touches = gap <= touching * problem%size
+      touches = gap <= touching_gap(problem)
    end function touches_at_first
 
    !> The gap of a node of a contact at the start.
@@ -91,7 +91,7 @@ contains
       type(next_t), intent(in) :: next
       integer :: k
       associate (problem => next%problem)
-         gains = any([(carries(problem%touch(k)) .and. nearest_gap(problem, problem%touch(k)) > touching * problem%size, &
+         gains = any([(carries(problem%touch(k)) .and. nearest_gap(problem, problem%touch(k)) > touching_gap(problem), &
             & k=1, size(problem%touch))])
       end associate
 
@@ -149,7 +149,8 @@ contains
          type(contact_span_t), intent(in) :: place
          associate (whole => problem%layout%stretch(place%stretch))
             e = whole%element(stretch_element(whole, place%at(1)))
-            beside = place%contact == touch%contact .and. minval(abs(whole%at - place%at(1))) > sqrt(touching) * problem%size
+            beside = place%contact == touch%contact .and. &
+               & minval(abs(whole%at - place%at(1))) > sqrt(touching_gap(problem) * problem%size)
          end associate
          beside = beside .and. any(problem%deck%mesh%node(:, e) == problem%deck%contact(touch%contact)%node(here))
       end function beside

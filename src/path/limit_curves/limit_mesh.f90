@@ -15,13 +15,12 @@ module limit_mesh
    use error_report, only: bars_on_curve
    use error_bar, only: error_bars_t
    use mesh_density, only: mesh_density_t
-   use mesh_request, only: refinement_t, request_mesh
+   use mesh_request, only: refinement_t, request_mesh, most_meshes
    use timing, only: count_up, counter_remeshed
    implicit none
    private
    public :: bars_here, refine_limit_point
 
-   integer, parameter :: most_meshes = 8         !! for the sake of one limit point
 
 contains
 

@@ -11,13 +11,12 @@ module remeshing
    use located_events, only: located_event_t
    use path_outcome, only: outcome_t
    use error_bar, only: error_bars_t
-   use mesh_request, only: request_mesh, spare_mesh, motion_sizes, value_sizes
+   use mesh_request, only: most_meshes, request_mesh, spare_mesh, motion_sizes, value_sizes
    implicit none
    private
    public :: wants_another, ask_at_event, ask_for_mesh, ask_for_less, sizes_there
 
    real(wp), parameter :: most_sharp = 1.0e-5_wp !! part of a step's tolerance: beyond, all residuals are rounding
-   integer, parameter :: most_meshes = 8         !! for the sake of one increment's errors
 
 contains
 
