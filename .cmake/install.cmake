@@ -19,16 +19,43 @@ foreach(command IN ITEMS plot sweep)
 endforeach()
 install(PROGRAMS "${made}/unilat-plot" "${made}/unilat-sweep" DESTINATION "${CMAKE_INSTALL_BINDIR}")
 
-foreach(page IN ITEMS unilat unilat-plot unilat-sweep)
+# The man page says where manual and decks are, which only an installation knows: cmake --install may name another prefix, and a
+# package is made in a folder that it will not be in.
+set(manual_place "@MANUAL_PLACE@")
+configure_file("${parts}/unilat.1.in" "${made}/unilat.1.in" @ONLY)
+install(CODE "
+  set(doc \"${CMAKE_INSTALL_DOCDIR}\")
+  if(NOT IS_ABSOLUTE \"\${doc}\")
+    set(doc \"\${CMAKE_INSTALL_PREFIX}/\${doc}\")
+  endif()
+  string(REGEX REPLACE \"^.*/_CPack_Packages/[^/]+/[^/]+/[^/]+\" \"\" MANUAL_PLACE \"\${doc}\")
+  configure_file(\"${made}/unilat.1.in\" \"${made}/unilat.1\" @ONLY)
+")
+foreach(page IN ITEMS unilat-plot unilat-sweep)
   configure_file("${parts}/${page}.1.in" "${made}/${page}.1" @ONLY)
+endforeach()
+foreach(page IN ITEMS unilat unilat-plot unilat-sweep)
   install(FILES "${made}/${page}.1" DESTINATION "${CMAKE_INSTALL_MANDIR}/man1")
   install(FILES "${parts}/unilat.bash" DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions" RENAME "${page}")
 endforeach()
 
-install(FILES input/README.md input/theory.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+install(FILES input/README.md DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(DIRECTORY input/pictures DESTINATION "${CMAKE_INSTALL_DOCDIR}")
+# Decks lie in examples there, not beside the manual.
+install(CODE "
+  file(GLOB pages \"${PROJECT_SOURCE_DIR}/input/manual/*.md\")
+  foreach(page IN LISTS pages)
+    file(READ \"\${page}\" text)
+    string(REGEX REPLACE \"[(]([.][.]/)([A-Za-z0-9/-]+[.]inp)[)]\" \"(\\\\1examples/\\\\2)\" text \"\${text}\")
+    get_filename_component(name \"\${page}\" NAME)
+    file(WRITE \"${made}/manual/\${name}\" \"\${text}\")
+  endforeach()
+")
+install(DIRECTORY "${made}/manual" DESTINATION "${CMAKE_INSTALL_DOCDIR}")
 install(DIRECTORY input/ DESTINATION "${CMAKE_INSTALL_DOCDIR}/examples"
-  FILES_MATCHING PATTERN "*.inp" PATTERN "*.toml" PATTERN "pictures" EXCLUDE PATTERN "paper" EXCLUDE)
+  FILES_MATCHING PATTERN "*.inp" PATTERN "*.toml" PATTERN "*.csv" PATTERN "pictures" EXCLUDE PATTERN "paper" EXCLUDE
+  PATTERN "manual" EXCLUDE PATTERN "templates" EXCLUDE)
+install(DIRECTORY .editors/ DESTINATION "${CMAKE_INSTALL_DATADIR}/unilat/editors")
 
 set(CPACK_PACKAGE_NAME unilat)
 set(CPACK_PACKAGE_CONTACT "the developers of unilat")

@@ -8,7 +8,7 @@ export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 MPLBACKEND=Agg
 setup_failed=4  # exit code when the program could not be set up; those of unilat are 0 to 3
 
 say() { echo "$me: $*" >&2; }
-die() { say "$1"; exit $setup_failed; }
+die() { say "$1"; exit "${2:-$setup_failed}"; }  # message, exit code
 
 # Is a Debian package there, or what it brings? Libraries are searched for where the compiler looks.
 has() {
@@ -31,13 +31,26 @@ missing() {
 }
 
 # Sets `python` to the first python3 that imports the given modules (comma separated); the first on PATH need not be Debian's own.
+# The one that was found is remembered for these modules, and then only has to be there with them, which takes no import.
 find_python() {
-   local candidate
+   local candidate found=$build_root/python-$1
+   local there='import sys, importlib.util as util; sys.exit(any(util.find_spec(name) is None for name in sys.argv[1].split(",")))'
+   if [[ -z ${UNILAT_PYTHON-} && -f $found ]] && python=$(< "$found") && [[ -x $python ]] && "$python" -c "$there" "$1"; then return 0; fi
    for candidate in ${UNILAT_PYTHON:+"$UNILAT_PYTHON"} python3 /usr/bin/python3 "$build_root/venv/bin/python"; do
-      if python=$(command -v "$candidate") && "$python" -c "import $1" 2> /dev/null; then return 0; fi
+      if python=$(command -v "$candidate") && "$python" -c "import $1" 2> /dev/null; then
+         [[ -n ${UNILAT_PYTHON-} ]] || echo "$python" > "$found"
+         return 0
+      fi
    done
    python=
    return 1
+}
+
+# Prints the Debian packages of the given Python modules that Debian's python3 does not have, and python3 where there is none.
+missing_modules() {
+   local module
+   [[ -x /usr/bin/python3 ]] || { echo python3 "${@/#/python3-}"; return; }
+   for module in "$@"; do /usr/bin/python3 -c "import $module" 2> /dev/null || echo "python3-$module"; done
 }
 
 # Sets `as_root` to what must stand before apt-get; fails when packages cannot be installed from here.
@@ -57,7 +70,7 @@ prepare() {
    imports=$(IFS=,; echo "${modules[*]}")
    mkdir -p "$build_root"
    mapfile -t need < <(missing "${packages[@]}")
-   find_python "$imports" || python_need=(python3 "${modules[@]/#/python3-}")
+   find_python "$imports" || mapfile -t python_need < <(missing_modules "${modules[@]}")
    [[ ${#need[@]} == 0 && ${#python_need[@]} == 0 ]] && return 0
 
    if may_install; then
@@ -95,18 +108,72 @@ make_venv() {
       { say "that failed:"; tail -n 1 "$build_root/venv.log" >&2; return 1; }
 }
 
-# Configures and builds $build_root/NAME with a preset; silent when all is well.
+# Seconds in words.
+duration() {
+   local seconds=$1
+   if ((seconds < 90)); then echo "$seconds s"; else echo "$(((seconds + 30) / 60)) min"; fi
+}
+
+# Reads what Ninja or ctest prints and says on standard error how far it is and about how long it still takes: in one line that is
+# written over on a terminal, else in a line every 15 seconds.
+# usage: ... | show_progress WHAT
+show_progress() {
+   local what=$1 line done=0 all=0 built=0 first=-1 last=$SECONDS units left words
+   while IFS= read -r line; do
+      if [[ $line =~ ^\[([0-9]+)/([0-9]+)\]\ ([A-Za-z]+) ]]; then
+         done=${BASH_REMATCH[1]} all=${BASH_REMATCH[2]}
+         # Half of the steps scan sources for modules, in no time, and come first.
+         units=$(((all + 1) / 2))
+         [[ ${BASH_REMATCH[3]} != Building ]] || built=$((built + 1))
+      elif [[ $line =~ ^\ *([0-9]+)/([0-9]+)\ Test\ +# ]]; then
+         done=${BASH_REMATCH[1]} all=${BASH_REMATCH[2]} units=$all built=$done
+      else
+         continue
+      fi
+      ((first >= 0 || built == 0)) || first=$SECONDS
+      left=
+      ((built < 5 || built > units)) || left=", about $(duration $(((SECONDS - first) * (units - built) / built))) left"
+      words="$me: $what [$done/$all]$left"
+      if [[ -t 2 ]]; then
+         printf '\r%s\e[K' "$words" >&2
+      elif ((SECONDS - last >= 15)); then
+         last=$SECONDS
+         echo "$words" >&2
+      fi
+   done
+   [[ ! -t 2 || $all == 0 ]] || printf '\r\e[K' >&2
+}
+
+# Is a build newer than all that it is made of, and made in the same way?
+# usage: up_to_date FOLDER WORDS SOURCE ...
+up_to_date() {
+   local folder=$1 words=$2
+   shift 2
+   [[ -x $folder/unilat && -f $folder/.built && $(< "$folder/.built") == "$words" ]] || return 1
+   [[ -z $(find "$@" -newer "$folder/.built" ! -name '*.pyc' ! -name __pycache__ -print -quit) ]]
+}
+
+# Configures and builds $build_root/NAME with a preset, where a source is newer; says how far it is, and else is silent when all is well.
 # usage: build NAME preset [cmake option ...]
 build() {
    local folder=$build_root/$1 preset=$2 log=$build_root/$1.log
    shift 2
+   local words="$root $preset $python $*"
+   local sources=("$root/CMakeLists.txt" "$root/.cmake" "$root/src" "$root/input/templates")
+   [[ $* == *BUILD_TESTING=OFF* ]] || sources+=("$root/tests")
+   ! up_to_date "$folder" "$words" "${sources[@]}" || return 0
    # A repository that was copied or moved together with its builds starts afresh.
    if [[ -f $folder/CMakeCache.txt ]] && ! grep -qxF "CMAKE_HOME_DIRECTORY:INTERNAL=$root" "$folder/CMakeCache.txt"; then
       rm -rf "$folder"
    fi
+   mkdir -p "$folder"
+   [[ -x $folder/unilat ]] || say "building in $folder, once: about two minutes of processor time"
+   rm -f "$folder/.built"
+   echo "$words" > "$folder/.building"  # what is changed from here on is newer
    if ! { cmake -C "$root/.cmake/$preset.cmake" -S "$root" -B "$folder" -DUNILAT_PYTHON="$python" "$@" &&
-      cmake --build "$folder" --parallel "$((cores + 1))"; } > "$log" 2>&1; then
+      cmake --build "$folder" --parallel "$((cores + 1))"; } 2>&1 | tee "$log" | show_progress building; then
       grep -vE '^\[[0-9]+/[0-9]+\] (Building|Generating|Linking)|^-- ' "$log" | tail -n 60 >&2
       die "the build failed (all its messages are in $log)"
    fi
+   mv "$folder/.building" "$folder/.built"
 }

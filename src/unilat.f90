@@ -14,6 +14,8 @@ program unilat
    use deck_to_model, only: read_deck
    use diagnostics, only: diagnostics_t, diagnostics_report, place_t
    use card_manual, only: write_card_manual
+   use deck_templates, only: template_names, is_template, write_template
+   use terminal, only: has_colours, painted, standard_error, red
    use deck_summary, only: write_deck_summary
    use load_sums, only: step_load_sums
    use start_support, only: why_deck_unheld
@@ -49,6 +51,8 @@ program unilat
       if (options%cards) call write_card_manual(output_unit)
       call end_program(exit_complete)
    end if
+
+   if (options%template /= '') call write_new_deck()
 
    ! ---- the deck ----
    call timing_start(phase_reading)
@@ -192,6 +196,23 @@ contains
       name = name//'.h5'
    end function name_of_results
 
+   !> `unilat init`: a new file with the deck of a template, never in the place of one that is there.
+   subroutine write_new_deck()
+      character(:), allocatable :: file
+      character(200) :: why
+      integer :: unit, status
+      if (.not. is_template(options%template)) call stop_with(exit_deck_error, 'there is no template '''//options%template// &
+         & ''': init takes '//template_names)
+      file = options%template//'.inp'
+      if (options%output /= '') file = options%output
+      open (newunit=unit, file=file, status='new', action='write', iostat=status, iomsg=why)
+      if (status /= 0) call stop_with(exit_deck_error, file//' cannot be written: '//trim(why))
+      call write_template(unit, options%template)
+      close (unit)
+      write (output_unit, '(a)') 'written: '//file//' (unilat '//file//' runs it)'
+      call end_program(exit_complete)
+   end subroutine write_new_deck
+
    !> Versions of everything that decides about the numbers.
    subroutine write_version()
       write (output_unit, '(a)') 'unilat '//program_version
@@ -203,7 +224,7 @@ contains
    !> Ends when the deck has errors, and tells them.
    subroutine end_with_errors()
       if (diagnostics%n == 0) return
-      write (error_unit, '(a)', advance='no') diagnostics_report(diagnostics, source)
+      write (error_unit, '(a)', advance='no') diagnostics_report(diagnostics, source, has_colours(standard_error))
       call end_program(exit_deck_error)
    end subroutine end_with_errors
 
@@ -219,7 +240,7 @@ contains
    subroutine stop_with(code, message)
       integer, intent(in) :: code
       character(*), intent(in) :: message
-      write (error_unit, '(a)') 'unilat: '//message
+      write (error_unit, '(a)') painted('unilat:', red, has_colours(standard_error))//' '//message
       call end_program(code)
    end subroutine stop_with
 

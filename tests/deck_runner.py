@@ -68,8 +68,10 @@ class Run:
 
 
 def example(name: str) -> str:
-    """Text of a deck of input/."""
-    return (pathlib.Path(os.environ["UNILAT_SOURCE"]) / "input" / f"{name}.inp").read_text(encoding="utf-8")
+    """Text of a deck of input/, in one piece."""
+    folder = pathlib.Path(os.environ["UNILAT_SOURCE"]) / "input"
+    return re.sub(r"^\*INCLUDE, FILE=(.*)\n", lambda card: (folder / card[1]).read_text(encoding="utf-8"),
+                  (folder / f"{name}.inp").read_text(encoding="utf-8"), flags=re.MULTILINE)
 
 
 # Example decks leave numbers of elements to the program. Tests of elements, orders and pictures start from given meshes: the

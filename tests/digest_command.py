@@ -44,8 +44,8 @@ def run(program: str, deck: pathlib.Path, kernel: str = KERNELS[0]) -> dict:
     options = beside.read_text(encoding="utf-8").splitlines() if beside.exists() else []
     with tempfile.TemporaryDirectory(prefix="unilat-") as folder:
         try:
-            code = subprocess.run([program, *options], input=deck.read_bytes(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-                                  cwd=folder, env=environment(kernel), timeout=TIMEOUT, check=False).returncode
+            code = subprocess.run([program, *options, str(deck.resolve())], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                  cwd=folder, env=environment(kernel), timeout=TIMEOUT, check=False).returncode     # what it includes is beside it
         except subprocess.TimeoutExpired:
             return deck_digest.digest(f"none in {TIMEOUT} s", None)
         files = sorted(pathlib.Path(folder).glob("**/*.h5"))

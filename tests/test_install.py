@@ -53,10 +53,17 @@ def tried(prefix: pathlib.Path, folder: pathlib.Path):
     assert "tip" in run("unilat-plot", "csv", "rod.h5", "-o", "-")
     assert "2 of 2 runs complete" in run("unilat-sweep", "run", "rods.toml", "-j", "1")
     document = prefix / "share/doc/unilat"
-    for page in ("README.md", "theory.md"):
-        text = (document / page).read_text(encoding="utf-8")
-        assert all((document / name).exists() for name in re.findall(r"\]\(([^)#:]+)[)#]", text))
-    for deck in ("ring", "liner", "sweeps/column-random"):
+    pages = [document / "README.md", *document.glob("manual/*.md")]
+    assert len(pages) > 6
+    for page in pages:
+        assert all((page.parent / name).exists() for name in re.findall(r"\]\(([^)#:]+)[)#]", page.read_text(encoding="utf-8")))
+    examples = document / "examples"
+    for file in (ROOT / "input" / "maps").glob("*.toml"):
+        exact = re.search(r'^exact = "(.*[.]csv)"', file.read_text(), re.MULTILINE)
+        assert (examples / "maps" / file.name).exists() and (exact is None or (examples / "maps" / exact[1]).stat().st_size > 0), file
+    assert not (examples / "manual").exists() and not (examples / "pictures").exists()
+    assert (prefix / "share/unilat/editors/vim/syntax/unilat.vim").exists()
+    for deck in ("ring", "liner", "heated-ring", "sweeps/column-random"):
         run("unilat", "--check", str(document / "examples" / f"{deck}.inp"))
     for command in ("unilat", "unilat-plot", "unilat-sweep"):
         assert (prefix / f"share/man/man1/{command}.1").exists()
@@ -64,10 +71,36 @@ def tried(prefix: pathlib.Path, folder: pathlib.Path):
     return run
 
 
+def place_in_man_page(prefix: pathlib.Path) -> list[str]:
+    """Where the man page says that manual and decks are."""
+    return re.findall(r"^\.I (/.*)/(?:README.md|examples)$", (prefix / "share/man/man1/unilat.1").read_text(), re.MULTILINE)
+
+
 def test_install(tmp_path):
     prefix = tmp_path / "prefix"
     subprocess.run(["cmake", "--install", str(BUILD), "--prefix", str(prefix)], check=True, stdout=subprocess.DEVNULL)
     tried(prefix, tmp_path)
+    assert place_in_man_page(prefix) == [f"{prefix}/share/doc/unilat"] * 2
+
+
+def test_launcher_takes_a_python_with_h5py(tmp_path):
+    """That beside the program first, as the package wants Debian's own; one without h5py never, however early it is on PATH."""
+    prefix = tmp_path / "prefix"
+    subprocess.run(["cmake", "--install", str(BUILD), "--prefix", str(prefix)], check=True, stdout=subprocess.DEVNULL)
+    bare, good = tmp_path / "bare", tmp_path / "good"
+    for folder, script in ((bare, "exit 1"), (good, f'[ "$1" = -c ] && exit 0; echo "$0 runs $2"')):
+        folder.mkdir()
+        (folder / "python3").write_text(f"#!/bin/sh\n{script}\n")
+        (folder / "python3").chmod(0o755)
+
+    def taken(**more):
+        environment = {"PATH": f"{bare}:{good}:/usr/bin:/bin", "HOME": str(tmp_path), **more}
+        return subprocess.run([str(prefix / "bin/unilat-plot"), "path"], env=environment, capture_output=True, text=True, timeout=60, check=False).stdout
+
+    assert taken(PATH=f"{good}:/usr/bin:/bin") == f"{good}/python3 runs unilat\n"
+    assert taken(PATH=f"{bare}:/usr/bin:/bin", UNILAT_PYTHON=str(good / "python3")) == f"{good}/python3 runs unilat\n"
+    shutil.copy(good / "python3", prefix / "bin/python3")
+    assert taken() == f"{prefix}/bin/python3 runs unilat\n"
 
 
 @pytest.mark.skipif(not all(map(shutil.which, ("cpack", "dpkg-deb", "dpkg-shlibdeps"))), reason="no tools for Debian packages here")
@@ -79,7 +112,19 @@ def test_debian_package(tmp_path):
     told = subprocess.run(["dpkg-deb", "-f", str(packages[0]), "Package", "Depends"], capture_output=True, text=True, check=True).stdout
     assert "Package: unilat" in told and "libgfortran" in told and "python3-h5py" in told
     subprocess.run(["dpkg-deb", "-x", str(packages[0]), str(tmp_path / "root")], check=True)
-    tried(tmp_path / "root/usr", tmp_path)
+    run = tried(tmp_path / "root/usr", tmp_path)
+    assert place_in_man_page(tmp_path / "root/usr") == ["/usr/share/doc/unilat"] * 2
+    run("unilat", "init", "ring", "-o", "new.inp")
+    if os.geteuid() == 0:       # dpkg itself, in a system of its own, which has none of the packages that this one depends on
+        system = tmp_path / "system"
+        for folder in ("info", "updates", "triggers"):
+            (system / "var/lib/dpkg" / folder).mkdir(parents=True)
+        (system / "var/lib/dpkg/status").touch()
+        done = subprocess.run(["dpkg", f"--root={system}", "--force-depends", "--install", str(packages[0])], capture_output=True, text=True,
+                              check=False)
+        assert done.returncode == 0, done.stderr
+        listed = subprocess.run(["dpkg", f"--root={system}", "-s", "unilat"], capture_output=True, text=True, check=True).stdout
+        assert "Status: install ok installed" in listed and (system / "usr/bin/unilat").exists()
 
 
 def test_man_pages_name_every_option():
@@ -104,6 +149,7 @@ def test_completion(tmp_path):
         (tmp_path / name).write_text(DECK)
     (tmp_path / "decks").mkdir()
     assert completed(tmp_path, "unilat", "") == {"rod.inp", "decks"}
+    assert completed(tmp_path, "unilat", "in") == {"init"} and completed(tmp_path, "unilat", "init", "r") == {"ring"}
     assert completed(tmp_path, "unilat", "--ch") == {"--check"} and "--set" in completed(tmp_path, "unilat", "-")
     assert completed(tmp_path, "unilat", "rod.inp", "-o", "r") == {"rod.h5"}
     assert completed(tmp_path, "unilat", "rod.inp", "--set", "") == {"P="}

@@ -1,6 +1,7 @@
 """The commands: what they say when something is missing, and what they refuse. Nothing is installed or built here."""
 
 import os
+import pty
 import shutil
 import subprocess
 import sys
@@ -16,7 +17,7 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "postproc")]
 import make_branch_file  # noqa: E402
 import make_result_file  # noqa: E402
 
-TOOLS = ("bash env dirname basename mkdir awk sed grep cat tail head rm tee nproc id find wc "
+TOOLS = ("bash env dirname basename mkdir awk sed grep cat tail head rm mv tee nproc id find wc "
          "gfortran cmake ninja h5fc python3").split()
 
 
@@ -118,7 +119,7 @@ def test_decks_are_listed(machine):
 def test_unknown_deck_is_refused(machine):
     status, text = run(machine, "input/run", "no-such-deck")
     assert status == 1
-    assert "there is no deck input/no-such-deck.inp" in text
+    assert "there is no deck input/no-such-deck.inp" in text and len(text.splitlines()) == 1
 
 
 @pytest.mark.parametrize("kind, folder", [("sweep", "sweeps"), ("map", "maps"), ("study", "studies")])
@@ -142,6 +143,9 @@ def copied(machine, tmp_path):
     for folder in ("input", "postproc", ".cmake"):
         shutil.copytree(ROOT / folder, project / folder, ignore=shutil.ignore_patterns("*.inp"))
     fake(machine, "cmake", "exit 0")
+    (project / "src").mkdir()
+    (project / "CMakeLists.txt").touch()
+    (project / "src" / "unilat.f90").touch()
     (tmp_path / "build" / "release").mkdir(parents=True)
     fake(tmp_path / "build" / "release", "unilat", f'[ "$1" = --expand ] && {{ echo "*HEADING"; exit 0; }}\n{shutil.which("cp")} "{tmp_path}/made.h5" "$2"; exit 2')
     return project
@@ -172,6 +176,84 @@ def test_reactions_are_drawn_when_the_deck_asks_and_others_left_out_when_it_says
                                         "** plot_reaction: --quantity gap\nrod\n")
     assert status == 2, text
     assert pictures == ["rod_contact.png", "rod_reaction-2.png", "rod_reaction.png", "rod_shape.png"]
+
+
+def test_a_deck_anywhere_and_its_check(machine, copied, tmp_path):
+    """By its path, from any folder; --check goes to unilat, without results."""
+    make_result_file.write_ring(tmp_path / "made.h5")
+    mine = tmp_path / "my decks"
+    mine.mkdir()
+    (mine / "rod.inp").write_text("*HEADING\n** plot_path: none\n** plot_shape: none\n** plot_contact: none\nrod\n")
+
+    def run_here(*words):
+        done = subprocess.run([str(copied / "input/run"), *words], env=environment(machine), cwd=mine, text=True, timeout=120,
+                              stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        return done.returncode, done.stdout
+
+    own = tmp_path / "build" / "results" / "own" / "rod"
+    for name in ("rod.inp", "../my decks/rod.inp", str(mine / "rod.inp")):
+        status, text = run_here(name)
+        assert status == 2 and (own / "rod.h5").exists() and (own / "rod.lst").exists(), text
+        shutil.rmtree(own)
+    fake(tmp_path / "build" / "release", "unilat", 'echo "$@"')
+    status, text = run_here("rod.inp", "--check")
+    assert status == 0 and text == f"--check {mine}/rod.inp\n" and not own.exists()
+    status, text = run_here("rod.inp", "-o", "x.h5")
+    assert status == 1 and "leave out -o" in text
+
+
+def test_results_stay_until_a_run_has_begun(machine, copied, tmp_path):
+    """A call that fails before the run leaves what the last one made; one that begins leaves nothing of it."""
+    make_result_file.write_ring(tmp_path / "made.h5")
+    deck = "*HEADING\n** plot_shape: none\n** plot_contact: none\nrod\n"
+    _, _, pictures = run_copied(machine, copied, deck)
+    results = tmp_path / "build" / "results" / "rod"
+    kept = {path.name: path.stat().st_mtime_ns for path in results.iterdir()}
+    assert pictures and {"rod.h5", "rod.lst", *pictures} == set(kept)
+    good = (tmp_path / "build" / "release" / "unilat").read_text()
+    fake(tmp_path / "build" / "release", "unilat", 'echo "wrong deck" >&2; exit 1')
+    status, _, _ = run_copied(machine, copied, deck)
+    assert status == 1 and kept == {path.name: path.stat().st_mtime_ns for path in results.iterdir()}
+    (tmp_path / "build" / "release" / "unilat").write_text(good)
+    status, _, pictures = run_copied(machine, copied, "*HEADING\n** plot_path: none\n** plot_shape: none\n** plot_contact: none\nrod\n")
+    assert status == 2 and not pictures
+
+
+def test_cmake_runs_only_where_a_source_is_newer(machine, copied, tmp_path):
+    calls = tmp_path / "calls"
+    fake(machine, "cmake", f'echo "$@" >> "{calls}"')
+    make_result_file.write_ring(tmp_path / "made.h5")
+    deck = "*HEADING\n** plot_path: none\n** plot_shape: none\n** plot_contact: none\nrod\n"
+
+    def builds():
+        calls.unlink(missing_ok=True)
+        run_copied(machine, copied, deck)
+        return len(calls.read_text().splitlines()) if calls.exists() else 0
+
+    assert [builds(), builds()] == [2, 0]
+    (copied / "src" / "unilat.f90").touch()
+    assert [builds(), builds()] == [2, 0]
+    (copied / "src" / "new.f90").touch()
+    assert [builds(), builds()] == [2, 0]
+    (copied / "src" / "new.f90").unlink()
+    assert [builds(), builds()] == [2, 0]
+    fake(machine, "cmake", f'echo "$@" >> "{calls}"; exit 1')
+    (copied / "src" / "unilat.f90").touch()
+    assert [builds() > 0, builds() > 0] == [True, True]      # what failed is tried again
+
+
+def test_progress_of_builds_and_tests_on_a_terminal():
+    """Steps done, all steps, and the time left, in one line that is wiped at the end."""
+    lines = [*(f"[{k}/12] Generating Fortran dependencies for {k}.f90" for k in range(1, 7)), *(f"[{k}/12] Building {k}" for k in range(7, 13)),
+             "  3/4 Test  #7: test_x .......   Passed    0.10 sec"]
+    terminal, its_end = pty.openpty()
+    subprocess.run(["bash", "-c", f'root={ROOT}; me=tests/run; source "$root/input/setup.sh"; show_progress building'], input="\n".join(lines) + "\n",
+                   text=True, stderr=its_end, check=True, timeout=60)
+    os.close(its_end)
+    shown = os.read(terminal, 100000).decode()
+    os.close(terminal)
+    assert "tests/run: building [6/12]\x1b[K" in shown and "tests/run: building [12/12], about 0 s left" in shown and "[3/4]" in shown
+    assert shown.endswith("\r\x1b[K")
 
 
 def test_a_sweep_runs_in_its_results_folder(machine, copied):

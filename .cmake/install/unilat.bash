@@ -25,8 +25,11 @@ _unilat() {
    if [[ $word == -* ]]; then
       _unilat_options "${COMP_WORDS[0]}"
       COMPREPLY+=($(compgen -W "-o" -- "$word"))
+   elif [[ $before == init ]]; then
+      COMPREPLY+=($(compgen -W "beam column liner pipe ring" -- "$word"))
    else
       _unilat_files inp
+      ((COMP_CWORD > 1)) || [[ -z $word || init != "$word"* ]] || COMPREPLY+=(init)
    fi
 }
 

@@ -15,12 +15,13 @@ import sys
 from dataclasses import dataclass
 
 from . import command
-from .results import ResultsError
+from .results import ResultsError, read_results
 from .sweep.command import main as sweep_main
+from .sweep.quantities import read_quantity
 
-DESCRIPTION = """Runs the decks of the guide (input/README.md, "Ten decks") and draws its pictures."""
+DESCRIPTION = """Runs the decks of the guide (input/manual/tutorial.md) and draws its pictures."""
 BLOCK = re.compile(r"^```(\w+)(?: (\S+))?\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-PICTURE = re.compile(r"!\[[^\]]*\]\(pictures/(\S+?)\)")
+PICTURE = re.compile(r"!\[[^\]]*\]\(\.\./pictures/(\S+?)\)")
 QUANTITY = re.compile(r"^\| `([^`]+)` \| (\S+) \|", re.MULTILINE)
 
 
@@ -79,6 +80,20 @@ def run(lesson: Lesson, program: str, folder: str) -> str:
     return listing
 
 
+def compared(lesson: Lesson, folder: str) -> list[str]:
+    """Each quantity of the page with its value in the results of the lesson that was run: a line, in words."""
+    name = next(iter(lesson.files))
+    results = read_results(os.path.join(folder, name.replace(".inp", ".h5")))
+    lines = []
+    for word, value in lesson.quantities:
+        found = read_quantity(word, name).of(results)
+        mantissa, _, exponent = value.partition("E")
+        digit = 10.0 ** (int(exponent or 0) - len(mantissa.partition(".")[2]))      # one in the last digit of the page
+        same = abs(found - float(value)) <= 1.01 * digit
+        lines.append(f"{word} {found:.10g}, " + ("as on the page" if same else f"on the page {value}"))
+    return lines
+
+
 def _run(words: list[str], program: str, folder: str) -> tuple[int, str]:
     """A command in a folder: exit code and what it said."""
     if words[0] == "unilat":
@@ -102,7 +117,7 @@ def _run(words: list[str], program: str, folder: str) -> tuple[int, str]:
 def main(argv=None) -> int:
     """The exit code: 0, or 2 when something fails."""
     parser = argparse.ArgumentParser("python3 -m unilat.guide", description=DESCRIPTION)
-    parser.add_argument("--page", required=True, help="the manual")
+    parser.add_argument("--page", required=True, help="the tutorial, a page of the manual")
     parser.add_argument("--program", required=True, help="unilat")
     parser.add_argument("--folder", required=True, help="where everything goes")
     args = parser.parse_args(argv)
@@ -114,7 +129,8 @@ def main(argv=None) -> int:
             listing = run(lesson, args.program, args.folder)
             with open(os.path.join(args.folder, next(iter(lesson.files)).replace(".inp", ".lst")), "w", encoding="utf-8") as file:
                 file.write(listing)
-            print("".join(f"   {os.path.join(args.folder, name)}\n" for name in lesson.pictures), end="")
+            print("".join(f"   {line}\n" for line in compared(lesson, args.folder))
+                  + "".join(f"   {os.path.join(args.folder, name)}\n" for name in lesson.pictures), end="")
     except (OSError, ResultsError) as problem:
         print(f"guide: {problem}", file=sys.stderr)
         return 2

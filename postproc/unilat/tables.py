@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+from dataclasses import replace
 
 import numpy as np
 
@@ -26,7 +27,7 @@ def table(results: Results, name: str = "path", branch: int = 0) -> list[Column]
     columns = TABLES[name](results.path_number(branch))
     if len(columns[0].values) == 0:
         raise ResultsError(f"{results.filename}: the table '{name}' would be empty")
-    return columns
+    return [replace(column, units=results.units.of(column.units)) for column in columns]
 
 
 def to_pandas(results: Results, name: str = "path", branch: int = 0):
@@ -48,7 +49,7 @@ def to_xarray(results: Results, branch: int = 0):
     path = results.path_number(branch)
     mesh, n = path.mesh, path.n_points
     data = {column.name: ("point", column.values, _attributes(column)) for column in _path_columns(path)[1:]}
-    data["coordinates"] = (("node", "axis"), mesh.coordinates, {"units": "length"})
+    data["coordinates"] = (("node", "axis"), mesh.coordinates, {"units": results.units.length})
     shapes = {"displacement": ("node", "freedom"), "section_forces": ("element", "end", "force"),
               "contact_point": ("candidate", "axis")}
     for name in path.field_names:
@@ -63,7 +64,7 @@ def to_xarray(results: Results, branch: int = 0):
               "axis": ["x", "y"], "freedom": [word for word, _ in DISPLACEMENT], "force": [word for word, _ in FORCES]}
     used = {dimension for dimensions, *_ in data.values() for dimension in np.atleast_1d(dimensions)}
     if path.contact is not None and "candidate" in used:
-        data["arc_length_of_candidate"] = ("candidate", path.contact.arc_length, {"units": "length"})
+        data["arc_length_of_candidate"] = ("candidate", path.contact.arc_length, {"units": results.units.length})
         data["contact_of_candidate"] = ("candidate", path.contact.candidate_contact)
     return xarray.Dataset(data, {name: values for name, values in places.items() if name in used}, _origin(results))
 

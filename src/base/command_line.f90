@@ -11,6 +11,7 @@ module command_line
    type :: command_line_t
       character(:), allocatable :: deck    !! file to read; '': standard input
       character(:), allocatable :: output  !! result file; '': after the deck or its job name
+      character(:), allocatable :: template !! the deck that `init` writes; '': no init
       character(argument_length), allocatable :: set(:) !! name=value of every --set
       logical :: check = .false.           !! read, check and summarise the deck only
       logical :: expand = .false.          !! print the deck with the included ones only
@@ -28,6 +29,7 @@ contains
       integer :: i, status
       options%deck = ''
       options%output = ''
+      options%template = ''
       allocate (argument(command_argument_count()))
       do i = 1, size(argument)
          call get_command_argument(i, argument(i), status=status)
@@ -48,14 +50,27 @@ contains
       logical :: only_files
       options%deck = ''
       options%output = ''
+      options%template = ''
       allocate (options%set(0))
       only_files = .false.
       i = 0
+      if (size(argument) > 0) then
+         if (argument(1) == 'init') then
+            if (size(argument) == 1) then
+               call fail(error, 'init needs a name: beam, column, liner, pipe or ring')
+               return
+            end if
+            options%template = trim(argument(2))
+            i = 2
+         end if
+      end if
       do while (i < size(argument))
          i = i + 1
          if (only_files .or. argument(i)(1:1) /= '-') then
             if (argument(i) == '') then
                call fail(error, 'the name of the deck is empty')
+            else if (options%template /= '') then
+               call fail(error, 'init takes one name, and with -o FILE another place')
             else if (options%deck /= '') then
                call fail(error, 'one deck at a time: '//options%deck//' or '//trim(argument(i))//'?')
             else
@@ -124,9 +139,12 @@ contains
       character(:), allocatable :: string
       character(*), parameter :: nl = new_line('a')
       string = 'usage: unilat [options] [deck.inp]'//nl// &
+         '       unilat init NAME [-o FILE]'//nl// &
          'Follows the equilibrium path of plane rods with unilateral contact. Without a file, the deck is read '// &
          'from'//nl// &
-         'standard input: unilat < deck.inp'//nl//nl// &
+         'standard input: unilat < deck.inp. "init" writes a deck with comments, NAME.inp, to begin with: NAME is '// &
+         'beam,'//nl// &
+         'column, liner, pipe or ring.'//nl//nl// &
          '  -o FILE     result file (HDF5); default: JOB on *HEADING, else the name of the deck, with .h5'//nl// &
          '  --set NAME=VALUE'//nl// &
          '              value of a parameter, instead of that on *PARAMETER; may be repeated'//nl// &

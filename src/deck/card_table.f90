@@ -38,6 +38,12 @@ contains
       call param(t, 'JOB', kind_name, 'name of the result file, without `.h5`', optional=.true.)
       call lines(t, least=0)
 
+      call card(t, 'UNITS', in_model, 'Names of the units that the numbers of the deck are in. They label axes and tables '// &
+         'and change no number.', once=.true.)
+      call lines(t, most=1)
+      call field(t, 'length', kind_name, 'such as mm')
+      call field(t, 'force', kind_name, 'such as N')
+
       call card(t, 'PARAMETER', anywhere, 'Names with values: `${name}` and formulas such as `${2*pi*EI/L}` in the lines '// &
          'below write them. `--set name=value` on the command line, or a sweep, replaces a value.', free_text=.true.)
       call lines(t)
@@ -45,7 +51,7 @@ contains
          'the names above, without `${}`')
 
       call card(t, 'INCLUDE', anywhere, 'Puts the lines of another file in the place of this card: cards, or data '// &
-         'lines of the card above. It may stand anywhere, and have its like inside.')
+         'lines of the card above. It may stand anywhere; includes may be nested.')
       call param(t, 'FILE', kind_path, 'beside the file that has this card, or absolute; of a deck from standard input: '// &
          'beside the working directory. The rest of the line')
 
@@ -235,7 +241,7 @@ contains
 
    pure subroutine contact_cards(t)
       type(card_spec_t), allocatable, intent(inout) :: t(:)
-      call card(t, 'OBSTACLE', in_model, 'A line or curve that the structure cannot cross; without friction. '// &
+      call card(t, 'OBSTACLE', in_model, 'A line or curve that the structure cannot cross, unilateral and frictionless. '// &
          'But for circles, the free side is on the left of the direction in which the points come, and obstacles go on '// &
          'straight beyond their ends.')
       call param(t, 'NAME', kind_name, 'each once')
@@ -246,9 +252,9 @@ contains
          'anticlockwise from the x axis', default='0', only='TYPE=CIRCLE|ARC')
       call param(t, 'RADIUS', kind_real, 'of the rounded corners; left out: the largest with which no corner takes more than '// &
          'a tenth of a segment', optional=.true., only='TYPE=POLYLINE', bound=positive)
-      call param(t, 'FOUNDATION', kind_word, 'WINKLER: reaction per unit length = MODULUS * WIDTH * penetration; '// &
-         'LAW: = WIDTH * force of the law; PASTERNAK: = WIDTH * (MODULUS w - SHEAR w''''), w the settlement of the surface; '// &
-         'HALF SPACE: elastic, under a strip of WIDTH; the last two need TYPE=LINE', default='RIGID', &
+      call param(t, 'FOUNDATION', kind_word, 'reaction per unit length. WINKLER: MODULUS * WIDTH * penetration. LAW: '// &
+         'WIDTH * force of the law. PASTERNAK: WIDTH * (MODULUS w - SHEAR w''''), w the settlement of the surface. HALF SPACE: '// &
+         'elastic, under a strip of WIDTH. The last two need TYPE=LINE', default='RIGID', &
          words='RIGID|WINKLER|LAW|PASTERNAK|HALF SPACE')
       call param(t, 'MODULUS', kind_real, 'force per area and penetration (per length and penetration with WIDTH 1)', &
          only='FOUNDATION=WINKLER|PASTERNAK', bound=positive)
@@ -300,9 +306,9 @@ contains
       call param(t, 'OBSTACLE', kind_name, 'the obstacle')
       call param(t, 'NSET', kind_name, 'the candidates')
       call param(t, 'GAP', kind_real, 'added to the geometric gap; half the depth of the rod: negative', default='0')
-      call param(t, 'POINTS', kind_word, 'where the obstacle pushes. ALONG: anywhere along the rod, at points and along '// &
-         'lines between touchdown points (rigid obstacles, shear-rigid GE4 to GE8 on generated curves), or all along the '// &
-         'elements (foundations, GE elements); NODES: at nodes; AUTO: ALONG where that holds, else NODES', default='AUTO', &
+      call param(t, 'POINTS', kind_word, 'where the obstacle pushes. ALONG: anywhere along the rod, at contact points '// &
+         'and segments (rigid obstacles, shear-rigid GE4 to GE8 on generated curves), or all along the elements '// &
+         '(foundations, GE elements). NODES: at nodes. AUTO: ALONG where that is possible, else NODES', default='AUTO', &
          words='AUTO|ALONG|NODES', former='SLIDING ALONG|DISTRIBUTED ALONG')
 
       call card(t, 'MONITOR', in_model, 'A quantity of the path: offset + factor * mean displacement (U) or sum of '// &
@@ -352,7 +358,7 @@ contains
       call field(t, 'stiffness', kind_real, 'reaction over displacement', unit='force/length or moment/radian', bound=positive)
       call field(t, 'second node', kind_label, 'the other end; left out: the ground', optional=.true.)
 
-      call card(t, 'GAP', in_model, 'One-sided supports of nodes: stops that push once their clearance is used up, and never '// &
+      call card(t, 'GAP', in_model, 'Unilateral supports of nodes: stops that push once their clearance is used up, and never '// &
          'pull. Rigid, or with STIFFNESS or LAW. The stops of a card are one obstacle to `*MONITOR` and the cards of a step.')
       call param(t, 'NAME', kind_name, 'each once, among obstacles too')
       call param(t, 'DIRECTION', kind_real, 'in which the stops push, in degrees anticlockwise from the x axis', default='90')
@@ -377,8 +383,8 @@ contains
       call field(t, 'stiffness', kind_real, 'of a spring that joins the ends to the node there', optional=.true., &
          unit='force/length or moment/radian', bound=positive)
 
-      call card(t, 'MPC', in_model, 'Nodes that follow another one. PIN: in x and y, like a pin through both; TIE: in x, y and '// &
-         'rotation; BEAM: as if a rigid bar went from it to them, however far it turns; LINK: in distance, as if a rigid bar '// &
+      call card(t, 'MPC', in_model, 'Nodes that follow another one. PIN: in x and y, like a pin through both. TIE: in x, y and '// &
+         'rotation. BEAM: as if a rigid bar went from it to them, however far it turns. LINK: in distance, as if a rigid bar '// &
          'with a pin at each end joined them.')
       call param(t, 'TYPE', kind_word, 'what follows', words='PIN|TIE|BEAM|LINK')
       call lines(t)

@@ -10,7 +10,7 @@ module deck_to_model
    use deck_assembly, only: assemble_deck
    use deck_cards, only: deck_t, split_deck
    use card_check, only: check_cards
-   use card_values, only: parameter_text
+   use card_values, only: parameter_text, field_text
    use deck_names, only: deck_names_t
    use read_mesh, only: read_mesh_cards
    use read_imperfections, only: read_imperfection_cards
@@ -60,6 +60,7 @@ contains
       call note_bad_cards(deck, diagnostics, names)
 
       call read_heading(deck, model)
+      call read_units(deck, model)
       call read_mesh_cards(deck, names, model, diagnostics)
       n = diagnostics%n
       call read_imperfection_cards(deck, names, model, diagnostics)
@@ -184,4 +185,19 @@ contains
          end do
       end do
    end subroutine read_heading
+
+   !> What lengths and forces are measured in.
+   subroutine read_units(deck, model)
+      type(deck_t), intent(in) :: deck
+      type(model_t), intent(inout) :: model
+      integer :: card, line
+      model%length_unit = ''
+      model%force_unit = ''
+      do card = 1, deck%n_cards
+         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'UNITS') cycle
+         line = deck%card(card)%first_line
+         model%length_unit = field_text(deck, line, 1)
+         model%force_unit = field_text(deck, line, 2)
+      end do
+   end subroutine read_units
 end module deck_to_model

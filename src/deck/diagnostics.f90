@@ -2,6 +2,7 @@
 module diagnostics
    use text, only: to_text, plural
    use deck_source, only: deck_source_t
+   use terminal, only: painted, red, bold
    implicit none
    private
    public :: diagnostics_t, place_t, diagnostics_report
@@ -53,17 +54,21 @@ contains
    !> The report: errors in the order of the deck, each with its line and carets under the place; '' without errors.
    !>
    !> At most 20 are shown, then "and N more"; the last line counts them.
-   pure function diagnostics_report(diagnostics, source) result(report)
+   pure function diagnostics_report(diagnostics, source, coloured) result(report)
       type(diagnostics_t), intent(in) :: diagnostics
       type(deck_source_t), intent(in) :: source !! the deck they belong to
+      logical, intent(in), optional :: coloured !! for a terminal; default: false
       character(:), allocatable :: report       !! lines ended by newlines
       integer, allocatable :: order(:)
       integer :: i
+      logical :: paint
+      paint = .false.
+      if (present(coloured)) paint = coloured
       report = ''
       if (diagnostics%n == 0) return
       call sort_by_place(diagnostics, order)
       do i = 1, min(diagnostics%n, most_shown)
-         report = report//described(diagnostics%item(order(i)), source)
+         report = report//described(diagnostics%item(order(i)), source, paint)
       end do
       if (diagnostics%n > most_shown) report = report//'and '//to_text(diagnostics%n - most_shown)//' more'// &
          new_line('a')
@@ -71,15 +76,16 @@ contains
    end function diagnostics_report
 
    !> One error: file:line:column: message, the line, and carets.
-   pure function described(item, source) result(string)
+   pure function described(item, source, paint) result(string)
       type(diagnostic_t), intent(in) :: item
       type(deck_source_t), intent(in) :: source
+      logical, intent(in) :: paint !! the message bold, the carets red
       character(:), allocatable :: string
       character(:), allocatable :: line, margin
       character(8) :: number
       integer :: first, last
       if (item%place%line == 0) then
-         string = source%name//': '//item%message//new_line('a')
+         string = source%name//': '//painted(item%message, bold, paint)//new_line('a')
          return
       end if
       first = item%place%first
@@ -89,12 +95,13 @@ contains
       margin = blanked(line(:min(first - 1, len(line))))//repeat(' ', max(0, first - 1 - len(line)))
       associate (origin => source%origin(:, item%place%line))
          string = source%file(origin(1))%name//':'//to_text(origin(2))//':'//to_text(1 + len(margin))//': '// &
-            item%message//new_line('a')
+            painted(item%message, bold, paint)//new_line('a')
          write (number, '(i8)') origin(2)
       end associate
       string = string//number//' | '//line//new_line('a')
       if (last <= len(line)) last = first - 1 + characters(line(first:last))
-      string = string//repeat(' ', 8)//' | '//margin//repeat('^', max(1, last - first + 1))//new_line('a')
+      string = string//repeat(' ', 8)//' | '//margin//painted(repeat('^', max(1, last - first + 1)), red, paint)// &
+         new_line('a')
    end function described
 
    !> Blanks that take as much room as a text does when it is printed; its tabs stay.

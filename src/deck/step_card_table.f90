@@ -68,16 +68,16 @@ contains
          'ones, and how far they are allowed to be, for this step only. Where numbers of elements are left out the mesh '// &
          'is made for the tolerance, and made anew along the path; numbers that are given stay.', once=.true.)
       call param(t, 'TOLERANCE', kind_real, 'largest error of load factor and monitors at critical points and the end, '// &
-         'below 1: of the load factor over its largest value in the step, of displacements and rotations over the largest '// &
-         'of all nodes, of forces over the largest; without numbers of elements left out, WIDEST only', default='1e-6', &
+         'below 1. It is relative to the largest load factor of the step, the largest displacement or rotation of all nodes, '// &
+         'or the largest force. Where numbers of elements are given it sets WIDEST only', default='1e-6', &
          bound=positive)
       call param(t, 'PATH', kind_real, 'the same for the points between, below 1; left out: as TOLERANCE', optional=.true., &
          bound=positive)
       call param(t, 'POINTS', kind_word, 'which points get them: CRITICAL ones and the end, ALL, or NONE', default='CRITICAL', &
          words='CRITICAL|ALL|NONE')
-      call param(t, 'WIDEST', kind_real, 'part of the largest value of its kind that the bar of one at a point with a label '// &
-         'may be; wider ones, and those without bounds, end the run with code 2, from 1 on the latter by their size only; '// &
-         'left out: TOLERANCE where this is given or a mesh is made for it, else 0.01', optional=.true., bound=positive)
+      call param(t, 'WIDEST', kind_real, 'widest bar of a value at a point with a label, over the largest value of its kind. '// &
+         'Wider ones, and those without bounds, end the run with code 2. WIDEST >= 1 accepts unbounded bars, too. Left out: '// &
+         'TOLERANCE where this is given or a mesh is made for it, else 0.01', optional=.true., bound=positive)
       call lines(t, least=0)
       call field(t, 'monitor', kind_name, 'TOLERANCE and WIDEST are for this monitor, or for LOAD; without lines for all')
    end subroutine step_cards
@@ -108,8 +108,9 @@ contains
       call field(t, 'x direction', kind_real, 'GRAV only, and required there; any length', optional=.true.)
       call field(t, 'y direction', kind_real, 'GRAV only, and required there', optional=.true.)
 
-      call card(t, 'TEMPERATURE', in_step, 'Heats elements: strain and curvature that they would take without stress. The '// &
-         'coefficient is that of `*EXPANSION`, or alpha on `*BEAM SECTION, SECTION=STIFFNESS`; repeated ones add up.')
+      call card(t, 'TEMPERATURE', in_step, 'Temperature change of elements: strain and curvature that they would take '// &
+         'without stress. The coefficient is that of `*EXPANSION`, or alpha on `*BEAM SECTION, SECTION=STIFFNESS`; repeated '// &
+         'ones add up.')
       call lines(t)
       call field(t, 'element or set', kind_label_or_set, 'an element label or the name of an element set')
       call field(t, 'change', kind_real, 'of the temperature of the axis at load factor 1', unit='temperature')
@@ -126,8 +127,8 @@ contains
       call card(t, 'CONTACT INTERFERENCE', in_step, 'Closes gaps: the surface of an obstacle, or the stops of a `*GAP`, move '// &
          'towards the structure everywhere along their normal. What earlier steps have closed stays closed; repeated values '// &
          'add up.')
-      call param(t, 'SHRINK', kind_flag, 'for a structure that begins behind the obstacle: this is withdrawn along its '// &
-         'normal by the deepest penetration of each contact, and comes to its place from load factor 0 to 1', optional=.true.)
+      call param(t, 'SHRINK', kind_flag, 'for a structure that begins behind the obstacle. The obstacle is withdrawn along '// &
+         'its normal by the deepest penetration of each contact, and comes to its place from load factor 0 to 1', optional=.true.)
       call lines(t, when='SHRINK')
       call field(t, 'obstacle', kind_name, 'which one; once in a deck')
       call lines(t)
@@ -190,8 +191,8 @@ contains
       character(*), parameter :: unit = 'that of the parameter; LOG: '
       call card(t, 'LIMIT CURVE', in_step, 'Follows a limit point of the step''s own path while a second parameter '// &
          'varies, when path and branches have reached their ends.')
-      call param(t, 'PARAMETER', kind_word, 'MODULUS (times WIDTH) of a foundation; GAP of all contacts with an '// &
-         'obstacle; factor on the amplitudes of an IMPERFECTION; EA, EI of a section; factor on the CONSTANT LOAD, '// &
+      call param(t, 'PARAMETER', kind_word, 'MODULUS (times WIDTH) of a foundation. GAP of all contacts with an '// &
+         'obstacle. Factor on the amplitudes of an IMPERFECTION. EA, EI of a section. Factor on the CONSTANT LOAD, '// &
          'which the steps before left behind', words='MODULUS|GAP|IMPERFECTION|EA|EI|CONSTANT LOAD')
       call param(t, 'NAME', kind_name, 'each once; left out: Curve-1, Curve-2 ...', optional=.true.)
       call param(t, 'LIMIT', kind_integer, 'the k-th point LP of the step''s own path but for those at corners', &

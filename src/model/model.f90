@@ -242,6 +242,7 @@ module model
    type :: model_t
       character(:), allocatable :: title        !! heading lines, newline separated
       character(:), allocatable :: job          !! from *HEADING, JOB=; '' when not given
+      character(:), allocatable :: length_unit, force_unit !! from *UNITS, for labels only; '' or unallocated when not given
       type(mesh_t) :: mesh
       type(curve_t), allocatable :: curve(:)
       type(imperfection_t), allocatable :: imperfection(:)

@@ -33,6 +33,9 @@ contains
       call line(unit, '', '')
       call line(unit, 'deck', deck)
       if (results /= '') call line(unit, 'results', results)
+      if (allocated(model%length_unit)) then
+         if (model%length_unit /= '') call line(unit, 'units', model%length_unit//', '//model%force_unit)
+      end if
       call line(unit, '', '')
       call write_mesh(unit, model)
       call write_supports(unit, model)

@@ -2,6 +2,7 @@
 !>
 !> The first part, what the deck says, is deck_summary. A column grows when a number needs more room.
 module listing
+   use, intrinsic :: iso_fortran_env, only: output_unit
    use kinds, only: wp, name_length
    use model, only: model_t, contact_print_t
    use model_words, only: method_name
@@ -13,6 +14,7 @@ module listing
    use side_tables, only: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
    use run_summary, only: write_accuracy, write_cost
    use text, only: plural
+   use terminal, only: has_colours, painted, standard_output, red, green
    use error_bar, only: error_bar_t
    use error_text, only: bar_text, corrected_text, unbounded_text
    implicit none
@@ -54,6 +56,7 @@ module listing
       integer :: n_on_branches = 0                !! points of all branches
       type(critical_row_t), allocatable :: critical(:)
       type(limit_table_t) :: limit_table
+      logical :: coloured = .false.               !! goes to a terminal
    end type listing_t
 
 contains
@@ -66,6 +69,7 @@ contains
       type(column_t), allocatable :: first(:), last(:), monitor(:), prints(:)
       integer :: i
       listing%unit = unit
+      listing%coloured = unit == output_unit .and. has_colours(standard_output)
       listing%has_contact = size(model%contact) > 0
       allocate (listing%critical(0))
       allocate (listing%step_title(size(model%step)))
@@ -114,7 +118,7 @@ contains
       cell(n)%text = whole(point%negative_pivots)
       call widen_columns(listing%column, cell)
       call write_title(listing, point%step)
-      call write_row(listing%unit, listing%column, cell)
+      call write_row(listing%unit, listing%column, cell, emphasised=listing%coloured .and. point%label /= '')
       if (allocated(point%warning)) write (listing%unit, '(a)') '        ! '//point%warning
       listing%rows = listing%rows + 1
       flush (listing%unit)
@@ -300,7 +304,8 @@ contains
       if (listing%n_branches == 1) points = points//', '//whole(listing%n_on_branches)//' of them on a branch'
       if (listing%n_branches > 1) points = points//', '//whole(listing%n_on_branches)//' of them on ' &
          & //whole(listing%n_branches)//' branches'
-      write (listing%unit, '(/a)') 'Path '//trim(status)//' ('//points//')'
+      write (listing%unit, '(/a)') painted('Path '//trim(status), merge(green, red, status == 'complete'), listing%coloured)// &
+         & ' ('//points//')'
       flush (listing%unit)
    end subroutine listing_close
 

@@ -4,8 +4,8 @@
 !> have none of it; it is overwritten in place, some times a second, and wiped at the end.
 module progress
    use, intrinsic :: iso_fortran_env, only: error_unit
-   use, intrinsic :: iso_c_binding, only: c_int
    use kinds, only: wp, i8
+   use terminal, only: is_terminal, standard_output, standard_error
    use columns, only: significant, whole
    use path_record, only: point_t
    implicit none
@@ -23,14 +23,6 @@ module progress
       real(wp) :: ticks = 1.0_wp                !! a second
    end type progress_t
 
-   interface
-      !> POSIX: 1 when a file descriptor is a terminal.
-      integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
-         import :: c_int
-         integer(c_int), value :: descriptor
-      end function c_isatty
-   end interface
-
 contains
 
    !> Looks where output goes. `listed`: standard output has the listing.
@@ -38,10 +30,7 @@ contains
       type(progress_t), intent(out) :: progress
       logical, intent(in) :: listed
       integer(i8) :: rate
-      integer(c_int) :: there(2)
-      there(1) = c_isatty(1_c_int)
-      there(2) = c_isatty(2_c_int)
-      progress%shown = there(2) == 1 .and. .not. (listed .and. there(1) == 1)
+      progress%shown = is_terminal(standard_error) .and. .not. (listed .and. is_terminal(standard_output))
       call system_clock(progress%started, rate)
       progress%ticks = real(rate, wp)
       progress%last = progress%started

@@ -38,6 +38,12 @@ contains
       call hdf5_attribute(file, '/', 'version', version)
       call hdf5_attribute(file, '/', 'created', iso_time())
       call hdf5_attribute(file, '/', 'deck', deck)
+      if (allocated(model%length_unit)) then
+         if (model%length_unit /= '') then
+            call hdf5_attribute(file, '/', 'length_unit', model%length_unit)
+            call hdf5_attribute(file, '/', 'force_unit', model%force_unit)
+         end if
+      end if
       call write_status(file, 'running')
    end subroutine write_root
 

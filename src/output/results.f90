@@ -1,4 +1,4 @@
-!> The result file: what it holds and when it is written. README.md describes its layout.
+!> The result file: what it holds and when it is written. input/manual/output.md describes its layout.
 !>
 !> The file is complete but for its rows as soon as it is open, with the status "running". Rows are collected in
 !> memory and written in one go, then flushed, by the first point that comes 0.2 s or more after the last flush: every

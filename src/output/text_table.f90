@@ -1,6 +1,7 @@
 !> Tables of a listing: heads above a rule, rows below, columns that grow when a cell needs more room.
 module text_table
    use columns, only: right
+   use terminal, only: painted, bold
    implicit none
    private
    public :: column_t, cell_t, page_rows, monitor_digits, wide_column, fitting_columns, widen_columns, write_head, write_row
@@ -67,18 +68,22 @@ contains
    end subroutine write_head
 
    !> The cells of a row, at the right of their columns.
-   subroutine write_row(unit, column, cell, remark)
+   subroutine write_row(unit, column, cell, remark, emphasised)
       integer, intent(in) :: unit                 !! open for formatted writing
       type(column_t), intent(in) :: column(:)
       type(cell_t), intent(in) :: cell(:)         !! one a column
       character(*), intent(in), optional :: remark !! follows the last column
+      logical, intent(in), optional :: emphasised !! bold, on a terminal; default: false
       character(:), allocatable :: row
       integer :: i
+      logical :: is_bold
+      is_bold = .false.
+      if (present(emphasised)) is_bold = emphasised
       row = ''
       do i = 1, size(column)
          row = row//' '//right(cell(i)%text, column(i)%width)
       end do
       if (present(remark)) row = row//remark
-      write (unit, '(a)') trim(row)
+      write (unit, '(a)') painted(trim(row), bold, is_bold)
    end subroutine write_row
 end module text_table

@@ -124,8 +124,8 @@ class Film:
         axes.set_xlim(self.limits[:, 0])
         axes.set_ylim(self.limits[:, 1])
         axes.set_aspect(args.stretch_y)
-        axes.set_xlabel("x (length)" + ("" if args.stretch_y == 1.0 else f"; y is drawn {args.stretch_y:g} times larger"))
-        axes.set_ylabel("y (length)")
+        axes.set_xlabel(f"x ({args.units.length})" + ("" if args.stretch_y == 1.0 else f"; y is drawn {args.stretch_y:g} times larger"))
+        axes.set_ylabel(f"y ({args.units.length})")
         row = point - 1
         self.dot.set_data([self.x.values[row]], [self.y.values[row]])
         label = str(self.path.path["label"].values[row]) if "label" in self.path.path else ""

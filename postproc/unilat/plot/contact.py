@@ -95,7 +95,7 @@ def main(argv=None) -> int:
     what = "angle" if angle else "arc length"
     name = f"contact {what}" if args.end == "both" else f"{what} at the {args.end} of contact"
     quantity = Column(name, np.zeros(0), "degree" if angle else "length")
-    style.finish_axes(axes, args, label, captions.column_label(quantity, args.y_scale))
+    style.finish_axes(axes, args, label, captions.column_label(quantity, args.y_scale, args.units))
     style.legend(axes, handles + published, loc="best")
     place_labels(axes, texts)
     return style.save(figure, args, everything, "contact")

@@ -90,11 +90,11 @@ def over_arc(path: Path, points: list[int], chains, args):
         axes.axhline(0.0, color=style.REFERENCE, linewidth=0.5, zorder=1)
         for start in starts[1:-1]:
             axes.axvline(args.x_scale * start, color=style.REFERENCE, linewidth=0.5, linestyle=":", zorder=1)
-        axes.set_ylabel(args.y_label or captions.column_label(Column(quantity, np.zeros(0), UNITS[quantity]), args.y_scale))
+        axes.set_ylabel(args.y_label or captions.column_label(Column(quantity, np.zeros(0), UNITS[quantity]), args.y_scale, args.units))
         axes.margins(x=0.0)
         if args.y_range:
             axes.set_ylim(args.y_range)
-    panels[-1].set_xlabel(args.x_label or captions.column_label(Column("arc length", np.zeros(0), "length"), args.x_scale))
+    panels[-1].set_xlabel(args.x_label or captions.column_label(Column("arc length", np.zeros(0), "length"), args.x_scale, args.units))
     if args.x_range:
         panels[-1].set_xlim(args.x_range)
     if args.title:

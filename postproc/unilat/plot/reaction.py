@@ -164,14 +164,14 @@ def finish(panels, quantities: list[str], args):
             axes.set_ylabel("contact", rotation=0, ha="right", va="center", fontsize=8.5)
     for row, quantity in enumerate(quantities, start=1):
         scale = args.y_scale if row == 1 else 1.0
-        label = captions.column_label(FIELDS[quantity][1], scale)
+        label = captions.column_label(FIELDS[quantity][1], scale, args.units)
         panels[row, 0].set_ylabel((args.y_label if row == 1 else None) or label)
         for axes in panels[row]:
             axes.axhline(0.0, color=style.REFERENCE, linewidth=0.5, zorder=1)
     if args.y_range:
         panels[1, 0].set_ylim(args.y_range)
     for axes in panels[-1]:
-        axes.set_xlabel(args.x_label or captions.column_label(along, args.x_scale))
+        axes.set_xlabel(args.x_label or captions.column_label(along, args.x_scale, args.units))
         if args.x_range:
             axes.set_xlim(args.x_range)
     if args.title:

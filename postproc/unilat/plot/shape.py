@@ -196,8 +196,8 @@ def finish(axes, args, limits: np.ndarray, first: bool):
         ticks = axis.get_major_locator().tick_values(low, high)
         if np.sum((ticks >= low) & (ticks <= high)) < 2:      # across a slender picture
             axis.set_major_locator(MaxNLocator(2, steps=(1, 2, 2.5, 5, 10)))
-    axes.set_xlabel("; ".join([args.x_label or "x (length)"] + scale_notes(args)))
-    axes.set_ylabel((args.y_label or "y (length)") if first else "")
+    axes.set_xlabel("; ".join([args.x_label or f"x ({args.units.length})"] + scale_notes(args)))
+    axes.set_ylabel((args.y_label or f"y ({args.units.length})") if first else "")
     axes.tick_params(labelleft=first)
     if args.no_axes:
         axes.set_axis_off()

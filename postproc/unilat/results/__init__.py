@@ -2,7 +2,7 @@
 
 from .file import ResultsError
 from .reader import read_results
-from .types import Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Path, Region, Results
+from .types import Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Path, Region, Results, Units
 
 __all__ = ["Branch", "Buckling", "Column", "Contact", "Critical", "LimitCurve", "Mesh", "Obstacle", "Path", "Region",
-           "Results", "ResultsError", "read_results"]
+           "Results", "ResultsError", "Units", "read_results"]

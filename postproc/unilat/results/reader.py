@@ -37,7 +37,7 @@ import h5py
 import numpy as np
 
 from .file import ResultsError, dataset, one_line, open_file, scalar, text
-from .types import FIELD_NAMES, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Results
+from .types import FIELD_NAMES, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Results, Units
 
 PROGRAMS = ("unilat", "opensees")       # that write such files, see unilat.opensees
 
@@ -69,12 +69,17 @@ def _read(file: h5py.File, filename: str) -> Results:
     return Results(
         **_path(file, filename, mesh, obstacles), program=program, title=text(file.attrs.get("title", "")),
         version=text(file.attrs.get("version", "")), created=text(file.attrs.get("created", "")),
-        status=text(file.attrs.get("status", "")), deck=text(deck), parameters=_parameters(file),
+        status=text(file.attrs.get("status", "")), deck=text(deck), parameters=_parameters(file), units=_units(file),
         branches=dict(sorted(branches.items())),
         buckling={name: _buckling(name, item, filename) for name, item in file.get("buckling", {}).items()},
         limit_curves={name: _limit_curve(name, item, filename) for name, item in file.get("limit_curve", {}).items()},
         performance={name: _column(item).values.tolist() for name, item in file.get("performance", {}).items()},
         accuracy={name: scalar(item[()]) for name, item in file.get("accuracy", {}).items()})
+
+
+def _units(file: h5py.File) -> Units:
+    """What *UNITS names."""
+    return Units(**{kind: text(file.attrs[f"{kind}_unit"]) for kind in ("length", "force") if f"{kind}_unit" in file.attrs})
 
 
 def _parameters(file) -> dict:
@@ -262,5 +267,5 @@ def _column(item: h5py.Dataset) -> Column:
     values = item[()]
     if values.dtype.kind in "SO":
         values = np.array([text(value) for value in values], dtype=str)
-    return Column(item.name.rsplit("/", 1)[1], values, text(item.attrs.get("units", "1")),
+    return Column(item.name.rsplit("/", 1)[1], values, _units(item.file).of(text(item.attrs.get("units", "1"))),
                   text(item.attrs.get("description", "")))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -14,12 +15,27 @@ FIELD_NAMES = ("displacement", "section_forces", "reaction", "reaction_density",
 
 
 @dataclass(frozen=True)
+class Units:
+    """What lengths and forces are measured in, from *UNITS; without the card the words stand for themselves."""
+
+    length: str = "length"
+    force: str = "force"
+
+    def of(self, words: str) -> str:
+        """Units in words, such as "force/length", with the deck's names in them."""
+        names = {"length": self.length, "force": self.force}
+        if self.force != "force":
+            names["moment"] = f"{self.force} {self.length}"
+        return re.sub(r"\b(length|force|moment)\b", lambda word: names.get(word[0], word[0]), words)
+
+
+@dataclass(frozen=True)
 class Column:
     """One quantity along the path."""
 
     name: str
     values: np.ndarray        # (points)
-    units: str = "1"          # in words: "length", "force", "moment", "radian", "degree", "1", "second"
+    units: str = "1"          # in words: "length", "force", "moment", "radian", "degree", "1", "second"; or as *UNITS names them
     description: str = ""
     rate: np.ndarray | None = None       # (points) d/d(arc length), NaN where it is not known; None: the file has none
 
@@ -277,6 +293,7 @@ class Results(Path):
     performance: dict[str, list] = field(default_factory=dict)     # phase, seconds, calls; counter, value
     accuracy: dict[str, float] = field(default_factory=dict)       # worst values over all points
     parameters: dict[str, float | str] = field(default_factory=dict)    # values of *PARAMETER
+    units: Units = Units()
 
     @property
     def complete(self) -> bool:

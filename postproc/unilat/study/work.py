@@ -16,7 +16,7 @@ from .map_table import SHOWN, bars, cells, counts, write_table, wrong_cells
 
 def main(argv: list[str]) -> int:
     parser = argparse.ArgumentParser("unilat.study", description="Runs held against exact values. Run it again after a kill: finished "
-                                     "runs are not repeated. The manual (input/README.md) says what stands in the files.")
+                                     "runs are not repeated. The manual (input/manual/verification.md) says what stands in the files.")
     parser.add_argument("what", choices=("map", "time"))
     parser.add_argument("file", metavar="FILE.toml")
     parser.add_argument("--folder", metavar="DIR", help="where everything goes (default: NAME-map, NAME-time in the current folder)")

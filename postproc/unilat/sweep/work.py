@@ -19,7 +19,7 @@ from .sweep_file import Sweep, read_sweep
 DESCRIPTION = """\
 Runs a deck with ${parameters} for all their values in a sweep file (TOML), a few at a time on this machine or as a Slurm job array,
 gathers all results into NAME.h5 and NAME.csv and draws them. Run it again after a kill: finished runs are not repeated. The manual
-(input/README.md) says what stands in a sweep file.
+(input/manual/output.md) says what stands in a sweep file.
 
    run      makes the runs that are missing, gathers and draws
    status   says how many are finished, and why others are not complete

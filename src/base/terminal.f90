@@ -1,0 +1,68 @@
+!> What of the output is read on a terminal, and colours for it.
+!>
+!> Colours are escape sequences (ECMA-48, SGR). A terminal gets them unless the environment has NO_COLOR (no-color.org) or calls it
+!> dumb; FORCE_COLOR asks for them where the output only passes on to a terminal. Either counts when it is not empty.
+module terminal
+   use, intrinsic :: iso_c_binding, only: c_int
+   implicit none
+   private
+   public :: is_terminal, has_colours, painted
+   public :: standard_output, standard_error, red, green, bold
+
+   integer, parameter :: standard_output = 1, standard_error = 2 !! their file descriptors
+
+   enum, bind(c)
+      enumerator :: bold = 1, red = 31, green = 32 !! parameters of the escape sequence
+   end enum
+
+   interface
+      !> POSIX: 1 when a file descriptor is a terminal.
+      integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
+         import :: c_int
+         integer(c_int), value :: descriptor
+      end function c_isatty
+   end interface
+
+contains
+
+   !> True when what is written to a descriptor is shown by a terminal at once.
+   logical function is_terminal(descriptor)
+      integer, intent(in) :: descriptor !! standard_output or standard_error
+      is_terminal = c_isatty(int(descriptor, c_int)) == 1
+   end function is_terminal
+
+   !> True when a descriptor is to get colours.
+   logical function has_colours(descriptor)
+      integer, intent(in) :: descriptor !! standard_output or standard_error
+      character(4) :: kind
+      integer :: length
+      has_colours = .false.
+      if (is_set('NO_COLOR')) return
+      has_colours = is_set('FORCE_COLOR')
+      if (has_colours) return
+      if (.not. is_terminal(descriptor)) return
+      call get_environment_variable('TERM', kind, length)
+      has_colours = length > 0 .and. .not. (kind == 'dumb' .and. length == 4)
+   end function has_colours
+
+   !> Text in a colour, or as it is.
+   pure function painted(text, colour, wanted) result(string)
+      character(*), intent(in) :: text
+      integer, intent(in) :: colour  !! bold, red or green
+      logical, intent(in) :: wanted  !! from has_colours; false: as it is
+      character(:), allocatable :: string
+      character(*), parameter :: escape = achar(27)//'['
+      character(2) :: code
+      string = text
+      if (.not. wanted) return
+      write (code, '(i0)') colour
+      string = escape//trim(code)//'m'//text//escape//'0m'
+   end function painted
+
+   logical function is_set(variable)
+      character(*), intent(in) :: variable
+      integer :: length
+      call get_environment_variable(variable, length=length)
+      is_set = length > 0
+   end function is_set
+end module terminal
