@@ -5,10 +5,12 @@
 module deck_source
    use errors, only: error_t, fail
    use text, only: to_text
+   use printable_text, only: quoted, shortened
    implicit none
    private
    public :: deck_source_t, deck_file_t, deck_parameter_t, typed_line_t, spot_t
    public :: read_source_file, read_source_unit, source_from_text
+   public :: most_lines
 
    type :: deck_file_t
       character(:), allocatable :: name             !! as messages show it
@@ -55,6 +57,9 @@ module deck_source
       procedure :: line_words, as_typed
    end type deck_source_t
 
+   integer, parameter :: most_lines = 10000000      !! of a deck, with all that it includes: ten million
+   integer, parameter :: longest_line = 10000000    !! [bytes]
+   integer, parameter :: longest_text = 500000000   !! [bytes] of a file
    character(*), parameter :: newline = achar(10), carriage_return = achar(13)
    character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
    integer, parameter :: chunk = 256 !! characters asked for in one read, which fills the rest with blanks each time
@@ -65,48 +70,93 @@ contains
    subroutine read_source_file(path, source, error)
       character(*), intent(in) :: path                !! the file, also its name in messages
       type(deck_source_t), intent(out) :: source      !! empty text on failure
-      type(error_t), allocatable, intent(out) :: error !! the file is missing or cannot be read
+      type(error_t), allocatable, intent(out) :: error !! the file is missing or cannot be read, or is none; as read_source_unit
       integer :: unit, status
       character(200) :: reason
+      call check_kind(path, error)
+      if (allocated(error)) then
+         call source_from_text('', path, source)
+         return
+      end if
       open (newunit=unit, file=path, status='old', action='read', iostat=status, iomsg=reason)
       if (status /= 0) then
          call source_from_text('', path, source)
-         call fail(error, 'cannot open the deck '//path//': '//trim(reason))
+         call fail(error, 'cannot open the deck '//quoted(path)//': '//shortened(trim(reason), 120))
          return
       end if
       call read_source_unit(unit, path, source, error)
       close (unit, iostat=status)
    end subroutine read_source_file
 
+   !> Something that is there but no file is no deck: a folder, and a pipe or a device, which may never end, or never begin.
+   subroutine check_kind(path, error)
+      character(*), intent(in) :: path
+      type(error_t), allocatable, intent(out) :: error
+      character(7) :: in_sequence, by_record
+      logical :: there
+      inquire (file=path, exist=there, sequential=in_sequence, direct=by_record)
+      if (.not. there) return
+      if (by_record /= 'NO') return
+      if (in_sequence == 'NO') then
+         call fail(error, quoted(path)//' is a folder; a deck is a file')
+      else if (.not. any([index(path, '/dev/stdin'), index(path, '/dev/fd/'), index(path, '/proc/self/fd/')] == 1)) then
+         ! What the shell has opened already may be a pipe: unilat <(command).
+         call fail(error, quoted(path)//' is a pipe or a device, no file; a deck from a pipe is read from standard input')
+      end if
+   end subroutine check_kind
+
    !> Reads everything that a formatted sequential unit (such as input_unit) still holds.
    subroutine read_source_unit(unit, name, source, error)
       integer, intent(in) :: unit                      !! connected for formatted reading
       character(*), intent(in) :: name                 !! what messages call the deck
       type(deck_source_t), intent(out) :: source       !! empty text on failure
-      type(error_t), allocatable, intent(out) :: error !! reading failed
+      type(error_t), allocatable, intent(out) :: error !! reading failed, or there is too much text
       character(:), allocatable :: text, buffer
-      integer :: status, n, length
+      integer :: status, n, length, line, lines
       character(200) :: reason
       allocate (character(chunk) :: buffer)
       allocate (character(65536) :: text)
       length = 0
+      line = 0      ! where the present one begins, less 1
+      lines = 0
       do
          read (unit, '(a)', advance='no', size=n, iostat=status, iomsg=reason) buffer
          if (is_iostat_end(status)) exit
          if (status /= 0 .and. .not. is_iostat_eor(status)) then
             call source_from_text('', name, source)
-            call fail(error, 'cannot read the deck '//name//': '//trim(reason))
+            call fail(error, 'cannot read the deck '//quoted(name)//': '//shortened(trim(reason), 120))
             return
          end if
          if (length + n + 1 > len(text)) call enlarge(text, 2 * len(text) + n)
          text(length + 1:length + n) = buffer(:n)
          length = length + n
+         if (length - line > longest_line) then
+            call refuse('line '//to_text(lines + 1)//' has more than '//to_text(longest_line)//' characters; is that a deck?')
+            return
+         else if (length > longest_text) then
+            call refuse('it has more than '//to_text(longest_text)//' characters')
+            return
+         end if
          if (is_iostat_eor(status)) then
             length = length + 1
             text(length:length) = newline
+            line = length
+            lines = lines + 1
+            if (lines > most_lines) then
+               call refuse('it has more than '//to_text(most_lines)//' lines')
+               return
+            end if
          end if
       end do
       call source_from_text(text(:length), name, source)
+
+   contains
+
+      subroutine refuse(why)
+         character(*), intent(in) :: why
+         call source_from_text('', name, source)
+         call fail(error, 'cannot read the deck '//quoted(name)//': '//why)
+      end subroutine refuse
    end subroutine read_source_unit
 
    !> Finds the lines of a text.

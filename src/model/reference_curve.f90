@@ -3,7 +3,7 @@ module reference_curve
    use kinds, only: wp, pi
    use model, only: curve_t, imperfection_t, shape_nodal
    use imperfection, only: imperfection_value
-   use length_table, only: length_table_t, new_length_table, add_panel, panel_places, table_value, table_excess, &
+   use length_table, only: length_table_t, new_length_table, add_panel, close_table, panel_places, table_value, table_excess, &
       & table_points
    implicit none
    private
@@ -114,6 +114,7 @@ contains
             end if
          end do
       end do
+      call close_table(table)
    end function measured
 
    !> True length per nominal length, less one.

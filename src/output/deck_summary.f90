@@ -8,6 +8,7 @@ module deck_summary
    use model_words, only: monitor_description, method_name, side_name, kind_name, parameter_name, parameter_object
    use columns, only: brief, whole, left
    use text, only: plural
+   use printable_text, only: printable
    implicit none
    private
    public :: write_deck_summary
@@ -64,9 +65,9 @@ contains
       integer, intent(in) :: unit
       character(*), intent(in) :: word, text
       if (word == '') then
-         write (unit, '(a)') trim(text)
+         write (unit, '(a)') printable(trim(text))
       else
-         write (unit, '(a)') trim(left(word, margin)//text)
+         write (unit, '(a)') printable(trim(left(word, margin)//text))
       end if
    end subroutine line
 
