@@ -14,6 +14,9 @@ program unilat
    use deck_to_model, only: read_deck
    use diagnostics, only: diagnostics_t, diagnostics_report, place_t
    use card_manual, only: write_card_manual
+   use help_topics, only: write_card_help, write_help
+   use terminal, only: is_terminal, standard_input, standard_output
+   use printable_text, only: printable, printable_lines
    use deck_summary, only: write_deck_summary
    use contact_touch, only: choose_spans
    use blas_threads, only: use_one_thread, blas_threads_text
@@ -43,10 +46,19 @@ program unilat
    call read_command_line(options, error)
    if (allocated(error)) call stop_with(exit_deck_error, error%message//' (unilat --help tells the options)')
    if (options%help .or. options%version .or. options%cards) then
-      if (options%help) write (output_unit, '(a)', advance='no') help_text()
+      if (options%help .and. options%topic == '') write (output_unit, '(a)', advance='no') help_text()
       if (options%version) call write_version()
-      if (options%cards) call write_card_manual(output_unit)
+      if (options%cards .and. options%topic == '') call write_card_manual(output_unit)
+      if (options%cards .and. options%topic /= '') call write_card_help(output_unit, options%topic, error)
+      if (options%help .and. options%topic /= '') call write_help(output_unit, options%topic, error)
+      if (allocated(error)) call stop_with(exit_deck_error, error%message)
       call end_program(exit_complete)
+   end if
+   if (options%deck == '') then
+      if (is_terminal(standard_input)) then
+         write (error_unit, '(a)', advance='no') help_text()
+         call stop_with(exit_deck_error, 'no deck is named, and standard input is a terminal')
+      end if
    end if
 
    ! ---- the deck ----
@@ -60,7 +72,11 @@ program unilat
    if (options%expand) then
       call assemble_deck(source, options%set, diagnostics)
       call end_with_errors()
-      write (output_unit, '(a)', advance='no') source%expanded
+      if (is_terminal(standard_output)) then
+         write (output_unit, '(a)', advance='no') printable_lines(source%expanded)
+      else
+         write (output_unit, '(a)', advance='no') source%expanded
+      end if
       call end_program(exit_complete)
    end if
    call read_deck(source, deck_model, diagnostics, steps_optional=options%check, settings=options%set)
@@ -202,7 +218,7 @@ contains
    subroutine stop_with(code, message)
       integer, intent(in) :: code
       character(*), intent(in) :: message
-      write (error_unit, '(a)') 'unilat: '//message
+      write (error_unit, '(a)') 'unilat: '//printable(message)
       call end_program(code)
    end subroutine stop_with
 

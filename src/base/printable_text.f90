@@ -5,7 +5,7 @@
 module printable_text
    implicit none
    private
-   public :: printable, shortened, quoted, character_end, control_place, control_words
+   public :: printable, printable_lines, shortened, quoted, character_end, control_place, control_words
 
    integer, parameter :: longest_quote = 60 !! [bytes] of a field that a message shows
    character(*), parameter :: picture = char(226)//char(144)        !! of U+2400 to U+243F, first two of three bytes
@@ -39,6 +39,25 @@ contains
       end do
       shown = shown(:n)
    end function printable
+
+   !> The same for a text of lines: what ends them stays.
+   pure function printable_lines(string) result(shown)
+      character(*), intent(in) :: string !! any bytes
+      character(:), allocatable :: shown, line
+      integer :: first, length, n
+      allocate (character(3 * len(string)) :: shown)
+      n = 0
+      first = 1
+      do while (first <= len(string))
+         length = index(string(first:), achar(10)) - 1
+         if (length < 0) length = len(string) - first + 1
+         line = printable(string(first:first + length - 1))
+         call put(shown, n, line)
+         first = first + length + 1
+         if (first <= len(string) + 1) call put(shown, n, achar(10))
+      end do
+      shown = shown(:n)
+   end function printable_lines
 
    !> Adds a piece to a text that has room.
    pure subroutine put(text, n, piece)

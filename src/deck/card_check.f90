@@ -12,13 +12,13 @@ module card_check
       kind_label_or_set, kind_dof
    use card_table, only: all_cards
    use deck_cards, only: deck_t, text_at, complain
-   use foreign_words, only: foreign_card, foreign_parameter, foreign_value
+   use foreign_words, only: foreign_card, foreign_parameter, foreign_value, foreign_field
    use card_values, only: holds, parameter_place, parameter_word, field_given, field_place, whole_line
    implicit none
    private
    public :: check_cards, is_name, choices, known_card
 
-   character(*), parameter :: foreign = '; a word of Abaqus and CalculiX, ' !! before what stands for it here
+   character(*), parameter :: foreign = '; a word of Abaqus and CalculiX; ' !! before what stands for it here
    ! Squares, cubes and sums of such numbers are still far from where arithmetic ends, at 1e308; counts times two are integers.
    real(wp), parameter :: largest_real = 1.0e100_wp
    integer, parameter :: largest_integer = 1000000000
@@ -303,7 +303,7 @@ contains
          if (i > size(item)) then
             deck%data_line(line)%sound = .false.
             wrong = 'a field too many; the line reads: '//field_names(item)
-            if (f == 4 .and. deck%card(card)%keyword == 'NODE') wrong = wrong//' (rods lie in the plane: there is no z)'
+            if (foreign_field(deck%card(card)%keyword, f) /= '') wrong = wrong//'; '//foreign_field(deck%card(card)%keyword, f)
             call complain(deck, diagnostics, card, place, wrong)
             return
          else if (.not. field_given(deck, line, f)) then

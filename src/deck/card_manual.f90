@@ -6,7 +6,7 @@ module card_manual
    use card_table, only: all_cards
    implicit none
    private
-   public :: write_card_manual
+   public :: write_card_manual, write_card
 
 contains
 
@@ -26,8 +26,9 @@ contains
       end do
    end subroutine write_card_manual
 
+   !> Writes the section of one card.
    subroutine write_card(unit, card)
-      integer, intent(in) :: unit
+      integer, intent(in) :: unit !! connected for formatted writing
       type(card_spec_t), intent(in) :: card
       integer :: i
       write (unit, '(a)') '', '### `*'//card%keyword//'`', ''

@@ -17,6 +17,7 @@ module deck_assembly
    character(*), parameter :: expanded_mark = '** *' !! an *INCLUDE whose deck follows in its place
    integer, parameter :: deepest = 100 !! decks that include each other; a circle through links ends there
    integer, parameter :: most_files = 10000 !! included ones, each as often as it is
+   integer, parameter :: longest_path = 4096 !! [bytes]
    integer, parameter :: most_names = 20    !! parameters that a message lists
 
    !> Lines one after the other; the text has room behind `length`.
@@ -211,7 +212,7 @@ contains
       type(deck_source_t) :: source
       type(error_t), allocatable :: error
       character(:), allocatable :: path, wrong
-      integer :: comma, equals, here, above
+      integer :: comma, equals, here, above, file
       here = a%origin(1, a%n)
       comma = index(card, ',')
       equals = index(card, '=')
@@ -224,6 +225,7 @@ contains
       else
          path = trim(adjustl(card(equals + 1:)))
          if (path == '') wrong = 'a file is missing: *INCLUDE, FILE=name'
+         if (len(path) > longest_path) wrong = 'a name of more than '//to_text(longest_path)//' characters names no file'
       end if
       if (may_write_title(a, here)) a%included_at = place_t(a%n, first, len_trim(typed))
       if (wrong == '') then
@@ -248,7 +250,8 @@ contains
          return
       end if
       call add_file(a, path, here)
-      call take_file(a, source, a%n_files, depth + 1, diagnostics)
+      file = a%n_files
+      call take_file(a, source, file, depth + 1, diagnostics)
    end subroutine include_file
 
    !> False where a file's text would become the title of a *HEADING that stands neither in this file nor in one that it includes.

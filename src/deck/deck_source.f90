@@ -5,6 +5,7 @@
 module deck_source
    use errors, only: error_t, fail
    use text, only: to_text
+   use file_kind, only: check_file
    use printable_text, only: quoted, shortened
    implicit none
    private
@@ -73,7 +74,7 @@ contains
       type(error_t), allocatable, intent(out) :: error !! the file is missing or cannot be read, or is none; as read_source_unit
       integer :: unit, status
       character(200) :: reason
-      call check_kind(path, error)
+      call check_file(path, error)
       if (allocated(error)) then
          call source_from_text('', path, source)
          return
@@ -87,23 +88,6 @@ contains
       call read_source_unit(unit, path, source, error)
       close (unit, iostat=status)
    end subroutine read_source_file
-
-   !> Something that is there but no file is no deck: a folder, and a pipe or a device, which may never end, or never begin.
-   subroutine check_kind(path, error)
-      character(*), intent(in) :: path
-      type(error_t), allocatable, intent(out) :: error
-      character(7) :: in_sequence, by_record
-      logical :: there
-      inquire (file=path, exist=there, sequential=in_sequence, direct=by_record)
-      if (.not. there) return
-      if (by_record /= 'NO') return
-      if (in_sequence == 'NO') then
-         call fail(error, quoted(path)//' is a folder; a deck is a file')
-      else if (.not. any([index(path, '/dev/stdin'), index(path, '/dev/fd/'), index(path, '/proc/self/fd/')] == 1)) then
-         ! What the shell has opened already may be a pipe: unilat <(command).
-         call fail(error, quoted(path)//' is a pipe or a device, no file; a deck from a pipe is read from standard input')
-      end if
-   end subroutine check_kind
 
    !> Reads everything that a formatted sequential unit (such as input_unit) still holds.
    subroutine read_source_unit(unit, name, source, error)

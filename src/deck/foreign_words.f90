@@ -3,12 +3,13 @@ module foreign_words
    use text, only: word_index
    implicit none
    private
-   public :: foreign_card, foreign_parameter, foreign_value
+   public :: foreign_card, foreign_parameter, foreign_value, foreign_field
 
    character(*), parameter :: no_time = 'not available: the analysis is static'
    character(*), parameter :: no_output = 'here *FIELD OUTPUT stores fields in the result file, and *MONITOR makes '// &
       'columns of the listing'
    character(*), parameter :: no_amplitude = 'not available: loads of a step grow with the load factor, from 0'
+   character(*), parameter :: plane = 'not available: rods lie in the plane of x and y'
    character(*), parameter :: elastic_only = 'not available: rods are elastic'
    character(*), parameter :: one_structure = 'not needed: a deck is one structure, and its nodes and '// &
       'elements stand in the model part'
@@ -128,11 +129,21 @@ contains
       call take_of(answer, name, typed, 'field', 'COPEN|CDISP', 'here GAP')
       call take_of(answer, name, typed, 'field', 'E|LE|PE|PEEQ|SE|SK|ENER|ALLSE|NT', 'not available')
       call take_of(answer, name, typed, 'quantity', 'U|RF', 'here with the direction: U1, U2, RF1, RF2')
-      call take_of(answer, name, typed, 'quantity', 'UR3|U6|U3', 'here UR')
-      call take_of(answer, name, typed, 'quantity', 'RM3|RF6|RF3', 'here RM')
+      call take_of(answer, name, typed, 'quantity', 'UR3|U6', 'here UR')
+      call take_of(answer, name, typed, 'quantity', 'RM3|RF6', 'here RM')
+      call take_of(answer, name, typed, 'quantity', 'U3|RF3', plane)
       call take_of(answer, name, typed, 'type', 'P1|P2|PZ|P1NU|P2NU|BX|BY', 'here PX, PY or P')
-      call take_of(answer, name, typed, 'dof', 'ZSYMM|XASYMM|YASYMM|ZASYMM', 'not available: rods lie in the plane of x and y')
+      call take_of(answer, name, typed, 'dof', 'ZSYMM|XASYMM|YASYMM|ZASYMM', plane)
    end function foreign_value
+
+   !> What is to be said of a field that data lines of a card have there but not here; '' when nothing is known of it.
+   pure function foreign_field(keyword, field) result(answer)
+      character(*), intent(in) :: keyword !! of the card, as the table spells it
+      integer, intent(in) :: field        !! its number on the line
+      character(:), allocatable :: answer
+      answer = ''
+      if (keyword == 'NODE' .and. field == 4) answer = 'a third coordinate is '//plane
+   end function foreign_field
 
    !> Gives the answer where a word is one of some.
    pure subroutine take(answer, typed, words, why)

@@ -84,6 +84,7 @@ contains
          if (step%field_every == 0) return
          if (mod(number, step%field_every) /= 0 .and. label == '') return
          if (step%field_displacement) then
+            allocate (point%displacement(3, problem%deck%mesh%n_nodes))
             point%displacement = deck_displacements(problem, state, [(c, c=1, problem%deck%mesh%n_nodes)])
             ! An imperfection that the path began with is a part of it: what takes the deck's node to where it is.
             point%displacement(1:2, :) = point%displacement(1:2, :) + (problem%deck%mesh%x - problem%coordinates)
