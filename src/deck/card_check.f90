@@ -19,9 +19,7 @@ module card_check
    public :: check_cards, is_name, choices, known_card
 
    character(*), parameter :: foreign = '; a word of Abaqus and CalculiX; ' !! before what stands for it here
-   ! Squares, cubes and sums of such numbers are still far from where arithmetic ends, at 1e308; counts times two are integers.
-   real(wp), parameter :: largest_real = 1.0e100_wp
-   integer, parameter :: largest_integer = 1000000000
+   real(wp), parameter :: largest_real = 1.0e100_wp !! cubes of such numbers, and sums of these, are below 1e308, where arithmetic ends
 
    !> What has to be remembered from card to card.
    type :: reading_t
@@ -364,9 +362,8 @@ contains
          call parse_integer(typed, number, ok)
          if (.not. ok .and. number == 0) then
             wrong = item%name//' must be an integer, not '//quoted(typed)
-         else if (.not. ok .or. abs(real(number, wp)) > largest_integer) then
-            wrong = item%name//' is too large: '//quoted(typed)//'; integers are at most '//to_text(largest_integer)// &
-               ' in size'
+         else if (.not. ok .or. abs(real(number, wp)) > item%most) then
+            wrong = item%name//' is too large: '//quoted(typed)//'; at most '//to_text(item%most)
          else if (.not. within(item%bound, real(number, wp))) then
             wrong = item%name//' must be '//bound_text(item%bound)//', not '//quoted(typed)
          end if
