@@ -25,7 +25,7 @@ def cell(value):
     if not isinstance(value, str):
         return value
     text = printable(value)
-    return f"'{text}" if text.lstrip().startswith(FORMULA) else text
+    return f"'{text}" if value.lstrip().startswith(FORMULA) else text
 
 
 def _is_control(letter: str) -> bool:

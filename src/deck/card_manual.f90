@@ -1,8 +1,8 @@
 !> Prints the reference of all cards from their table, as Markdown.
 module card_manual
-   use text, only: word_at, word_count
+   use text, only: to_text, word_at, word_count
    use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, anywhere, positive, not_negative, not_zero, &
-      kind_flag, kind_word, kind_name, kind_integer, kind_label, kind_label_or_set, kind_dof, kind_path, kind_value
+      kind_flag, kind_word, kind_name, kind_integer, kind_label, kind_label_or_set, kind_dof, kind_path, kind_value, usual_most
    use card_table, only: all_cards
    implicit none
    private
@@ -156,6 +156,7 @@ contains
       case (not_zero)
          string = string//', not 0'
       end select
+      if (item%most < usual_most) string = string//', at most '//to_text(item%most)
    end function kind_text
 
    pure function alternatives(words) result(string)

@@ -9,7 +9,7 @@ module card_spec
    public :: kind_path, kind_value
    public :: in_model, in_step, anywhere, outside_step
    public :: any_value, positive, not_negative, not_zero
-   public :: many_lines
+   public :: many_lines, usual_most
 
    enum, bind(c)
       enumerator :: kind_flag = 1     !! a parameter without a value
@@ -36,6 +36,7 @@ module card_spec
    end enum
 
    integer, parameter :: many_lines = huge(1)
+   integer, parameter :: usual_most = 1000000000 !! of an integer, in size; twice that is one, too
 
    !> A parameter, or a field of a data line.
    type :: item_t
@@ -48,7 +49,7 @@ module card_spec
       character(:), allocatable :: former  !! words of earlier versions, between bars, each followed by a blank and today's
       character(:), allocatable :: only    !! allowed only when, such as 'TYPE=CIRCLE'; '': always
       integer :: bound = any_value
-      integer :: most = 1000000000         !! of an integer, in size; twice that is one, too
+      integer :: most = usual_most         !! of an integer, in size
       character(:), allocatable :: unit    !! in words; '': none
       character(:), allocatable :: meaning !! one line
    end type item_t
