@@ -128,7 +128,7 @@ def test_long_fields_are_shortened(tmp_path, text):
 def test_what_a_short_quote_says(tmp_path):
     """The beginning, the size, and of the line the part around the place, with carets below it."""
     lines = refused(tmp_path, f"*NODE\n1, 0, {LONG * 'A'}, {LONG * 'B'}\n").splitlines()
-    assert lines[0] == f"deck.inp:2:7: *NODE: y must be a number, not {40 * 'A'}... ({LONG} characters)"
+    assert lines[0] == f"deck.inp:2:7: *NODE: y must be a number, not {60 * 'A'}... ({LONG} characters)"
     assert lines[1].startswith("       2 | 1, 0, AAA") and lines[1].endswith("A...") and lines[2].index("^") == lines[1].index("A")
     assert lines[3].startswith(f"deck.inp:2:{LONG + 9}: *NODE: a field too many")
     assert lines[4].startswith("       2 | ...AAA") and lines[5].index("^") == lines[4].index("B")
@@ -235,7 +235,7 @@ def test_many_wrong_formulas(tmp_path):
 
 @pytest.mark.parametrize("number", ["1e101", "-1e101", "1e154", "1e308", "1e400", "-1e400", "1e99999999999", "1" + 150 * "0"])
 def test_large_numbers(tmp_path, number):
-    assert f"x is too large: {number if len(number) < 60 else number[:40]}" in refused(tmp_path, DECK.replace("2, 1, 0", f"2, {number}, 0"))
+    assert f"x is too large: {number if len(number) < 80 else number[:60]}" in refused(tmp_path, DECK.replace("2, 1, 0", f"2, {number}, 0"))
     said = refused(tmp_path, "*PARAMETER\nL = 1e200\n" + DECK.replace("2, 1, 0", "2, ${L}, 0"))
     assert "x is too large: 1e200; numbers are at most 1e100 in size" in said
 

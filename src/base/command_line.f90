@@ -1,7 +1,7 @@
 !> The command line: what the user asks for, and the help text.
 module command_line
    use errors, only: error_t, fail
-   use printable_text, only: quoted
+   use printable_text, only: quoted, quoted_path
    implicit none
    private
    public :: command_line_t, read_command_line, parse_arguments, help_text, argument_length
@@ -60,7 +60,7 @@ contains
             if (argument(i) == '') then
                call fail(error, 'the name of the deck is empty')
             else if (options%deck /= '') then
-               call fail(error, 'one deck at a time: '//quoted(options%deck)//' or '//quoted(trim(argument(i)))//'?')
+               call fail(error, 'one deck at a time: '//quoted_path(options%deck)//' or '//quoted_path(trim(argument(i)))//'?')
             else
                options%deck = trim(argument(i))
             end if

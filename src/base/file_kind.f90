@@ -2,7 +2,7 @@
 module file_kind
    use, intrinsic :: iso_c_binding, only: c_ptr, c_char, c_int, c_long, c_null_char, c_associated
    use errors, only: error_t, fail
-   use printable_text, only: quoted
+   use printable_text, only: quoted_path
    implicit none
    private
    public :: check_file
@@ -34,13 +34,13 @@ contains
       integer :: bytes
       inquire (file=path//'/.', exist=there)
       if (there) then
-         call fail(error, quoted(path)//' is a folder; a deck is a file')
+         call fail(error, quoted_path(path)//' is a folder; a deck is a file')
          return
       end if
       inquire (file=path, exist=there, size=bytes)
       if (.not. there .or. bytes > 0) return
       if (any([index(path, '/dev/stdin'), index(path, '/dev/fd/'), index(path, '/proc/self/fd/')] == 1)) return
-      if (is_pipe(path)) call fail(error, quoted(path)//' is empty, or a pipe; a deck from a pipe is read from standard input')
+      if (is_pipe(path)) call fail(error, quoted_path(path)//' is empty, or a pipe; a deck from a pipe is read from standard input')
    end subroutine check_file
 
    !> True for a pipe, and for what has no bytes and may not be opened for update. Opened so, a pipe does not wait for its other

@@ -5,9 +5,10 @@
 module printable_text
    implicit none
    private
-   public :: printable, printable_lines, shortened, quoted, character_end, control_place, control_words
+   public :: printable, printable_lines, shortened, quoted, quoted_path, character_end, control_place, control_words
 
-   integer, parameter :: longest_quote = 60 !! [bytes] of a field that a message shows
+   integer, parameter :: longest_quote = 80 !! [bytes] of a field that a message shows, the longest name
+   integer, parameter :: longest_path = 300 !! [bytes] of the name of a file
    character(*), parameter :: picture = char(226)//char(144)        !! of U+2400 to U+243F, first two of three bytes
    character(*), parameter :: no_text = char(239)//char(191)//char(189) !! U+FFFD, which stands for bytes that are no text
 
@@ -95,6 +96,13 @@ contains
       write (number, '(i0)') len(string)
       quote = printable(string(:first))//'... ('//trim(number)//' characters)'
    end function quoted
+
+   !> The name of a file, as messages show it: of a long one the beginning and the end.
+   pure function quoted_path(path) result(quote)
+      character(*), intent(in) :: path
+      character(:), allocatable :: quote
+      quote = printable(shortened(path, longest_path))
+   end function quoted_path
 
    !> Where the character ends that a byte belongs to.
    pure integer function character_end(string, place) result(last)

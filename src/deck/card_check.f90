@@ -19,7 +19,7 @@ module card_check
    public :: check_cards, is_name, choices, known_card
 
    character(*), parameter :: foreign = '; a word of Abaqus and CalculiX; ' !! before what stands for it here
-   real(wp), parameter :: largest_real = 1.0e100_wp !! cubes of such numbers, and sums of these, are below 1e308, where arithmetic ends
+   real(wp), parameter :: largest_real = 1.0e100_wp !! cubes of such numbers, and sums of these, are below 1e308
 
    !> What has to be remembered from card to card.
    type :: reading_t

@@ -4,7 +4,7 @@
 !> above it. Names get their values in the order of the lines.
 module deck_assembly
    use text, only: squeeze, is_blank, to_text
-   use printable_text, only: quoted
+   use printable_text, only: quoted, quoted_path
    use errors, only: error_t
    use deck_source, only: deck_source_t, deck_file_t, typed_line_t, spot_t, read_source_file, source_from_text, most_lines
    use deck_parameters, only: deck_parameters_t
@@ -198,7 +198,7 @@ contains
       end if
       if (earlier > 0) then
          wrong = 'the name was used in line '//to_text(a%origin(2, earlier))
-         if (a%origin(1, earlier) /= origin(1)) wrong = wrong//' of '//quoted(a%file(a%origin(1, earlier))%name)
+         if (a%origin(1, earlier) /= origin(1)) wrong = wrong//' of '//quoted_path(a%file(a%origin(1, earlier))%name)
       end if
       if (wrong /= '') call diagnostics%add(place_t(a%n, first, len_trim(typed)), '*PARAMETER: '//wrong)
    end subroutine define_parameter
@@ -232,7 +232,7 @@ contains
          path = beside(a%file(here)%name, path)
          above = here
          do while (above > 0)
-            if (a%file(above)%name == path) wrong = quoted(path)//' includes itself'//way(a, above, here)
+            if (a%file(above)%name == path) wrong = quoted_path(path)//' includes itself'//way(a, above, here)
             above = a%included_by(above)
          end do
          if (depth == deepest) wrong = 'more than '//to_text(deepest)//' decks include each other'
@@ -295,13 +295,13 @@ contains
       integer, intent(in) :: top, bottom
       character(:), allocatable :: string
       integer :: file
-      string = quoted(a%file(top)%name)
+      string = quoted_path(a%file(top)%name)
       file = bottom
       do while (file /= top)
-         string = quoted(a%file(file)%name)//', '//string
+         string = quoted_path(a%file(file)%name)//', '//string
          file = a%included_by(file)
       end do
-      string = ': '//quoted(a%file(top)%name)//', '//string
+      string = ': '//quoted_path(a%file(top)%name)//', '//string
       if (top == bottom) string = ''
    end function way
 

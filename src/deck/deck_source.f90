@@ -6,7 +6,7 @@ module deck_source
    use errors, only: error_t, fail
    use text, only: to_text
    use file_kind, only: check_file
-   use printable_text, only: quoted, shortened
+   use printable_text, only: quoted_path, shortened
    implicit none
    private
    public :: deck_source_t, deck_file_t, deck_parameter_t, typed_line_t, spot_t
@@ -82,7 +82,7 @@ contains
       open (newunit=unit, file=path, status='old', action='read', iostat=status, iomsg=reason)
       if (status /= 0) then
          call source_from_text('', path, source)
-         call fail(error, 'cannot open the deck '//quoted(path)//': '//shortened(trim(reason), 120))
+         call fail(error, 'cannot open the deck '//quoted_path(path)//': '//shortened(trim(reason), 120))
          return
       end if
       call read_source_unit(unit, path, source, error)
@@ -108,7 +108,7 @@ contains
          if (is_iostat_end(status)) exit
          if (status /= 0 .and. .not. is_iostat_eor(status)) then
             call source_from_text('', name, source)
-            call fail(error, 'cannot read the deck '//quoted(name)//': '//shortened(trim(reason), 120))
+            call fail(error, 'cannot read the deck '//quoted_path(name)//': '//shortened(trim(reason), 120))
             return
          end if
          if (length + n + 1 > len(text)) call enlarge(text, 2 * len(text) + n)
@@ -139,7 +139,7 @@ contains
       subroutine refuse(why)
          character(*), intent(in) :: why
          call source_from_text('', name, source)
-         call fail(error, 'cannot read the deck '//quoted(name)//': '//why)
+         call fail(error, 'cannot read the deck '//quoted_path(name)//': '//why)
       end subroutine refuse
    end subroutine read_source_unit
 
