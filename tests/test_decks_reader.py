@@ -125,6 +125,12 @@ def test_long_fields_are_shortened(tmp_path, text):
     refused(tmp_path, text)
 
 
+@pytest.mark.parametrize("text", ["*{}\n", "*NODE, {}\n1, 0, 0\n", "*CONTACT, POINTS={}\n", "*BOUNDARY\n1, {}\n", "*NSET, NSET={}\n1\n", "*INCLUDE, {}=a\n",
+                                  "*PARAMETER\na = {}\n"])
+def test_fields_longer_than_the_stack(tmp_path, text):
+    refused(tmp_path, text.format(9000000 * "a"))
+
+
 def test_what_a_short_quote_says(tmp_path):
     """The beginning, the size, and of the line the part around the place, with carets below it."""
     lines = refused(tmp_path, f"*NODE\n1, 0, {LONG * 'A'}, {LONG * 'B'}\n").splitlines()

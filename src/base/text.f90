@@ -35,15 +35,16 @@ contains
    pure function squeeze(string) result(word)
       character(*), intent(in) :: string !! any text
       character(:), allocatable :: word
-      character(len(string)) :: buffer
       integer :: i, n
+      allocate (character(len(string)) :: word) ! not on the stack, which a long line of a deck would fill
       n = 0
       do i = 1, len(string)
          if (is_blank(string(i:i))) cycle
          n = n + 1
-         buffer(n:n) = string(i:i)
+         word(n:n) = string(i:i)
+         if (string(i:i) >= 'a' .and. string(i:i) <= 'z') word(n:n) = achar(iachar(string(i:i)) - 32)
       end do
-      word = upper(buffer(:n))
+      if (n < len(word)) word = word(:n)
    end function squeeze
 
    !> True when two names differ in case or trailing blanks at most.

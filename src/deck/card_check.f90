@@ -4,7 +4,7 @@
 !> pass over both. What cards say about each other is the readers' business.
 module card_check
    use kinds, only: wp, name_length
-   use text, only: to_text, upper, plural, nearest_word, parse_integer, parse_real, word_at, word_count, word_index
+   use text, only: to_text, squeeze, plural, nearest_word, parse_integer, parse_real, word_at, word_count, word_index
    use printable_text, only: quoted
    use diagnostics, only: diagnostics_t, place_t
    use card_spec, only: card_spec_t, item_t, find_card, find_item, in_model, in_step, outside_step, &
@@ -351,7 +351,7 @@ contains
             foreign_value(item%name, typed)
          do number = 1, word_count(item%former)
             pair = word_at(item%former, number)
-            if (pair(:index(pair, ' ') - 1) == upper(typed)) wrong = item%name//' cannot be '//upper(typed)// &
+            if (pair(:index(pair, ' ') - 1) == squeeze(typed)) wrong = item%name//' cannot be '//squeeze(typed)// &
                ' any more; write '//pair(index(pair, ' ') + 1:)
          end do
       case (kind_name)
