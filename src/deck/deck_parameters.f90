@@ -51,7 +51,8 @@ contains
       type(deck_parameter_t) :: parameter
       real(wp) :: number
       call new_parameter(self, string, parameter, number, wrong)
-      if (wrong == '' .and. place(self, parameter%name) > 0) wrong = 'set twice'
+      if (wrong /= '') return ! perhaps without a name
+      if (place(self, parameter%name) > 0) wrong = 'set twice'
       if (wrong /= '') return
       parameter%was_set = .true.
       call append(self, parameter, number)
