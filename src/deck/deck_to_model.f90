@@ -184,21 +184,24 @@ contains
    subroutine read_heading(deck, model)
       type(deck_t), intent(in) :: deck
       type(model_t), intent(inout) :: model
-      integer :: card, line, n
+      integer :: card, line, n, i
       model%title = ''
       model%job = ''
       do card = 1, deck%n_cards
          if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'HEADING') cycle
          model%job = parameter_text(deck, card, 'JOB')
-         associate (lines => deck%data_line(deck%card(card)%first_line:deck%card(card)%last_line)%line)
-            deallocate (model%title)
-            allocate (character(sum(deck%source%last(lines) - deck%source%first(lines) + 2)) :: model%title)
-            n = 0
-            do line = 1, size(lines)
-               call append(trim(adjustl(deck%source%line(lines(line)))))
-            end do
-            model%title = model%title(:n)
-         end associate
+         n = 0
+         do i = deck%card(card)%first_line, deck%card(card)%last_line
+            line = deck%data_line(i)%line
+            n = n + deck%source%last(line) - deck%source%first(line) + 2
+         end do
+         deallocate (model%title)
+         allocate (character(n) :: model%title)
+         n = 0
+         do i = deck%card(card)%first_line, deck%card(card)%last_line
+            call append(trim(adjustl(deck%source%line(deck%data_line(i)%line))))
+         end do
+         model%title = model%title(:n)
       end do
 
    contains

@@ -62,7 +62,7 @@ contains
    pure subroutine measure_curves(curve, imperfections)
       type(curve_t), intent(inout) :: curve(:)
       type(imperfection_t), intent(inout) :: imperfections(:)
-      type(length_table_t), allocatable :: table(:)
+      type(length_table_t), allocatable :: table(:), more(:)
       integer :: c, i, k
       do i = 1, size(imperfections)
          allocate (table(0))
@@ -71,7 +71,12 @@ contains
             do k = 1, size(table)
                if (abs(table(k)%curvature - curve(c)%curvature) <= 0.0_wp) exit
             end do
-            if (k > size(table)) table = [table, measured(imperfections(i), curve(c)%curvature)]
+            if (k > size(table)) then
+               allocate (more(k))
+               more(:k - 1) = table
+               more(k) = measured(imperfections(i), curve(c)%curvature)
+               call move_alloc(more, table)
+            end if
             curve(c)%table = k
          end do
          call move_alloc(table, imperfections(i)%table)
