@@ -111,10 +111,10 @@ contains
          call measure_mesh(reaction, density, gap, place)
          if (problem%deck_mesh) then
             ! Rows belong to nodes there, wherever these have moved.
-            point%reaction = reaction
-            point%reaction_density = density
-            point%gap = gap
-            point%contact_point = place
+            call move_alloc(reaction, point%reaction)
+            call move_alloc(density, point%reaction_density)
+            call move_alloc(gap, point%gap)
+            call move_alloc(place, point%contact_point)
          else
             n = sum([(size(problem%deck%contact(k)%node), k=1, size(problem%deck%contact))])
             allocate (point%reaction(n), point%reaction_density(n), source=0.0_wp)
