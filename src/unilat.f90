@@ -15,7 +15,9 @@ program unilat
    use diagnostics, only: diagnostics_t, diagnostics_report, place_t
    use card_manual, only: write_card_manual
    use deck_templates, only: template_names, is_template, write_template
-   use terminal, only: has_colours, painted, standard_error, red
+   use help_topics, only: write_card_help, write_help
+   use terminal, only: is_terminal, has_colours, painted, standard_input, standard_output, standard_error, red
+   use printable_text, only: printable, printable_lines
    use deck_summary, only: write_deck_summary
    use load_sums, only: step_load_sums
    use start_support, only: why_deck_unheld
@@ -46,10 +48,19 @@ program unilat
    call read_command_line(options, error)
    if (allocated(error)) call stop_with(exit_deck_error, error%message//' (unilat --help tells the options)')
    if (options%help .or. options%version .or. options%cards) then
-      if (options%help) write (output_unit, '(a)', advance='no') help_text()
+      if (options%help .and. options%topic == '') write (output_unit, '(a)', advance='no') help_text()
       if (options%version) call write_version()
-      if (options%cards) call write_card_manual(output_unit)
+      if (options%cards .and. options%topic == '') call write_card_manual(output_unit)
+      if (options%cards .and. options%topic /= '') call write_card_help(output_unit, options%topic, error)
+      if (options%help .and. options%topic /= '') call write_help(output_unit, options%topic, error)
+      if (allocated(error)) call stop_with(exit_deck_error, error%message)
       call end_program(exit_complete)
+   end if
+   if (options%deck == '') then
+      if (is_terminal(standard_input)) then
+         write (error_unit, '(a)', advance='no') help_text()
+         call stop_with(exit_deck_error, 'no deck is named, and standard input is a terminal')
+      end if
    end if
 
    if (options%template /= '') call write_new_deck()
@@ -65,7 +76,11 @@ program unilat
    if (options%expand) then
       call assemble_deck(source, options%set, diagnostics)
       call end_with_errors()
-      write (output_unit, '(a)', advance='no') source%expanded
+      if (is_terminal(standard_output)) then
+         write (output_unit, '(a)', advance='no') printable_lines(source%expanded)
+      else
+         write (output_unit, '(a)', advance='no') source%expanded
+      end if
       call end_program(exit_complete)
    end if
    call read_deck(source, deck_model, diagnostics, steps_optional=options%check, settings=options%set)
@@ -240,7 +255,7 @@ contains
    subroutine stop_with(code, message)
       integer, intent(in) :: code
       character(*), intent(in) :: message
-      write (error_unit, '(a)') painted('unilat:', red, has_colours(standard_error))//' '//message
+      write (error_unit, '(a)') painted('unilat:', red, has_colours(standard_error))//' '//printable(message)
       call end_program(code)
    end subroutine stop_with
 

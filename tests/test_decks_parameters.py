@@ -129,7 +129,7 @@ def test_errors_name_the_file_and_show_the_line_as_typed(folder):
     assert told(folder) == """parts/end.inp:1:10: *NODE: y must be a number, not q4
        1 | 2, ${L}, q${n}, 7
          |          ^^^^^
-parts/end.inp:1:17: *NODE: a field too many; the line reads: label, x, y
+parts/end.inp:1:17: *NODE: a field too many; the line reads: label, x, y; a third coordinate is not available: rods lie in the plane of x and y
        1 | 2, ${L}, q${n}, 7
          |                 ^
 parts/end.inp:2:1: *NODE: node 1 was defined in line 1 of parts/nodes.inp

@@ -13,6 +13,10 @@ _unilat() {
    COMPREPLY=()
    case $before in
       -o) _unilat_files h5; return ;;
+      --cards)
+         # One word each, so that blanks need no quotes.
+         COMPREPLY=($(compgen -W "$("${COMP_WORDS[0]}" --cards 2> /dev/null | sed -nE 's/^### `\*([A-Z ]+)`$/\1/p' | tr -d ' ')" -- "${word^^}"))
+         return ;;
       --set)
          # The names on the *PARAMETER cards of the decks that are on the line.
          compopt -o nospace 2> /dev/null

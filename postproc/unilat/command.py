@@ -6,6 +6,8 @@ import importlib
 import os
 import sys
 
+from .plain_text import printable
+
 COMMANDS = {
     "path": ("plot.path", "bifurcation diagram: the path and its branches over any quantity"),
     "shape": ("plot.shape", "deformed shapes, obstacles, the part in contact"),
@@ -63,5 +65,5 @@ def guarded(command: str, module: str, argv: list[str]) -> int:
 
 
 def complain(command: str, problem) -> int:
-    print(f"{command}: error: {problem}", file=sys.stderr)
+    print(f"{command}: error: {printable(str(problem))}", file=sys.stderr)
     return 2

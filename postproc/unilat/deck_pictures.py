@@ -11,6 +11,7 @@ import shlex
 import sys
 
 from . import command
+from .plain_text import printable
 from .results import Results, ResultsError, read_results
 
 # A comment of the deck names a picture by its command, or by a longer name that older decks have.
@@ -27,14 +28,19 @@ def main(argv=None) -> int:
     parser.add_argument("--variant", action="append", default=[], help="the path is drawn of these runs instead")
     args = parser.parse_args(argv)
     try:
-        with open(args.deck, encoding="utf-8") as file:
+        with open(args.deck, encoding="utf-8", errors="replace") as file:
             deck = file.read()
         there = pictures(read_results(args.results))
     except (OSError, ResultsError) as problem:
         return failed("no picture", str(problem))
     code = 0
     for name in there:
-        for number, options in enumerate(wishes(deck, name), start=1):
+        try:
+            asked = wishes(deck, name)
+        except ValueError as problem:
+            code = failed(f"no picture {name}", f"{args.deck}: {problem}")
+            continue
+        for number, options in enumerate(asked, start=1):
             code = draw(name, number, options, args) or code
     return code
 
@@ -52,11 +58,23 @@ def pictures(results: Results) -> list[str]:
 
 
 def wishes(deck: str, name: str) -> list[list[str]]:
-    """Options for each picture of this kind that the deck wants; `none` wants none."""
+    """Options for each picture of this kind that the deck wants; `none` wants none. ValueError for a comment that cannot be followed."""
     found = [text.strip() for word, text in COMMENT.findall(deck) if NAMES.get(word, word) == name]
     if "none" in found:
         return []
-    return [shlex.split(text) for text in found] or ([] if name in ASKED_FOR else [[]])
+    return [_options(text) for text in found] or ([] if name in ASKED_FOR else [[]])
+
+
+def _options(text: str) -> list[str]:
+    """The words of a comment. A deck may be anybody's: it says how it is drawn, not which file is written."""
+    try:
+        words = shlex.split(text)
+    except ValueError as problem:       # such as a quote that is not closed
+        raise ValueError(f"comment '{printable(text)}': {str(problem).lower()}") from None
+    for word in words:
+        if word.startswith("-o") or (len(word) > 2 and "--output".startswith(word.split("=")[0])):
+            raise ValueError(f"comment '{printable(text)}': pictures are written beside the results; leave out {printable(word)}")
+    return words
 
 
 def draw(name: str, number: int, options: list[str], args) -> int:
@@ -80,7 +98,7 @@ def draw(name: str, number: int, options: list[str], args) -> int:
 
 
 def failed(what: str, why: str) -> int:
-    print(f"{what}: {why}", file=sys.stderr)
+    print(f"{what}: {chr(10).join(printable(line) for line in why.splitlines())}", file=sys.stderr)
     return 5
 
 

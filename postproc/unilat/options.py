@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 
+from .plain_text import printable
 from .results import Column, LimitCurve, Path, Results, ResultsError, read_results
 
 LABELS = ("LP", "BP", "TP", "C+", "C-", "UZ", "EP")
@@ -69,7 +70,7 @@ def tell_unfinished(everything: list[Results]):
     """Says which files are of runs that did not come to their end."""
     for results in everything:
         if not results.complete:
-            print(f"note: {results.filename} has {results.n_points} points, status: {results.status or 'unknown'}")
+            print(f"note: {results.filename} has {results.n_points} points, status: {printable(results.status or 'unknown')}")
 
 
 def numbers(results: Path | LimitCurve, name: str) -> Column:

@@ -1,6 +1,7 @@
 !> The command line: what the user asks for, and the help text.
 module command_line
    use errors, only: error_t, fail
+   use printable_text, only: quoted, quoted_path
    implicit none
    private
    public :: command_line_t, read_command_line, parse_arguments, help_text, argument_length
@@ -17,6 +18,7 @@ module command_line
       logical :: expand = .false.          !! print the deck with the included ones only
       logical :: quiet = .false.           !! no listing
       logical :: help = .false., version = .false., cards = .false. !! print this and end
+      character(:), allocatable :: topic   !! what --help or --cards is to be about; '': everything
    end type command_line_t
 
 contains
@@ -51,6 +53,7 @@ contains
       options%deck = ''
       options%output = ''
       options%template = ''
+      options%topic = ''
       allocate (options%set(0))
       only_files = .false.
       i = 0
@@ -72,7 +75,7 @@ contains
             else if (options%template /= '') then
                call fail(error, 'init takes one name, and with -o FILE another place')
             else if (options%deck /= '') then
-               call fail(error, 'one deck at a time: '//options%deck//' or '//trim(argument(i))//'?')
+               call fail(error, 'one deck at a time: '//quoted_path(options%deck)//' or '//quoted_path(trim(argument(i)))//'?')
             else
                options%deck = trim(argument(i))
             end if
@@ -84,7 +87,7 @@ contains
                else if (i == size(argument)) then
                   call fail(error, '-o needs the name of a file')
                else if (argument(i + 1) == '' .or. argument(i + 1)(1:1) == '-') then
-                  call fail(error, '-o needs the name of a file, not '''//trim(argument(i + 1))//'''')
+                  call fail(error, '-o needs the name of a file, not '''//quoted(trim(argument(i + 1)))//'''')
                else
                   i = i + 1
                   options%output = trim(argument(i))
@@ -93,7 +96,7 @@ contains
                if (i == size(argument)) then
                   call fail(error, '--set needs name=value')
                else if (index(argument(i + 1), '=') < 2) then
-                  call fail(error, '--set needs name=value, not '''//trim(argument(i + 1))//'''')
+                  call fail(error, '--set needs name=value, not '''//quoted(trim(argument(i + 1)))//'''')
                else
                   i = i + 1
                   call append(options%set, argument(i))
@@ -106,14 +109,17 @@ contains
                options%quiet = .true.
             case ('--help', '-h')
                options%help = .true.
+               ! An option is a topic where nothing follows it.
+               call take_topic(i + 1 == size(argument))
             case ('--version')
                options%version = .true.
             case ('--cards')
                options%cards = .true.
+               call take_topic(.false.)
             case ('--')
                only_files = .true.
             case default
-               call fail(error, 'unknown option '//trim(argument(i))//'')
+               call fail(error, 'unknown option '//quoted(trim(argument(i))))
             end select
          end if
          if (allocated(error)) return
@@ -121,6 +127,17 @@ contains
       if (options%check .and. options%expand) call fail(error, 'either --check or --expand')
       if (options%expand .and. options%output /= '') call fail(error, '--expand writes no results: leave out -o')
       if (options%check .and. options%output /= '') call fail(error, '--check writes no results: leave out -o')
+
+   contains
+
+      !> Takes the next argument for what --help or --cards is to be about, unless it is an option.
+      subroutine take_topic(options_too)
+         logical, intent(in) :: options_too    !! true: even if it is one
+         if (i == size(argument)) return
+         if (argument(i + 1) == '' .or. (argument(i + 1)(1:1) == '-' .and. .not. options_too)) return
+         i = i + 1
+         options%topic = trim(argument(i))
+      end subroutine take_topic
    end subroutine parse_arguments
 
    !> Adds an argument to a list.
@@ -151,8 +168,11 @@ contains
          '  --expand    print the deck with the included decks in their place, compute nothing'//nl// &
          '  --check     read, check and summarise the deck, compute nothing'//nl// &
          '  --quiet     no listing'//nl// &
-         '  --cards     print the reference of all cards (Markdown)'//nl// &
-         '  --help      print this'//nl// &
+         '  --cards [CARD]'//nl// &
+         '              print the reference of all cards (Markdown), or of one: unilat --cards BOUNDARY'//nl// &
+         '  --help [WORD]'//nl// &
+         '              print this, or what is known of a card, an option, a parameter, a word of a deck: unilat --help RIKS'// &
+         nl// &
          '  --version   print versions of program, compiler and libraries'//nl//nl// &
          'exit codes: 0 path complete, 1 error in the deck or the command, 2 stopped early (the path up to there '// &
          'is'//nl// &

@@ -142,11 +142,17 @@ contains
    pure function listed_names(self) result(list)
       class(name_list_t), intent(in) :: self
       character(:), allocatable :: list
-      integer :: i
-      list = ''
+      integer :: i, n
+      n = 0
       do i = 1, self%n
-         if (i > 1) list = list//'|'
-         list = list//trim(self%name(i))
+         n = n + len_trim(self%name(i)) + 1
+      end do
+      allocate (character(max(n - 1, 0)) :: list)
+      n = 0
+      do i = 1, self%n
+         if (i > 1) list(n:n) = '|'
+         list(n + 1:n + len_trim(self%name(i))) = trim(self%name(i))
+         n = n + len_trim(self%name(i)) + 1
       end do
    end function listed_names
 

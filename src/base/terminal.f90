@@ -7,9 +7,9 @@ module terminal
    implicit none
    private
    public :: is_terminal, has_colours, painted
-   public :: standard_output, standard_error, red, green, bold
+   public :: standard_input, standard_output, standard_error, red, green, bold
 
-   integer, parameter :: standard_output = 1, standard_error = 2 !! their file descriptors
+   integer, parameter :: standard_input = 0, standard_output = 1, standard_error = 2 !! file descriptors of POSIX
 
    enum, bind(c)
       enumerator :: bold = 1, red = 31, green = 32 !! parameters of the escape sequence
@@ -25,9 +25,9 @@ module terminal
 
 contains
 
-   !> True when what is written to a descriptor is shown by a terminal at once.
+   !> True when a descriptor is a terminal.
    logical function is_terminal(descriptor)
-      integer, intent(in) :: descriptor !! standard_output or standard_error
+      integer, intent(in) :: descriptor !! standard_...
       is_terminal = c_isatty(int(descriptor, c_int)) == 1
    end function is_terminal
 

@@ -35,15 +35,16 @@ contains
    pure function squeeze(string) result(word)
       character(*), intent(in) :: string !! any text
       character(:), allocatable :: word
-      character(len(string)) :: buffer
       integer :: i, n
+      allocate (character(len(string)) :: word) ! not on the stack, which a long line of a deck would fill
       n = 0
       do i = 1, len(string)
          if (is_blank(string(i:i))) cycle
          n = n + 1
-         buffer(n:n) = string(i:i)
+         word(n:n) = string(i:i)
+         if (string(i:i) >= 'a' .and. string(i:i) <= 'z') word(n:n) = achar(iachar(string(i:i)) - 32)
       end do
-      word = upper(buffer(:n))
+      if (n < len(word)) word = word(:n)
    end function squeeze
 
    !> True when two names differ in case or trailing blanks at most.
@@ -174,9 +175,15 @@ contains
       character(*), intent(in) :: list !! words between bars
       character(*), intent(in) :: word !! the word as typed
       character(:), allocatable :: key
+      integer :: first, last
       key = squeeze(word)
-      do word_index = 1, word_count(list)
-         if (squeeze(word_at(list, word_index)) == key) return
+      last = 0
+      word_index = 0
+      do
+         call next_word(list, first, last)
+         if (first == 0) exit
+         word_index = word_index + 1
+         if (squeeze(list(first:last)) == key) return
       end do
       word_index = 0
    end function word_index
@@ -185,21 +192,42 @@ contains
    pure function nearest_word(list, word) result(nearest)
       character(*), intent(in) :: list !! words between bars
       character(*), intent(in) :: word !! the word as typed
-      character(:), allocatable :: nearest, key
-      integer :: i, distance, least
+      character(:), allocatable :: nearest, key, each
+      integer :: distance, least, first, last
       nearest = ''
       key = squeeze(word)
       least = len_trim(word) / 3 + 1 ! one wrong letter in three; words shorter than that are not guessed
-      do i = 1, word_count(list)
+      last = 0
+      do
+         call next_word(list, first, last)
+         if (first == 0) exit
          ! No fewer than the letters that one has more than the other.
-         distance = abs(len(squeeze(word_at(list, i))) - len(key))
-         if (distance < least) distance = edit_distance(squeeze(word_at(list, i)), key)
-         if (len_trim(word) > 2 .and. index(squeeze(word_at(list, i)), key) == 1) distance = 0
+         each = squeeze(list(first:last))
+         distance = abs(len(each) - len(key))
+         if (distance < least) distance = edit_distance(each, key)
+         if (len_trim(word) > 2 .and. index(each, key) == 1) distance = 0
          if (distance >= least) cycle
          least = distance
-         nearest = word_at(list, i)
+         nearest = list(first:last)
       end do
    end function nearest_word
+
+   !> The word of a list (separated by bars) that comes next.
+   pure subroutine next_word(list, first, last)
+      character(*), intent(in) :: list
+      integer, intent(out) :: first    !! 0: there is none any more
+      integer, intent(inout) :: last   !! where the one before ends, 0 at first; where this one does
+      integer :: bar
+      first = last + 1
+      if (last > 0) first = last + 2
+      if (len_trim(list) == 0 .or. first > len(list) + 1) then
+         first = 0
+         return
+      end if
+      bar = index(list(first:), '|')
+      last = len_trim(list)
+      if (bar > 0) last = first + bar - 2
+   end subroutine next_word
 
    !> Least number of inserted, dropped, changed or swapped neighbouring letters that turn one word into the other.
    pure integer function edit_distance(first, second)
@@ -228,7 +256,7 @@ contains
    !> Reads an integer that fills the whole text.
    pure subroutine parse_integer(string, value, ok)
       character(*), intent(in) :: string !! no blanks around it
-      integer, intent(out) :: value      !! 0 when not ok
+      integer, intent(out) :: value      !! when not ok: huge(1) where it is an integer, but too large a one; else 0
       logical, intent(out) :: ok         !! false: not an integer, or out of range
       integer(i8) :: total
       integer :: i, first
@@ -240,9 +268,12 @@ contains
       total = 0
       do i = first, len(string)
          if (.not. is_digit(string(i:i))) return
-         total = 10 * total + digit_value(string(i:i))
-         if (total > huge(value)) return
+         total = min(10 * total + digit_value(string(i:i)), int(huge(value), i8) + 1)
       end do
+      if (total > huge(value)) then
+         value = huge(value)
+         return
+      end if
       value = int(total)
       if (string(1:1) == '-') value = -value
       ok = .true.
@@ -251,7 +282,7 @@ contains
    !> Reads a Fortran real (1, 1.5, .5, 1e5, 1D-5) that fills the whole text.
    pure subroutine parse_real(string, value, ok)
       character(*), intent(in) :: string !! no blanks around it
-      real(wp), intent(out) :: value     !! 0 when not ok
+      real(wp), intent(out) :: value     !! when not ok: huge where it is a real of 1e308 or more; else 0
       logical, intent(out) :: ok         !! false: not a real, or 1e308 and more
       integer(i8) :: mantissa
       integer :: i, digits, scale, exponent, mark
@@ -287,7 +318,8 @@ contains
       if (i <= len(string)) then
          if (scan(string(i:i), 'eEdD') == 0) return
          call parse_integer(string(i + 1:), exponent, ok)
-         if (.not. ok) return
+         if (.not. ok .and. exponent == 0) return
+         if (.not. ok .and. string(i + 1:i + 1) == '-') exponent = -exponent
          ok = .false.
          exponent = min(max(exponent, -100000), 100000)
       end if
@@ -297,7 +329,10 @@ contains
          return
       end if
       ! Below 1e308 by the place of the leading digit; numbers too small to be told from zero are zero.
-      if (log10(real(mantissa, wp)) + scale >= 308.0_wp) return
+      if (log10(real(mantissa, wp)) + scale >= 308.0_wp) then
+         value = huge(value)
+         return
+      end if
       ok = .true.
       if (log10(real(mantissa, wp)) + scale < -330.0_wp) return
       if (exact .and. abs(scale) <= ubound(power_of_ten, 1)) then

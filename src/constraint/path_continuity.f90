@@ -85,7 +85,7 @@ contains
       type(control_t) :: control
       control%method = method_cylindrical
       call set_tangent(problem, system, direction, direction_load, control)
-      heading%u = control%tangent
+      call move_alloc(control%tangent, heading%u)
       heading%load = control%tangent_load
    end function path_tangent_at
 

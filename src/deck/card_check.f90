@@ -4,17 +4,22 @@
 !> pass over both. What cards say about each other is the readers' business.
 module card_check
    use kinds, only: wp, name_length
-   use text, only: to_text, upper, plural, nearest_word, parse_integer, parse_real, word_at, word_count, word_index
+   use text, only: to_text, squeeze, plural, nearest_word, parse_integer, parse_real, word_at, word_count, word_index
+   use printable_text, only: quoted
    use diagnostics, only: diagnostics_t, place_t
    use card_spec, only: card_spec_t, item_t, find_card, find_item, in_model, in_step, outside_step, &
       positive, not_negative, not_zero, kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, &
       kind_label_or_set, kind_dof
    use card_table, only: all_cards
    use deck_cards, only: deck_t, text_at, complain
+   use foreign_words, only: foreign_card, foreign_parameter, foreign_value, foreign_field
    use card_values, only: holds, parameter_place, parameter_word, field_given, field_place, whole_line
    implicit none
    private
-   public :: check_cards, is_name, choices
+   public :: check_cards, is_name, choices, known_card
+
+   character(*), parameter :: foreign = '; a word of Abaqus and CalculiX; ' !! before what stands for it here
+   real(wp), parameter :: largest_real = 1.0e100_wp !! cubes of such numbers, and sums of these, are below 1e308
 
    !> What has to be remembered from card to card.
    type :: reading_t
@@ -84,16 +89,34 @@ contains
       type(deck_t), intent(inout) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card
-      character(:), allocatable :: words, typed
-      integer :: i
+      character(:), allocatable :: typed
       deck%card(card)%sound = .false.
-      words = '*'//deck%spec(1)%keyword
-      do i = 2, size(deck%spec)
-         words = words//'|*'//deck%spec(i)%keyword
-      end do
       typed = text_at(deck, deck%card(card)%place)
-      call diagnostics%add(deck%card(card)%place, 'unknown keyword '//typed//'; '//choices(words, typed))
+      call diagnostics%add(deck%card(card)%place, 'unknown keyword '//quoted(typed)//known_card(deck%spec, typed(2:)))
    end subroutine report_unknown
+
+   !> What may be meant by a keyword that is not in the table, to be added to a message.
+   pure function known_card(table, keyword) result(string)
+      type(card_spec_t), intent(in) :: table(:)
+      character(*), intent(in) :: keyword !! as typed, without the star
+      character(:), allocatable :: string, words
+      integer :: i
+      string = foreign_card(keyword)
+      if (string /= '') then
+         string = foreign//string
+         return
+      end if
+      words = '*'//table(1)%keyword
+      do i = 2, size(table)
+         words = words//'|*'//table(i)%keyword
+      end do
+      string = nearest_word(words, '*'//keyword)
+      if (string /= '') then
+         string = '; did you mean '//string//'?'
+      else
+         string = '; unilat --cards lists the keywords there are'
+      end if
+   end function known_card
 
    !> Is the card in the right part of the deck? Opens and closes steps.
    subroutine check_position(deck, diagnostics, card, reading)
@@ -210,13 +233,18 @@ contains
       character(*), intent(in) :: name
       character(:), allocatable :: string, words
       integer :: i
-      string = 'unknown parameter '//name//'; the card has none'
+      string = foreign_parameter(spec%keyword, name)
+      if (string /= '') then
+         string = 'unknown parameter '//quoted(name)//foreign//string
+         return
+      end if
+      string = 'unknown parameter '//quoted(name)//'; the card has none'
       if (size(spec%parameter) == 0) return
       words = spec%parameter(1)%name
       do i = 2, size(spec%parameter)
          words = words//'|'//spec%parameter(i)%name
       end do
-      string = 'unknown parameter '//name//'; '//choices(words, name)
+      string = 'unknown parameter '//quoted(name)//'; '//choices(words, name)
    end function unknown_parameter
 
    !> Finds the layout that holds and checks number and fields of the data lines.
@@ -272,7 +300,9 @@ contains
          if (last_repeats) i = min(f, size(item))
          if (i > size(item)) then
             deck%data_line(line)%sound = .false.
-            call complain(deck, diagnostics, card, place, 'a field too many; the line reads: '//field_names(item))
+            wrong = 'a field too many; the line reads: '//field_names(item)
+            if (foreign_field(deck%card(card)%keyword, f) /= '') wrong = wrong//'; '//foreign_field(deck%card(card)%keyword, f)
+            call complain(deck, diagnostics, card, place, wrong)
             return
          else if (.not. field_given(deck, line, f)) then
             if (.not. item(i)%required) cycle
@@ -297,7 +327,7 @@ contains
       looks_right = .false.
       if (item%kind == kind_real) then
          call parse_real(typed, number, looks_right)
-         if (looks_right) looks_right = within(item%bound, number)
+         if (looks_right) looks_right = within(item%bound, number) .and. abs(number) <= largest_real
       else if (item%kind == kind_label .or. item%kind == kind_label_or_set) then
          call parse_integer(typed, label, looks_right)
          looks_right = looks_right .and. label > 0 .and. label < huge(label)
@@ -316,42 +346,64 @@ contains
       select case (item%kind)
       case (kind_word)
          if (word_index(item%words, typed) > 0) return
-         wrong = item%name//' cannot be '//typed//'; '//choices(item%words, typed)
+         wrong = item%name//' cannot be '//quoted(typed)//'; '//choices(item%words, typed)
+         if (foreign_value(item%name, typed) /= '') wrong = item%name//' cannot be '//quoted(typed)//foreign// &
+            foreign_value(item%name, typed)
          do number = 1, word_count(item%former)
             pair = word_at(item%former, number)
-            if (pair(:index(pair, ' ') - 1) == upper(typed)) wrong = item%name//' cannot be '//upper(typed)// &
+            if (pair(:index(pair, ' ') - 1) == squeeze(typed)) wrong = item%name//' cannot be '//squeeze(typed)// &
                ' any more; write '//pair(index(pair, ' ') + 1:)
          end do
       case (kind_name)
          if (.not. is_name(typed)) wrong = item%name//' must be a name (a letter, then letters, digits, _ - . +; '// &
             'at most '// &
-            to_text(name_length)//' characters), not '//typed
+            to_text(name_length)//' characters), not '//quoted(typed)
       case (kind_integer)
          call parse_integer(typed, number, ok)
-         if (.not. ok) then
-            wrong = item%name//' must be an integer, not '//typed
+         if (.not. ok .and. number == 0) then
+            wrong = item%name//' must be an integer, not '//quoted(typed)
+         else if (.not. ok .or. abs(real(number, wp)) > item%most) then
+            wrong = item%name//' is too large: '//quoted(typed)//'; at most '//to_text(item%most)
          else if (.not. within(item%bound, real(number, wp))) then
-            wrong = item%name//' must be '//bound_text(item%bound)//', not '//typed
+            wrong = item%name//' must be '//bound_text(item%bound)//', not '//quoted(typed)
          end if
       case (kind_real)
          call parse_real(typed, x, ok)
-         if (.not. ok) then
-            wrong = item%name//' must be a number, not '//typed
+         if (.not. ok .and. .not. x > 0.0_wp) then
+            wrong = item%name//' must be a number, not '//quoted(typed)
+         else if (.not. ok .or. abs(x) > largest_real) then
+            wrong = item%name//' is too large: '//quoted(typed)//'; numbers are at most '//to_text(largest_real)//' in size'
          else if (.not. within(item%bound, x)) then
-            wrong = item%name//' must be '//bound_text(item%bound)//', not '//typed
+            wrong = item%name//' must be '//bound_text(item%bound)//', not '//quoted(typed)
          end if
       case (kind_label)
-         if (.not. looks_right(item, typed)) wrong = item%name//' must be a positive integer, not '//typed
+         if (.not. looks_right(item, typed)) wrong = item%name//' must be a positive integer'//label_limit(typed)//', not '// &
+            quoted(typed)
       case (kind_label_or_set)
          if (.not. (looks_right(item, typed) .or. is_name(typed))) wrong = item%name// &
-            ' must be a label (positive integer) or the name of a set, not '//typed
+            ' must be a label (positive integer'//label_limit(typed)//') or the name of a set, not '//quoted(typed)
       case (kind_dof)
          call parse_integer(typed, number, ok)
          if (ok) ok = number >= 1 .and. number <= 6
-         if (.not. (ok .or. word_index(item%words, typed) > 0)) wrong = item%name// &
-            ' must be an integer from 1 to 6 or one of '//with_commas(item%words)//', not '//typed
+         if (ok .or. word_index(item%words, typed) > 0) return
+         wrong = item%name//' cannot be '//quoted(typed)//foreign//foreign_value(item%name, typed)
+         if (foreign_value(item%name, typed) /= '') return
+         wrong = item%name//' must be an integer from 1 to 6 or one of '//with_commas(item%words)//', not '//quoted(typed)
+         pair = nearest_word(item%words, typed)
+         if (pair /= '') wrong = item%name//' cannot be '//quoted(typed)//'; did you mean '//pair//'?'
       end select
    end function value_error
+
+   !> What a message about a label says of its limit, where that is what the label has passed.
+   pure function label_limit(typed) result(string)
+      character(*), intent(in) :: typed
+      character(:), allocatable :: string
+      integer :: label
+      logical :: ok
+      call parse_integer(typed, label, ok)
+      string = ''
+      if (label == huge(label)) string = ' below '//to_text(huge(label))
+   end function label_limit
 
    pure logical function within(bound, x)
       integer, intent(in) :: bound

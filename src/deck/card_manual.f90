@@ -1,12 +1,12 @@
 !> Prints the reference of all cards from their table, as Markdown.
 module card_manual
-   use text, only: word_at, word_count
+   use text, only: to_text, word_at, word_count
    use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, anywhere, positive, not_negative, not_zero, &
-      kind_flag, kind_word, kind_name, kind_integer, kind_label, kind_label_or_set, kind_dof, kind_path, kind_value
+      kind_flag, kind_word, kind_name, kind_integer, kind_label, kind_label_or_set, kind_dof, kind_path, kind_value, usual_most
    use card_table, only: all_cards
    implicit none
    private
-   public :: write_card_manual
+   public :: write_card_manual, write_card
 
 contains
 
@@ -26,8 +26,9 @@ contains
       end do
    end subroutine write_card_manual
 
+   !> Writes the section of one card.
    subroutine write_card(unit, card)
-      integer, intent(in) :: unit
+      integer, intent(in) :: unit !! connected for formatted writing
       type(card_spec_t), intent(in) :: card
       integer :: i
       write (unit, '(a)') '', '### `*'//card%keyword//'`', ''
@@ -155,6 +156,7 @@ contains
       case (not_zero)
          string = string//', not 0'
       end select
+      if (item%most < usual_most) string = string//', at most '//to_text(item%most)
    end function kind_text
 
    pure function alternatives(words) result(string)

@@ -9,7 +9,7 @@ module card_spec
    public :: kind_path, kind_value
    public :: in_model, in_step, anywhere, outside_step
    public :: any_value, positive, not_negative, not_zero
-   public :: many_lines
+   public :: many_lines, usual_most
 
    enum, bind(c)
       enumerator :: kind_flag = 1     !! a parameter without a value
@@ -36,6 +36,7 @@ module card_spec
    end enum
 
    integer, parameter :: many_lines = huge(1)
+   integer, parameter :: usual_most = 1000000000 !! of an integer, in size; twice that is one, too
 
    !> A parameter, or a field of a data line.
    type :: item_t
@@ -48,6 +49,7 @@ module card_spec
       character(:), allocatable :: former  !! words of earlier versions, between bars, each followed by a blank and today's
       character(:), allocatable :: only    !! allowed only when, such as 'TYPE=CIRCLE'; '': always
       integer :: bound = any_value
+      integer :: most = usual_most         !! of an integer, in size
       character(:), allocatable :: unit    !! in words; '': none
       character(:), allocatable :: meaning !! one line
    end type item_t
@@ -138,16 +140,17 @@ contains
    end subroutine move_card
 
    !> Adds a parameter to the last card of a table. It is required unless it has a default or is optional.
-   pure subroutine add_parameter(table, name, kind, meaning, default, words, only, optional, bound, former)
+   pure subroutine add_parameter(table, name, kind, meaning, default, words, only, optional, bound, former, most)
       type(card_spec_t), intent(inout) :: table(:)
       character(*), intent(in) :: name                         !! these are the components of item_t
       integer, intent(in) :: kind
       character(*), intent(in) :: meaning
       character(*), intent(in), optional :: default, words, only, former !! default ''
       logical, intent(in), optional :: optional                !! true: may be left out
-      integer, intent(in), optional :: bound
+      integer, intent(in), optional :: bound, most
       type(item_t) :: item
       item = new_item(name, kind, meaning, default, words, only, optional, bound)
+      if (present(most)) item%most = most
       if (present(former)) item%former = former
       associate (card => table(size(table)))
          call append(card%parameter, item)

@@ -51,7 +51,8 @@ contains
          'the names above, without `${}`')
 
       call card(t, 'INCLUDE', anywhere, 'Puts the lines of another file in the place of this card: cards, or data '// &
-         'lines of the card above. It may stand anywhere; includes may be nested.')
+         'lines of the card above. It may stand anywhere; includes may be nested, 100 deep. Below '// &
+         '`*HEADING` it begins with a card: its text does not become the title.')
       call param(t, 'FILE', kind_path, 'beside the file that has this card, or absolute; of a deck from standard input: '// &
          'beside the working directory. The rest of the line')
 
@@ -161,7 +162,8 @@ contains
       call lines(t, when='SHAPE=SINE|COSINE')
       call field(t, 'amplitude', kind_real, 'a in w = sum of a sin(n pi s/L + p), or cos; one line a term', &
          unit='length')
-      call field(t, 'half waves', kind_real, 'n', bound=not_negative)
+      call field(t, 'half waves', kind_real, 'n, at most one for each point of the chain''s elements: four in GE8, '// &
+         'one in UL2; 1000 where numbers of elements are left out', bound=not_negative)
       call field(t, 'phase', kind_real, 'p', unit='degrees', default='0')
       call lines(t, when='SHAPE=CLAMPED', most=1)
       call field(t, 'a1', kind_real, 'w = a1 sin^2(pi s/L) + a2 (3 sqrt(3)/2) sin^2(pi s/L) cos(pi s/L)', unit='length')

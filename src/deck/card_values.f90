@@ -87,6 +87,7 @@ contains
       character(*), intent(in) :: name !! of the parameter
       logical :: ok
       call parse_integer(parameter_text(deck, card, name), parameter_integer, ok)
+      if (.not. ok) parameter_integer = 0
    end function parameter_integer
 
    !> The parameter's value as a real.
@@ -96,6 +97,7 @@ contains
       character(*), intent(in) :: name !! of the parameter
       logical :: ok
       call parse_real(parameter_text(deck, card, name), parameter_real, ok)
+      if (.not. ok) parameter_real = 0
    end function parameter_real
 
    !> The default of a parameter, for decks that do not have the card at all.
@@ -203,6 +205,7 @@ contains
       else
          call parse_integer(field_text(deck, line, field), value, ok)
       end if
+      if (.not. ok) value = 0
    end function field_integer
 
    !> A field as a real.
@@ -219,6 +222,7 @@ contains
             before = deck%source%first(place%line) - 1
             call parse_real(deck%source%text(before + place%first:before + place%last), value, ok)
          end associate
+         if (.not. ok) value = 0.0_wp
       else
          item = item_of(deck, line, field)
          call parse_real(item%default, value, ok)

@@ -4,8 +4,9 @@
 !> above it. Names get their values in the order of the lines.
 module deck_assembly
    use text, only: squeeze, is_blank, to_text
+   use printable_text, only: quoted, quoted_path
    use errors, only: error_t
-   use deck_source, only: deck_source_t, deck_file_t, typed_line_t, spot_t, read_source_file, source_from_text
+   use deck_source, only: deck_source_t, deck_file_t, typed_line_t, spot_t, read_source_file, source_from_text, most_lines
    use deck_parameters, only: deck_parameters_t
    use diagnostics, only: diagnostics_t, place_t
    implicit none
@@ -15,6 +16,9 @@ module deck_assembly
    character(*), parameter :: nl = new_line('a')
    character(*), parameter :: expanded_mark = '** *' !! an *INCLUDE whose deck follows in its place
    integer, parameter :: deepest = 100 !! decks that include each other; a circle through links ends there
+   integer, parameter :: most_files = 10000 !! included ones, each as often as it is
+   integer, parameter :: longest_path = 4096 !! [bytes]
+   integer, parameter :: most_names = 20    !! parameters that a message lists
 
    !> Lines one after the other; the text has room behind `length`.
    type :: lines_t
@@ -26,11 +30,16 @@ module deck_assembly
       type(lines_t) :: read, expanded, record
       integer :: n = 0                             !! lines read so far
       integer, allocatable :: origin(:, :)         !! of these; with room
-      type(typed_line_t), allocatable :: typed(:)
-      type(deck_file_t), allocatable :: file(:)
+      integer :: n_typed = 0
+      type(typed_line_t), allocatable :: typed(:)  !! the first n_typed count
+      integer :: n_files = 0
+      type(deck_file_t), allocatable :: file(:)    !! the first n_files count
       integer, allocatable :: included_by(:)       !! file that includes each; 0: the deck itself
       type(deck_parameters_t) :: parameters
       logical :: in_parameters = .false.           !! data lines belong to a *PARAMETER card
+      integer :: heading_file = 0                  !! data lines belong to a *HEADING of this file; 0: to another card
+      type(place_t) :: included_at                 !! the *INCLUDE of that file through which lines come
+      logical :: ended = .false.                   !! the deck is too large: nothing more is read
    end type assembly_t
 
 contains
@@ -45,17 +54,16 @@ contains
       a%read%text = ''
       a%expanded%text = ''
       a%record%text = ''
-      allocate (a%origin(2, 1024), a%typed(0))
-      a%file = source%file
-      a%included_by = [0]
+      allocate (a%origin(2, 1024), a%typed(16), a%file(16), a%included_by(16))
+      call add_file(a, source%name, 0)
       call take_settings(a, settings, diagnostics)
       call take_file(a, source, 1, 1, diagnostics)
       call check_settings(a, settings, diagnostics)
       call source_from_text(a%read%text(:a%read%length), source%name, whole)
-      whole%file = a%file
+      whole%file = a%file(:a%n_files)
       whole%origin = a%origin(:, :a%n)
-      whole%typed = a%typed
-      whole%parameter = a%parameters%list
+      whole%typed = a%typed(:a%n_typed)
+      whole%parameter = a%parameters%list(:a%parameters%n)
       whole%expanded = a%expanded%text(:a%expanded%length)
       whole%record = set_beforehand(a)//a%record%text(:a%record%length)
       source = whole
@@ -70,7 +78,7 @@ contains
       call a%parameters%start()
       do i = 1, size(settings)
          call a%parameters%set(trim(settings(i)), wrong)
-         if (wrong /= '') call diagnostics%add(place_t(), '--set '//trim(settings(i))//': '//wrong)
+         if (wrong /= '') call diagnostics%add(place_t(), '--set '//quoted(trim(settings(i)))//': '//wrong)
       end do
    end subroutine take_settings
 
@@ -80,18 +88,20 @@ contains
       character(*), intent(in) :: settings(:)
       type(diagnostics_t), intent(inout) :: diagnostics
       character(:), allocatable :: known
-      integer :: i
+      integer :: i, n
       if (size(settings) == 0 .or. diagnostics%n > 0) return
       known = ''
-      do i = 1, size(a%parameters%list)
-         associate (parameter => a%parameters%list(i))
-            if (parameter%in_deck) known = known//', '//parameter%name
-         end associate
+      n = 0
+      do i = 1, a%parameters%n
+         if (.not. a%parameters%list(i)%in_deck) cycle
+         n = n + 1
+         if (n <= most_names) known = known//', '//a%parameters%list(i)%name
       end do
       if (known == '') known = ', none'
-      do i = 1, size(a%parameters%list)
+      if (n > most_names) known = known//' and '//to_text(n - most_names)//' more'
+      do i = 1, a%parameters%n
          associate (parameter => a%parameters%list(i))
-            if (.not. parameter%in_deck) call diagnostics%add(place_t(), '--set '//parameter%name// &
+            if (.not. parameter%in_deck) call diagnostics%add(place_t(), '--set '//quoted(parameter%name)// &
                ': the deck has no such parameter (it has: '//known(3:)//')')
          end associate
       end do
@@ -103,7 +113,7 @@ contains
       character(:), allocatable :: card
       integer :: i
       card = ''
-      do i = 1, size(a%parameters%list)
+      do i = 1, a%parameters%n
          if (a%parameters%list(i)%line == 0) card = card//a%parameters%list(i)%definition()//nl
       end do
       if (card /= '') card = '*PARAMETER'//nl//card
@@ -116,6 +126,7 @@ contains
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: i
       do i = 1, source%n_lines
+         if (a%ended) exit
          call take_line(a, source%line(i), [file, i], depth, diagnostics)
       end do
    end subroutine take_file
@@ -128,6 +139,12 @@ contains
       type(spot_t), allocatable :: spots(:)
       character(:), allocatable :: filled, wrong
       integer :: first
+      if (a%n >= most_lines) then
+         call diagnostics%add(place_t(a%n, 1, 1), 'the deck has more than '//to_text(most_lines)// &
+            ' lines with all that it includes')
+         a%ended = .true.
+         return
+      end if
       first = first_letter(typed)
       if (first == 0) then
          ! The card of a deck that stands in its place already: its name may need a parameter.
@@ -135,6 +152,11 @@ contains
             if (keyword(typed(len(expanded_mark):)) == 'INCLUDE') call a%parameters%note_use(typed)
          end if
          call keep(a, origin, typed, typed, typed)
+      else if (typed(first:first) /= '*' .and. .not. may_write_title(a, origin(1))) then
+         ! The text of any file would otherwise become the title, and be in the results.
+         call diagnostics%add(a%included_at, '*INCLUDE: below *HEADING a deck that begins with a keyword; its text does not '// &
+            'become the title')
+         a%ended = .true.
       else if (a%in_parameters .and. typed(first:first) /= '*') then
          call define_parameter(a, typed, first, origin, diagnostics)
       else
@@ -142,7 +164,8 @@ contains
          if (wrong /= '') then
             call keep(a, origin, typed, typed, typed)
             associate (spot => spots(size(spots)))
-               call diagnostics%add(place_t(a%n, spot%typed(1), spot%typed(2)), typed(spot%typed(1):spot%typed(2))//': '//wrong)
+               call diagnostics%add(place_t(a%n, spot%typed(1), spot%typed(2)), &
+                  quoted(typed(spot%typed(1):spot%typed(2)))//': '//wrong)
             end associate
          else if (keyword(filled) == 'INCLUDE') then
             call keep(a, origin, '', '** '//typed(first:), '** '//typed(first:))
@@ -151,7 +174,10 @@ contains
          else
             call keep(a, origin, filled, typed, typed)
             if (size(spots) > 0) call note_typed(a, typed, spots)
-            if (typed(first:first) == '*') a%in_parameters = keyword(filled) == 'PARAMETER'
+            if (typed(first:first) == '*') then
+               a%in_parameters = keyword(filled) == 'PARAMETER'
+               a%heading_file = merge(origin(1), 0, keyword(filled) == 'HEADING')
+            end if
          end if
       end if
    end subroutine take_line
@@ -172,7 +198,7 @@ contains
       end if
       if (earlier > 0) then
          wrong = 'the name was used in line '//to_text(a%origin(2, earlier))
-         if (a%origin(1, earlier) /= origin(1)) wrong = wrong//' of '//a%file(a%origin(1, earlier))%name
+         if (a%origin(1, earlier) /= origin(1)) wrong = wrong//' of '//quoted_path(a%file(a%origin(1, earlier))%name)
       end if
       if (wrong /= '') call diagnostics%add(place_t(a%n, first, len_trim(typed)), '*PARAMETER: '//wrong)
    end subroutine define_parameter
@@ -186,7 +212,7 @@ contains
       type(deck_source_t) :: source
       type(error_t), allocatable :: error
       character(:), allocatable :: path, wrong
-      integer :: comma, equals, here, above
+      integer :: comma, equals, here, above, file
       here = a%origin(1, a%n)
       comma = index(card, ',')
       equals = index(card, '=')
@@ -199,15 +225,21 @@ contains
       else
          path = trim(adjustl(card(equals + 1:)))
          if (path == '') wrong = 'a file is missing: *INCLUDE, FILE=name'
+         if (len(path) > longest_path) wrong = 'a name of more than '//to_text(longest_path)//' characters names no file'
       end if
+      if (may_write_title(a, here)) a%included_at = place_t(a%n, first, len_trim(typed))
       if (wrong == '') then
          path = beside(a%file(here)%name, path)
          above = here
          do while (above > 0)
-            if (a%file(above)%name == path) wrong = path//' includes itself'//way(a, above, here)
+            if (a%file(above)%name == path) wrong = quoted_path(path)//' includes itself'//way(a, above, here)
             above = a%included_by(above)
          end do
          if (depth == deepest) wrong = 'more than '//to_text(deepest)//' decks include each other'
+         if (a%n_files > most_files) then
+            wrong = 'the deck includes more than '//to_text(most_files)//' files'
+            a%ended = .true.
+         end if
       end if
       if (wrong == '') then
          call read_source_file(path, source, error)
@@ -217,10 +249,45 @@ contains
          call diagnostics%add(place_t(a%n, first, len_trim(typed)), '*INCLUDE: '//wrong)
          return
       end if
-      a%file = [a%file, deck_file_t(path)]
-      a%included_by = [a%included_by, here]
-      call take_file(a, source, size(a%file), depth + 1, diagnostics)
+      call add_file(a, path, here)
+      file = a%n_files
+      call take_file(a, source, file, depth + 1, diagnostics)
    end subroutine include_file
+
+   !> False where a file's text would become the title of a *HEADING that stands neither in this file nor in one that it includes.
+   pure logical function may_write_title(a, file) result(may)
+      type(assembly_t), intent(in) :: a
+      integer, intent(in) :: file
+      integer :: above
+      above = a%heading_file
+      may = above == 0
+      do while (above > 0)
+         may = may .or. above == file
+         above = a%included_by(above)
+      end do
+   end function may_write_title
+
+   !> Remembers the name of a file.
+   subroutine add_file(a, name, included_by)
+      type(assembly_t), intent(inout) :: a
+      character(*), intent(in) :: name
+      integer, intent(in) :: included_by
+      type(deck_file_t), allocatable :: more(:)
+      integer, allocatable :: more_above(:)
+      integer :: i
+      if (a%n_files == size(a%file)) then
+         allocate (more(2 * a%n_files), more_above(2 * a%n_files))
+         do i = 1, a%n_files
+            call move_alloc(a%file(i)%name, more(i)%name)
+         end do
+         more_above(:a%n_files) = a%included_by
+         call move_alloc(more, a%file)
+         call move_alloc(more_above, a%included_by)
+      end if
+      a%n_files = a%n_files + 1
+      a%file(a%n_files)%name = name
+      a%included_by(a%n_files) = included_by
+   end subroutine add_file
 
    !> ": a.inp, b.inp, a.inp", the way from a file to one that it includes and back.
    function way(a, top, bottom) result(string)
@@ -228,13 +295,13 @@ contains
       integer, intent(in) :: top, bottom
       character(:), allocatable :: string
       integer :: file
-      string = a%file(top)%name
+      string = quoted_path(a%file(top)%name)
       file = bottom
       do while (file /= top)
-         string = a%file(file)%name//', '//string
+         string = quoted_path(a%file(file)%name)//', '//string
          file = a%included_by(file)
       end do
-      string = ': '//a%file(top)%name//', '//string
+      string = ': '//quoted_path(a%file(top)%name)//', '//string
       if (top == bottom) string = ''
    end function way
 
@@ -290,14 +357,20 @@ contains
       character(*), intent(in) :: typed
       type(spot_t), intent(in) :: spots(:)
       type(typed_line_t), allocatable :: more(:)
-      integer :: n
-      n = size(a%typed)
-      allocate (more(n + 1))
-      more(:n) = a%typed
-      more(n + 1)%line = a%n
-      more(n + 1)%text = typed
-      more(n + 1)%spot = spots
-      call move_alloc(more, a%typed)
+      integer :: i
+      if (a%n_typed == size(a%typed)) then
+         allocate (more(2 * a%n_typed))
+         do i = 1, a%n_typed
+            more(i)%line = a%typed(i)%line
+            call move_alloc(a%typed(i)%text, more(i)%text)
+            call move_alloc(a%typed(i)%spot, more(i)%spot)
+         end do
+         call move_alloc(more, a%typed)
+      end if
+      a%n_typed = a%n_typed + 1
+      a%typed(a%n_typed)%line = a%n
+      a%typed(a%n_typed)%text = typed
+      a%typed(a%n_typed)%spot = spots
    end subroutine note_typed
 
    subroutine add_line(lines, line)

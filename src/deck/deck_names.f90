@@ -1,9 +1,10 @@
 !> What the deck has named so far: nodes and elements by label, sets, materials, obstacles, monitors, steps.
 module deck_names
-   use text, only: to_text, parse_integer
+   use text, only: to_text, parse_integer, nearest_word
    use lookup, only: label_map_t, name_list_t
    use model, only: node_set_t
    use diagnostics, only: diagnostics_t, place_t
+   use printable_text, only: quoted
    use card_check, only: choices
    use deck_cards, only: deck_t, text_at, complain
    use card_values, only: value_place, field_place
@@ -43,6 +44,7 @@ module deck_names
       type(set_list_t) :: node_set, element_set
       type(name_list_t) :: material, law, obstacle, monitor, step
       integer, allocatable :: placed_line(:) !! by curve: index of the data line that leaves out its number of elements, else 0
+      integer, allocatable :: element_line(:) !! by element index: line of the deck that defines it (once the mesh is read)
       logical, allocatable :: connected(:) !! by node index: belongs to an element (once the mesh is read)
    end type deck_names_t
 
@@ -182,9 +184,9 @@ contains
          other = names%node_set%names%find(name)
       end if
       if (set > 0 .or. names%mesh_incomplete) return
-      message = what//' set '//name//' is not defined'//scope(names)
+      message = what//' set '//quoted(name)//' is not defined'//scope(names)
       if (other > 0) then
-         message = message//' ('//name//' is a set of '//trim(merge('elements', 'nodes   ', what == 'node'))//')'
+         message = message//' ('//quoted(name)//' is a set of '//trim(merge('elements', 'nodes   ', what == 'node'))//')'
       else if (what == 'node') then
          message = message//suggestion(names%node_set%names, name)
       else
@@ -194,7 +196,7 @@ contains
    end function set_at
 
    !> Position of the name at a place in a list; 0 and an error when it is not there.
-   subroutine find_named(deck, list, diagnostics, card, place, what, position)
+   subroutine find_named(deck, list, diagnostics, card, place, what, position, also)
       type(deck_t), intent(in) :: deck
       type(name_list_t), intent(in) :: list
       type(diagnostics_t), intent(inout) :: diagnostics
@@ -202,11 +204,19 @@ contains
       type(place_t), intent(in) :: place !! of the name
       character(*), intent(in) :: what   !! 'material' and so on, for the message
       integer, intent(out) :: position
-      character(:), allocatable :: name
+      character(*), intent(in), optional :: also !! a word that may stand there, too: the message names it
+      character(:), allocatable :: name, message
       name = text_at(deck, place)
       position = list%find(name)
       if (position > 0 .or. list%incomplete) return
-      call complain(deck, diagnostics, card, place, what//' '//name//' is not defined'//suggestion(list, name))
+      message = what//' '//quoted(name)//' is not defined'
+      if (present(also)) then
+         if (nearest_word(also, name) /= '') then
+            call complain(deck, diagnostics, card, place, message//'; did you mean '//also//'?')
+            return
+         end if
+      end if
+      call complain(deck, diagnostics, card, place, message//suggestion(list, name))
    end subroutine find_named
 
    !> Moves the node sets to the model.

@@ -1,30 +1,46 @@
 !> Names with values in a deck: what *PARAMETER cards and the command line define, and what ${...} makes of them.
 module deck_parameters
    use kinds, only: wp, name_length
-   use text, only: to_text, same_name, is_blank
+   use text, only: to_text, is_blank, nearest_word, word_index
+   use printable_text, only: quoted, control_place, control_words
+   use lookup, only: name_list_t
    use deck_source, only: deck_parameter_t, spot_t
    use formula, only: evaluate, is_plain_name, is_reserved
    implicit none
    private
    public :: deck_parameters_t
 
+   integer, parameter :: longest_formula = 2000 !! characters
+   integer, parameter :: most_guesses = 20     !! searches for a name that may have been meant: no report shows more errors
+
    !> All that have a value so far.
    type :: deck_parameters_t
-      type(deck_parameter_t), allocatable :: list(:)
-      character(:), allocatable :: numbers     !! names of those that are numbers, between bars
-      real(wp), allocatable :: number(:)       !! their values
+      integer :: n = 0
+      type(deck_parameter_t), allocatable :: list(:) !! the first n count
+      real(wp), allocatable :: number(:)       !! values of those that are numbers
+      type(name_list_t) :: names               !! in the same order
+      integer :: guesses = 0
    contains
       procedure :: start, set, define, fill, note_use
    end type deck_parameters_t
+
+   !> Text that grows.
+   type :: growing_t
+      character(:), allocatable :: text
+      integer :: n = 0                         !! characters
+   end type growing_t
 
 contains
 
    !> No parameters yet.
    pure subroutine start(self)
       class(deck_parameters_t), intent(inout) :: self
-      self%list = [deck_parameter_t ::]
-      self%numbers = ''
-      self%number = [real(wp) ::]
+      type(name_list_t) :: none
+      self%n = 0
+      self%guesses = 0
+      self%names = none
+      if (allocated(self%list)) deallocate (self%list, self%number)
+      allocate (self%list(16), self%number(16))
    end subroutine start
 
    !> Takes NAME=VALUE from the command line, before the deck is read.
@@ -33,11 +49,13 @@ contains
       character(*), intent(in) :: string                !! as typed
       character(:), allocatable, intent(out) :: wrong   !! what is wrong with it; ''
       type(deck_parameter_t) :: parameter
-      call new_parameter(self, string, parameter, wrong)
-      if (wrong == '' .and. place(self, parameter%name) > 0) wrong = 'set twice'
+      real(wp) :: number
+      call new_parameter(self, string, parameter, number, wrong)
+      if (wrong /= '') return ! perhaps without a name
+      if (place(self, parameter%name) > 0) wrong = 'set twice'
       if (wrong /= '') return
       parameter%was_set = .true.
-      call append(self, parameter)
+      call append(self, parameter, number)
    end subroutine set
 
    !> Takes a line of a *PARAMETER card. What the command line has set keeps that value.
@@ -49,6 +67,7 @@ contains
       integer, intent(out) :: earlier                   !! line that names the parameter already; 0
       character(:), allocatable, intent(out) :: as_set  !! the line with the value that was set; '': that of the line holds
       type(deck_parameter_t) :: parameter
+      real(wp) :: number
       integer :: i
       earlier = 0
       as_set = ''
@@ -57,18 +76,19 @@ contains
          return
       end if
       call self%note_use(string)
-      call new_parameter(self, string, parameter, wrong)
+      call new_parameter(self, string, parameter, number, wrong)
       if (wrong /= '') then
          ! Any value, so that what uses the name is not reported, too.
          if (.not. allocated(parameter%value)) return
          parameter%value = '1'
          parameter%is_number = .true.
+         number = 1.0_wp
       end if
       i = place(self, parameter%name)
       if (i == 0) then
          parameter%in_deck = .true.
          parameter%line = line
-         call append(self, parameter)
+         call append(self, parameter, number)
       else
          earlier = self%list(i)%line
          self%list(i)%line = line
@@ -85,31 +105,57 @@ contains
       type(spot_t), allocatable, intent(out) :: spots(:)  !! what was replaced; of an error the last one is the place
       character(:), allocatable, intent(out) :: wrong     !! what is wrong; ''
       character(:), allocatable :: value
-      type(spot_t) :: spot
-      integer :: from, first, length
-      allocate (spots(0))
-      filled = ''
+      type(spot_t), allocatable :: more(:)
+      type(growing_t) :: read
+      integer :: from, first, length, n
+      allocate (spots(4))
+      read%text = ''
       wrong = ''
+      n = 0
       from = 1
       do
          first = index(typed(from:), '${')
          if (first == 0) exit
          first = from + first - 1
          length = index(typed(first:), '}')
-         spot%typed = [first, len_trim(typed)]
-         if (length > 0) spot%typed(2) = first + length - 1
-         if (length == 0) wrong = 'the closing } is missing'
-         if (length > 0) call value_of(self, typed(first + 2:spot%typed(2) - 1), value, wrong)
-         filled = filled//typed(from:first - 1)
-         spot%read(1) = len(filled) + 1
-         if (wrong == '') filled = filled//value
-         spot%read(2) = len(filled)
-         spots = [spots, spot]
-         if (wrong /= '') return
-         from = spot%typed(2) + 1
+         if (n == size(spots)) then
+            allocate (more(2 * n))
+            more(:n) = spots
+            call move_alloc(more, spots)
+         end if
+         n = n + 1
+         associate (spot => spots(n))
+            spot%typed = [first, len_trim(typed)]
+            if (length > 0) spot%typed(2) = first + length - 1
+            if (length == 0) wrong = 'the closing } is missing'
+            if (length > 0) call value_of(self, typed(first + 2:spot%typed(2) - 1), value, wrong)
+            call add_text(read, typed(from:first - 1))
+            spot%read(1) = read%n + 1
+            if (wrong == '') call add_text(read, value)
+            spot%read(2) = read%n
+            from = spot%typed(2) + 1
+         end associate
+         if (wrong /= '') exit
       end do
-      filled = filled//typed(from:)
+      if (wrong == '') call add_text(read, typed(from:))
+      filled = read%text(:read%n)
+      spots = spots(:n)
    end subroutine fill
+
+   pure subroutine add_text(growing, string)
+      type(growing_t), intent(inout) :: growing
+      character(*), intent(in) :: string
+      character(:), allocatable :: more
+      integer :: needed
+      needed = growing%n + len(string)
+      if (needed > len(growing%text)) then
+         allocate (character(2 * needed) :: more)
+         more(:growing%n) = growing%text(:growing%n)
+         call move_alloc(more, growing%text)
+      end if
+      growing%text(growing%n + 1:needed) = string
+      growing%n = needed
+   end subroutine add_text
 
    !> What ${string} writes.
    pure subroutine value_of(self, string, value, wrong)
@@ -133,22 +179,33 @@ contains
    pure subroutine note_use(self, string)
       class(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string  !! formulas and other text
-      integer :: i
-      do i = 1, size(self%list)
-         if (.not. self%list(i)%in_deck) self%list(i)%in_deck = uses(string, self%list(i)%name)
+      integer :: first, last, i
+      last = 0
+      do
+         call next_name(string, last + 1, first, last)
+         if (first == 0) exit
+         i = place(self, string(first:last))
+         if (i > 0) self%list(i)%in_deck = .true.
       end do
    end subroutine note_use
 
    !> Reads NAME = VALUE.
-   pure subroutine new_parameter(self, string, parameter, wrong)
-      type(deck_parameters_t), intent(in) :: self
+   pure subroutine new_parameter(self, string, parameter, number, wrong)
+      type(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string
       type(deck_parameter_t), intent(out) :: parameter
+      real(wp), intent(out) :: number                   ! its value; 0 when it is text
       character(:), allocatable, intent(out) :: wrong
       character(:), allocatable :: typed
-      real(wp) :: number
-      integer :: equals
+      integer :: equals, control
+      number = 0.0_wp
       wrong = ''
+      control = control_place(string)
+      if (control > 0) then
+         wrong = 'character '//to_text(control)//' is '//control_words(string(control:control))// &
+            '; names and values are printable text'
+         return
+      end if
       equals = index(string, '=')
       if (equals == 0) then
          wrong = 'must read: name = value'
@@ -157,7 +214,8 @@ contains
       parameter%name = stripped(string(:equals - 1))
       typed = stripped(string(equals + 1:))
       if (.not. is_plain_name(parameter%name) .or. len(parameter%name) > name_length) then
-         wrong = 'a parameter has a name of letters, digits and _, a letter first, not '//parameter%name
+         wrong = 'a parameter has a name of letters, digits and _ ('//to_text(name_length)//' at most), a letter first, not '// &
+            quoted(parameter%name)
       else if (is_reserved(parameter%name)) then
          wrong = parameter%name//' means something in formulas; choose another name'
       else if (typed == '') then
@@ -166,7 +224,7 @@ contains
          parameter%is_number = .false.
          parameter%value = typed(2:max(len(typed) - 1, 1))
          if (len(typed) < 2 .or. typed(len(typed):) /= typed(1:1) .or. scan(parameter%value, '"''') > 0) &
-            wrong = 'text stands in a pair of quotes and has none inside: '//typed
+            wrong = 'text stands in a pair of quotes and has none inside: '//quoted(typed)
       else
          call find_value(self, typed, number, wrong)
          parameter%value = written(number)
@@ -175,35 +233,77 @@ contains
 
    !> The value of a formula.
    pure subroutine find_value(self, string, number, wrong)
-      type(deck_parameters_t), intent(in) :: self
+      type(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string
       real(wp), intent(out) :: number
       character(:), allocatable, intent(out) :: wrong
-      integer :: i
-      call evaluate(string, self%numbers, self%number, number, wrong)
+      character(:), allocatable :: known
+      real(wp), allocatable :: value(:)
+      integer :: first, last, i
+      ! The names that the formula has, and of one that does not exist what was meant.
+      number = 0.0_wp
+      wrong = ''
+      if (len_trim(string) > longest_formula) wrong = 'a formula has '//to_text(longest_formula)//' characters at most'
+      if (wrong /= '') return
+      known = ''
+      allocate (value(0))
+      last = 0
+      do
+         call next_name(string, last + 1, first, last)
+         if (first == 0) exit
+         i = place(self, string(first:last))
+         if (i > 0) then
+            if (self%list(i)%is_number .and. word_index(known, self%list(i)%name) == 0) call know(self, i, known, value)
+         else if (.not. is_reserved(string(first:last)) .and. self%guesses < most_guesses) then
+            self%guesses = self%guesses + 1
+            i = place(self, nearest_word(self%names%listed(), string(first:last)))
+            if (i > 0) call know(self, i, known, value)
+         end if
+      end do
+      call evaluate(string, known, value, number, wrong)
       if (wrong == '') return
-      do i = 1, size(self%list)
-         if (uses(string, self%list(i)%name) .and. .not. self%list(i)%is_number) &
-            wrong = self%list(i)%name//' is text, and formulas are made of numbers'
+      last = 0
+      do
+         call next_name(string, last + 1, first, last)
+         if (first == 0) exit
+         i = place(self, string(first:last))
+         if (i == 0) cycle
+         if (.not. self%list(i)%is_number) wrong = self%list(i)%name//' is text, and formulas are made of numbers'
       end do
    end subroutine find_value
 
-   pure subroutine append(self, parameter)
+   !> Adds a parameter to those that a formula may use.
+   pure subroutine know(self, i, known, value)
+      type(deck_parameters_t), intent(in) :: self
+      integer, intent(in) :: i                           ! in the list
+      character(:), allocatable, intent(inout) :: known  ! between bars
+      real(wp), allocatable, intent(inout) :: value(:)
+      if (known /= '') known = known//'|'
+      known = known//self%list(i)%name
+      value = [value, self%number(i)]
+   end subroutine know
+
+   pure subroutine append(self, parameter, number)
       type(deck_parameters_t), intent(inout) :: self
       type(deck_parameter_t), intent(in) :: parameter
+      real(wp), intent(in) :: number
       type(deck_parameter_t), allocatable :: more(:)
-      real(wp) :: number
-      integer :: n
-      n = size(self%list)
-      allocate (more(n + 1))
-      more(:n) = self%list
-      more(n + 1) = parameter
-      call move_alloc(more, self%list)
-      if (.not. parameter%is_number) return
-      if (self%numbers /= '') self%numbers = self%numbers//'|'
-      self%numbers = self%numbers//parameter%name
-      read (parameter%value, *) number
-      self%number = [self%number, number]
+      real(wp), allocatable :: more_numbers(:)
+      integer :: i
+      logical :: is_new
+      if (self%n == size(self%list)) then
+         allocate (more(2 * self%n), more_numbers(2 * self%n))
+         do i = 1, self%n
+            more(i) = self%list(i)
+         end do
+         more_numbers(:self%n) = self%number
+         call move_alloc(more, self%list)
+         call move_alloc(more_numbers, self%number)
+      end if
+      self%n = self%n + 1
+      self%list(self%n) = parameter
+      self%number(self%n) = number
+      call self%names%add(parameter%name, i, is_new)
    end subroutine append
 
    !> A number as decks have it: whole ones without a point, so that they may stand for integers, too.
@@ -221,27 +321,42 @@ contains
    pure integer function place(self, name)
       type(deck_parameters_t), intent(in) :: self
       character(*), intent(in) :: name
-      do place = 1, size(self%list)
-         if (same_name(self%list(place)%name, name)) return
-      end do
       place = 0
+      if (len_trim(name) > 0 .and. len_trim(name) <= name_length) place = self%names%find(trim(name))
    end function place
 
-   !> True when a formula has a name in it.
-   pure logical function uses(string, name)
-      character(*), intent(in) :: string, name
-      integer :: first, length
-      first = 1
-      uses = .false.
-      do while (first <= len(string) .and. .not. uses)
-         do length = 1, len(string) - first + 1
-            if (.not. is_plain_name('a'//string(first:first + length - 1))) exit
-         end do
-         length = length - 1
-         uses = same_name(string(first:first + length - 1), name)
-         first = first + max(length, 1)
+   !> The next plain name in a text: where it begins and ends; 0 when there is none any more.
+   pure subroutine next_name(string, from, first, last)
+      character(*), intent(in) :: string
+      integer, intent(in) :: from             !! where the search begins
+      integer, intent(out) :: first, last
+      integer :: length
+      first = from
+      do while (first <= len(string))
+         if (is_plain_name(string(first:first))) exit
+         ! The e of 1e5 is no name.
+         length = 1
+         if (scan(string(first:first), '0123456789') == 1) length = word_length(first)
+         first = first + length
       end do
-   end function uses
+      if (first > len(string)) then
+         first = 0
+         last = len(string)
+      else
+         last = first + word_length(first) - 1
+      end if
+
+   contains
+
+      !> Letters, digits and underscores from a place on.
+      pure integer function word_length(at)
+         integer, intent(in) :: at
+         do word_length = 1, len(string) - at
+            if (.not. is_plain_name('a'//string(at + word_length:at + word_length))) return
+         end do
+         word_length = len(string) - at + 1
+      end function word_length
+   end subroutine next_name
 
    !> A text without the blanks at its ends.
    pure function stripped(string)

@@ -5,10 +5,13 @@
 module deck_source
    use errors, only: error_t, fail
    use text, only: to_text
+   use file_kind, only: check_file
+   use printable_text, only: quoted_path, shortened
    implicit none
    private
    public :: deck_source_t, deck_file_t, deck_parameter_t, typed_line_t, spot_t
    public :: read_source_file, read_source_unit, source_from_text
+   public :: most_lines
 
    type :: deck_file_t
       character(:), allocatable :: name             !! as messages show it
@@ -55,6 +58,9 @@ module deck_source
       procedure :: line_words, as_typed
    end type deck_source_t
 
+   integer, parameter :: most_lines = 10000000      !! of a deck, with all that it includes: ten million
+   integer, parameter :: longest_line = 10000000    !! [bytes]
+   integer, parameter :: longest_text = 500000000   !! [bytes] of a file
    character(*), parameter :: newline = achar(10), carriage_return = achar(13)
    character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
    integer, parameter :: chunk = 256 !! characters asked for in one read, which fills the rest with blanks each time
@@ -65,13 +71,18 @@ contains
    subroutine read_source_file(path, source, error)
       character(*), intent(in) :: path                !! the file, also its name in messages
       type(deck_source_t), intent(out) :: source      !! empty text on failure
-      type(error_t), allocatable, intent(out) :: error !! the file is missing or cannot be read
+      type(error_t), allocatable, intent(out) :: error !! the file is missing or cannot be read, or is none; as read_source_unit
       integer :: unit, status
       character(200) :: reason
+      call check_file(path, error)
+      if (allocated(error)) then
+         call source_from_text('', path, source)
+         return
+      end if
       open (newunit=unit, file=path, status='old', action='read', iostat=status, iomsg=reason)
       if (status /= 0) then
          call source_from_text('', path, source)
-         call fail(error, 'cannot open the deck '//path//': '//trim(reason))
+         call fail(error, 'cannot open the deck '//quoted_path(path)//': '//shortened(trim(reason), 120))
          return
       end if
       call read_source_unit(unit, path, source, error)
@@ -83,30 +94,53 @@ contains
       integer, intent(in) :: unit                      !! connected for formatted reading
       character(*), intent(in) :: name                 !! what messages call the deck
       type(deck_source_t), intent(out) :: source       !! empty text on failure
-      type(error_t), allocatable, intent(out) :: error !! reading failed
+      type(error_t), allocatable, intent(out) :: error !! reading failed, or there is too much text
       character(:), allocatable :: text, buffer
-      integer :: status, n, length
+      integer :: status, n, length, line, lines
       character(200) :: reason
       allocate (character(chunk) :: buffer)
       allocate (character(65536) :: text)
       length = 0
+      line = 0      ! where the present one begins, less 1
+      lines = 0
       do
          read (unit, '(a)', advance='no', size=n, iostat=status, iomsg=reason) buffer
          if (is_iostat_end(status)) exit
          if (status /= 0 .and. .not. is_iostat_eor(status)) then
             call source_from_text('', name, source)
-            call fail(error, 'cannot read the deck '//name//': '//trim(reason))
+            call fail(error, 'cannot read the deck '//quoted_path(name)//': '//shortened(trim(reason), 120))
             return
          end if
          if (length + n + 1 > len(text)) call enlarge(text, 2 * len(text) + n)
          text(length + 1:length + n) = buffer(:n)
          length = length + n
+         if (length - line > longest_line) then
+            call refuse('line '//to_text(lines + 1)//' has more than '//to_text(longest_line)//' characters; is that a deck?')
+            return
+         else if (length > longest_text) then
+            call refuse('it has more than '//to_text(longest_text)//' characters')
+            return
+         end if
          if (is_iostat_eor(status)) then
             length = length + 1
             text(length:length) = newline
+            line = length
+            lines = lines + 1
+            if (lines > most_lines) then
+               call refuse('it has more than '//to_text(most_lines)//' lines')
+               return
+            end if
          end if
       end do
       call source_from_text(text(:length), name, source)
+
+   contains
+
+      subroutine refuse(why)
+         character(*), intent(in) :: why
+         call source_from_text('', name, source)
+         call fail(error, 'cannot read the deck '//quoted_path(name)//': '//why)
+      end subroutine refuse
    end subroutine read_source_unit
 
    !> Finds the lines of a text.

@@ -8,7 +8,7 @@ module deck_to_model
    use deck_source, only: deck_source_t
    use diagnostics, only: diagnostics_t, place_t
    use deck_assembly, only: assemble_deck
-   use deck_cards, only: deck_t, split_deck
+   use deck_cards, only: deck_t, split_deck, line_end
    use card_check, only: check_cards
    use card_values, only: parameter_text, field_text
    use deck_names, only: deck_names_t
@@ -103,16 +103,28 @@ contains
       if (diagnostics%n == 0) call check_ground_candidates(deck, names, model, diagnostics)
       if (diagnostics%n == 0) call check_placed(deck, names, model, diagnostics)
 
-      if (deck%n_cards == 0 .and. diagnostics%n == 0) call diagnostics%add(place_t(), 'the deck is empty')
+      if (deck%n_cards == 0 .and. diagnostics%n == 0) call diagnostics%add(last_place(source), 'the deck is empty')
       if (deck%n_cards == 0 .or. names%unknown_cards) return
       if (model%mesh%n_elements == 0 .and. .not. names%mesh_incomplete) &
-         call diagnostics%add(place_t(), 'the deck has no elements')
+         call diagnostics%add(last_place(source), 'the deck ends here and has no elements')
       if (size(model%step) > 0) return
       if (present(steps_optional)) then
          if (steps_optional) return
       end if
-      call diagnostics%add(place_t(), 'the deck has no *STEP')
+      call diagnostics%add(last_place(source), 'the deck ends here and has no *STEP')
    end subroutine read_deck
+
+   !> The last line that is not blank, where a deck lacks something; the first one of a deck without lines.
+   pure type(place_t) function last_place(source) result(place)
+      type(deck_source_t), intent(in) :: source
+      integer :: line
+      place = place_t(max(1, source%n_lines), 1, 1)
+      do line = source%n_lines, 1, -1
+         if (line_end(source, line) == 0) cycle
+         place = place_t(line, 1, line_end(source, line))
+         return
+      end do
+   end function last_place
 
    !> Which things may be missing because the cards that define them have errors.
    subroutine note_bad_cards(deck, diagnostics, names)
@@ -173,17 +185,38 @@ contains
    subroutine read_heading(deck, model)
       type(deck_t), intent(in) :: deck
       type(model_t), intent(inout) :: model
-      integer :: card, line
+      integer :: card, line, n, i
       model%title = ''
       model%job = ''
       do card = 1, deck%n_cards
          if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'HEADING') cycle
          model%job = parameter_text(deck, card, 'JOB')
-         do line = deck%card(card)%first_line, deck%card(card)%last_line
-            if (model%title /= '') model%title = model%title//new_line('a')
-            model%title = model%title//trim(adjustl(deck%source%line(deck%data_line(line)%line)))
+         n = 0
+         do i = deck%card(card)%first_line, deck%card(card)%last_line
+            line = deck%data_line(i)%line
+            n = n + deck%source%last(line) - deck%source%first(line) + 2
          end do
+         deallocate (model%title)
+         allocate (character(n) :: model%title)
+         n = 0
+         do i = deck%card(card)%first_line, deck%card(card)%last_line
+            call append(trim(adjustl(deck%source%line(deck%data_line(i)%line))))
+         end do
+         model%title = model%title(:n)
       end do
+
+   contains
+
+      !> One more line of the title.
+      subroutine append(string)
+         character(*), intent(in) :: string
+         if (n > 0) then
+            n = n + 1
+            model%title(n:n) = new_line('a')
+         end if
+         model%title(n + 1:n + len(string)) = string
+         n = n + len(string)
+      end subroutine append
    end subroutine read_heading
 
    !> What lengths and forces are measured in.

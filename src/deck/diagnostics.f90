@@ -1,6 +1,7 @@
 !> Collects what is wrong with a deck, each message with its place, and prints it as one report.
 module diagnostics
    use text, only: to_text, plural
+   use printable_text, only: printable, shortened, character_end
    use deck_source, only: deck_source_t
    use terminal, only: painted, red, bold
    implicit none
@@ -27,6 +28,9 @@ module diagnostics
    end type diagnostics_t
 
    integer, parameter :: most_shown = 20 !! what one wants to read at once
+   integer, parameter :: longest_message = 1000 !! [bytes]
+   integer, parameter :: longest_line = 160     !! [bytes] of a line of the deck that is shown
+   integer, parameter :: least_before = 60      !! [bytes] of these before the place
 
 contains
 
@@ -48,7 +52,7 @@ contains
       end if
       self%n = self%n + 1
       self%item(self%n)%place = place
-      self%item(self%n)%message = message
+      self%item(self%n)%message = shortened(message, longest_message)
    end subroutine add
 
    !> The report: errors in the order of the deck, each with its line and carets under the place; '' without errors.
@@ -72,36 +76,52 @@ contains
       end do
       if (diagnostics%n > most_shown) report = report//'and '//to_text(diagnostics%n - most_shown)//' more'// &
          new_line('a')
-      report = report//plural(diagnostics%n, 'error')//' in '//source%name//new_line('a')
+      report = report//plural(diagnostics%n, 'error')//' in '//printable(source%name)//new_line('a')
    end function diagnostics_report
 
-   !> One error: file:line:column: message, the line, and carets.
+   !> One error: file:line:column: message, the line, and carets. Of a long line the part around the place is shown.
    pure function described(item, source, paint) result(string)
       type(diagnostic_t), intent(in) :: item
       type(deck_source_t), intent(in) :: source
       logical, intent(in) :: paint !! the message bold, the carets red
       character(:), allocatable :: string
-      character(:), allocatable :: line, margin
+      character(:), allocatable :: line, margin, shown
       character(8) :: number
-      integer :: first, last
+      integer :: first, last, from, to
       if (item%place%line == 0) then
-         string = source%name//': '//painted(item%message, bold, paint)//new_line('a')
+         string = printable(source%name)//': '//painted(printable(item%message), bold, paint)//new_line('a')
+         return
+      else if (source%n_lines == 0) then
+         string = printable(source%name)//':1:1: '//painted(printable(item%message), bold, paint)//new_line('a')
          return
       end if
       first = item%place%first
       last = max(item%place%last, first)
       call source%as_typed(item%place%line, first, last, line)
       ! Columns count characters; a character outside ASCII takes several bytes.
-      margin = blanked(line(:min(first - 1, len(line))))//repeat(' ', max(0, first - 1 - len(line)))
+      margin = blanked(printable(line(:min(first - 1, len(line)))))//repeat(' ', max(0, first - 1 - len(line)))
       associate (origin => source%origin(:, item%place%line))
-         string = source%file(origin(1))%name//':'//to_text(origin(2))//':'//to_text(1 + len(margin))//': '// &
-            painted(item%message, bold, paint)//new_line('a')
+         string = printable(source%file(origin(1))%name)//':'//to_text(origin(2))//':'//to_text(1 + len(margin))//': '// &
+            painted(printable(item%message), bold, paint)//new_line('a')
          write (number, '(i8)') origin(2)
       end associate
-      string = string//number//' | '//line//new_line('a')
-      if (last <= len(line)) last = first - 1 + characters(line(first:last))
+      from = 1
+      to = len(line)
+      if (len(line) > longest_line) then
+         from = max(1, min(first - least_before, len(line) - longest_line + 1))
+         if (from > 1) from = character_end(line, from - 1) + 1
+         to = character_end(line, min(len(line), from + longest_line - 1))
+         margin = blanked(printable(line(from:min(first - 1, len(line)))))//repeat(' ', max(0, first - 1 - len(line)))
+      end if
+      shown = printable(line(from:to))
+      if (from > 1) shown = '...'//shown
+      if (from > 1) margin = '   '//margin
+      if (to < len(line)) shown = shown//'...'
+      string = string//number//' | '//shown//new_line('a')
+      last = min(last, max(to, first))
+      if (last <= len(line)) last = first - 1 + characters(printable(line(first:last)))
       string = string//repeat(' ', 8)//' | '//margin//painted(repeat('^', max(1, last - first + 1)), red, paint)// &
-         new_line('a')
+         & new_line('a')
    end function described
 
    !> Blanks that take as much room as a text does when it is printed; its tabs stay.

@@ -4,6 +4,7 @@
 !> signs, then * and /, then + and -, from the left. All numbers are real. What has no finite value is an error.
 module formula
    use kinds, only: wp, pi, degree
+   use printable_text, only: quoted
    use text, only: parse_real, same_name, is_blank, nearest_word, word_index, word_at
    implicit none
    private
@@ -171,7 +172,11 @@ contains
          end if
       end if
       call parse_real(reading%text(first:last), x, ok)
-      if (.not. ok) call object(reading, reading%text(first:last)//' is not a number')
+      if (.not. ok .and. x > 0.0_wp) then
+         call object(reading, quoted(reading%text(first:last))//' is too large; numbers are below 1e308')
+      else if (.not. ok) then
+         call object(reading, quoted(reading%text(first:last))//' is not a number')
+      end if
       reading%at = last + 1
    end subroutine read_number
 
@@ -193,9 +198,9 @@ contains
          if (i > 0) then
             x = reading%value(i)
          else if (is_reserved(name)) then
-            call object(reading, 'an opening bracket is missing after '//name)
+            call object(reading, 'an opening bracket is missing after '//quoted(name))
          else
-            call object(reading, 'no parameter '''//name//''' stands above'//guess(reading%known, name))
+            call object(reading, 'no parameter '''//quoted(name)//''' stands above'//guess(reading%known, name))
          end if
       end if
    end subroutine read_name
@@ -208,7 +213,7 @@ contains
       integer :: i
       x = 0.0_wp
       if (same_name(name, 'pi') .or. .not. is_reserved(name)) then
-         call object(reading, 'no function '''//name//''''//guess(reserved, name))
+         call object(reading, 'no function '''//quoted(name)//''''//guess(reserved, name))
          return
       end if
       call step(reading)
@@ -306,13 +311,27 @@ contains
          if (y < 0.0_wp) call object(reading, 'division by zero')
       else if (x < 0.0_wp .and. abs(y - anint(y)) > 0.0_wp) then
          call object(reading, 'a power of a negative number that is not whole')
-      else if (y * log(size) >= log(huge(x))) then
+      else if (too_large(log(size), y)) then
          call object(reading, 'the power is too large')
       else if (x < 0.0_wp .and. modulo(abs(y), 2.0_wp) > 0.5_wp) then
          x = -size**y
       else
          x = size**y
       end if
+
+   contains
+
+      !> True when exp(a b) is. The product itself may be too large, to either side.
+      pure logical function too_large(a, b)
+         real(wp), intent(in) :: a, b
+         too_large = (a > 0.0_wp .eqv. b > 0.0_wp) .and. abs(a) > 0.0_wp
+         if (.not. too_large) return
+         if (abs(b) > 1.0_wp) then
+            too_large = abs(a) >= log(huge(x)) / abs(b)
+         else
+            too_large = abs(a) * abs(b) >= log(huge(x))
+         end if
+      end function too_large
    end subroutine raise
 
    !> Where the next character is that is no blank; behind the text at its end, and when something is wrong, so that

@@ -96,7 +96,7 @@ contains
          if (.not. deck%data_line(line)%sound) cycle
          monitor = 0
          if (.not. same_name(field_text(deck, line, 1), 'LOAD')) then
-            call find_named(deck, names%monitor, diagnostics, card, field_place(deck, line, 1), 'monitor', monitor)
+            call find_named(deck, names%monitor, diagnostics, card, field_place(deck, line, 1), 'monitor', monitor, also='LOAD')
             if (monitor == 0) cycle
          end if
          step%asked_of = [step%asked_of, monitor]

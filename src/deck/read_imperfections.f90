@@ -8,7 +8,7 @@ module read_imperfections
    use reference_curve, only: measure_curves
    use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
-   use card_values, only: parameter_word, parameter_integer, field_place, field_real
+   use card_values, only: parameter_word, parameter_integer, field_place, field_real, field_text
    use deck_names, only: deck_names_t, find_set, find_nodes
    implicit none
    private
@@ -56,7 +56,7 @@ contains
       type(imperfection_t), intent(out) :: shape
       logical, intent(out) :: ok
       real(wp), allocatable :: offset(:)
-      integer :: line, first
+      integer :: line, first, most
       first = deck%card(card)%first_line
       ok = all(deck%data_line(first:deck%card(card)%last_line)%sound)
       if (.not. ok) return
@@ -64,12 +64,16 @@ contains
       select case (parameter_word(deck, card, 'SHAPE'))
       case ('SINE', 'COSINE')
          shape%shape = merge(shape_sine, shape_cosine, parameter_word(deck, card, 'SHAPE') == 'SINE')
-         allocate (shape%amplitude(0), shape%half_waves(0), shape%phase(0))
+         shape%amplitude = [(field_real(deck, line, 1), line=first, deck%card(card)%last_line)]
+         shape%half_waves = [(field_real(deck, line, 2), line=first, deck%card(card)%last_line)]
+         shape%phase = [(field_real(deck, line, 3) * degree, line=first, deck%card(card)%last_line)]
+         most = most_half_waves(names, mesh, chain)
          do line = first, deck%card(card)%last_line
-            shape%amplitude = [shape%amplitude, field_real(deck, line, 1)]
-            shape%half_waves = [shape%half_waves, field_real(deck, line, 2)]
-            shape%phase = [shape%phase, field_real(deck, line, 3) * degree]
-            if (chain%closed .and. abs(modulo(field_real(deck, line, 2), 2.0_wp)) > 0.0_wp) then
+            if (field_real(deck, line, 2) > most) then
+               call complain(deck, diagnostics, card, field_place(deck, line, 2), field_text(deck, line, 2)// &
+                  ' half waves are more than '//to_text(most)//', the most that the elements of the chain can follow')
+               ok = .false.
+            else if (chain%closed .and. abs(modulo(field_real(deck, line, 2), 2.0_wp)) > 0.0_wp) then
                call complain(deck, diagnostics, card, field_place(deck, line, 2), &
                   'a closed chain needs an even number of half waves')
                ok = .false.
@@ -87,6 +91,17 @@ contains
          call nodal_imperfection(chain%knot, offset, chain%closed, shape)
       end select
    end subroutine read_shape
+
+   !> Half waves along a chain for which each point where an element of the given mesh looks at the axis has one: the points of
+   !> its quadrature, of straight elements their nodes. Where numbers of elements are left out meshes may become finer.
+   pure integer function most_half_waves(names, mesh, chain) result(most)
+      type(deck_names_t), intent(in) :: names
+      type(mesh_t), intent(in) :: mesh
+      type(chain_t), intent(in) :: chain
+      integer, parameter :: most_of_any_mesh = 1000
+      most = sum(max(1, mesh%stages(chain%element)))
+      if (any(names%placed_line(mesh%curve(chain%element)) > 0)) most = max(most, most_of_any_mesh)
+   end function most_half_waves
 
    !> SHAPE=NODAL: node or set, offset.
    subroutine read_nodal_offsets(deck, names, mesh, diagnostics, card, chain, offset, ok)

@@ -59,6 +59,7 @@ contains
       call grown%take(model%mesh, model%curve)
       call take_node_sets(names, model%node_set)
       names%above_only = .false.
+      names%element_line = origin%element_line(:model%mesh%n_elements)
       allocate (names%connected(model%mesh%n_nodes), source=.false.)
       do e = 1, model%mesh%n_elements
          names%connected(model%mesh%node(:, e)) = .true.

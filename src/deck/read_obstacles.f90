@@ -208,7 +208,7 @@ contains
       widest = widest_corner_radius(obstacle%point)
       obstacle%radius = default_corner_radius(obstacle%point)
       if (given(deck, card, 'RADIUS')) obstacle%radius = parameter_real(deck, card, 'RADIUS')
-      ok = obstacle%radius <= widest * (1.0_wp + 4 * epsilon(widest))
+      ok = obstacle%radius / (1.0_wp + 4 * epsilon(widest)) <= widest ! which is huge without corners
       if (ok) then
          obstacle%curve = polyline_curve(obstacle%point, min(obstacle%radius, widest))
       else

@@ -88,7 +88,7 @@ contains
       ok = same_name(field_text(deck, line, 1), 'LOAD')
       if (ok) return
       call find_named(deck, names%monitor, diagnostics, deck%data_line(line)%card, field_place(deck, line, 1), 'monitor', &
-         monitor)
+         monitor, also='LOAD')
       ok = monitor > 0
    end subroutine read_quantity
 

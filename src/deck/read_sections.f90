@@ -6,7 +6,7 @@ module read_sections
    use model, only: model_t, section_t
    use element_families, only: collocates
    use diagnostics, only: diagnostics_t, place_t
-   use deck_cards, only: deck_t, complain
+   use deck_cards, only: deck_t, complain, line_end
    use card_values, only: given, parameter_text, parameter_word, parameter_place, value_place, field_given, &
       field_place, field_real
    use deck_names, only: deck_names_t, find_set, find_named
@@ -130,7 +130,7 @@ contains
             ' is UL2, whose force is EA times its stretch; INEXTENSIBLE needs GE elements')
       end do
       model%section = model%section(:n)
-      if (.not. (names%mesh_incomplete .or. names%sections_incomplete)) call check_complete(model, diagnostics)
+      if (.not. (names%mesh_incomplete .or. names%sections_incomplete)) call check_complete(deck, names, model, diagnostics)
    end subroutine read_beam_sections
 
    !> EA, EI, GA, mass and expansion of a shape made of a material.
@@ -204,19 +204,22 @@ contains
    end subroutine section_of_stiffness
 
    !> Is there an element without a section?
-   subroutine check_complete(model, diagnostics)
+   subroutine check_complete(deck, names, model, diagnostics)
+      type(deck_t), intent(in) :: deck
+      type(deck_names_t), intent(in) :: names
       type(model_t), intent(in) :: model
       type(diagnostics_t), intent(inout) :: diagnostics
+      type(place_t) :: place
       integer :: e, n
       n = count(model%mesh%section == 0)
       if (n == 0) return
-      do e = 1, model%mesh%n_elements
-         if (model%mesh%section(e) == 0) exit
-      end do
+      e = findloc(model%mesh%section, 0, 1)
+      ! The line that defines the first of them.
+      place = place_t(names%element_line(e), 1, line_end(deck%source, names%element_line(e)))
       if (n == 1) then
-         call diagnostics%add(place_t(), 'element '//to_text(model%mesh%element_label(e))//' has no *BEAM SECTION')
+         call diagnostics%add(place, 'element '//to_text(model%mesh%element_label(e))//' has no *BEAM SECTION')
       else
-         call diagnostics%add(place_t(), to_text(n)//' elements have no *BEAM SECTION, the first is element '// &
+         call diagnostics%add(place, to_text(n)//' elements have no *BEAM SECTION, the first is element '// &
             to_text(model%mesh%element_label(e)))
       end if
    end subroutine check_complete

@@ -3,7 +3,7 @@ module read_ties
    use kinds, only: wp
    use text, only: to_text
    use model, only: model_t, tie_t, complete_joints
-   use diagnostics, only: diagnostics_t, place_t
+   use diagnostics, only: diagnostics_t
    use deck_cards, only: deck_t, complain
    use card_values, only: parameter_word, field_integer, field_real, field_place
    use deck_names, only: deck_names_t, find_nodes
@@ -240,8 +240,13 @@ contains
       subroutine wrong(i, message)
          integer, intent(in) :: i
          character(*), intent(in) :: message
+         integer :: card
          if (origin(i)%card == 0) then
-            call diagnostics%add(place_t(), '*RELEASE: '//message)
+            ! A node of a release that has no line of its own.
+            do card = 1, deck%n_cards - 1
+               if (deck%card(card)%keyword == 'RELEASE') exit
+            end do
+            call complain(deck, diagnostics, card, deck%card(card)%place, message)
          else
             call complain(deck, diagnostics, origin(i)%card, field_place(deck, origin(i)%line, 1), message)
          end if

@@ -60,8 +60,9 @@ contains
       call param(t, 'TOLERANCE', kind_real, 'relative residual, below 1', default='1e-9', bound=positive)
       call param(t, 'LOCATE', kind_real, 'relative tolerance of located points, below 1', default='1e-8', &
          bound=positive)
-      call param(t, 'ITERATIONS', kind_integer, 'most iterations of an increment', default='15', bound=positive)
-      call param(t, 'DESIRED', kind_integer, 'iterations that keep the increment as it is', default='5', bound=positive)
+      call param(t, 'ITERATIONS', kind_integer, 'most iterations of an increment', default='15', bound=positive, most=1000000)
+      call param(t, 'DESIRED', kind_integer, 'iterations that keep the increment as it is', default='5', bound=positive, &
+         most=1000000)
       call param(t, 'POINTS', kind_integer, 'most points of the step', default='1000', bound=positive)
 
       call card(t, 'ACCURACY', in_step, 'Error bars: how far the numbers of the mesh may be from those of infinitely fine '// &

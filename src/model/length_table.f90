@@ -6,13 +6,14 @@ module length_table
    use kinds, only: wp, pi
    implicit none
    private
-   public :: length_table_t, new_length_table, add_panel, panel_places, table_value, table_excess, table_points
+   public :: length_table_t, new_length_table, add_panel, close_table, panel_places, table_value, table_excess, table_points
 
    integer, parameter :: table_points = 8 !! Chebyshev's points in a panel
 
    type :: length_table_t
       real(wp) :: curvature = 0.0_wp          !! of the nominal curve that it is for
-      real(wp), allocatable :: at(:)          !! (panels + 1) where they begin and end
+      integer :: n = 0                        !! panels so far
+      real(wp), allocatable :: at(:)          !! (panels + 1) where they begin and end; with room until the table is closed
       real(wp), allocatable :: excess(:, :)   !! (points + 1, panels) coefficients of x^0, x^1, ..., x from -1 to 1 in a panel
    end type length_table_t
 
@@ -23,9 +24,15 @@ contains
       real(wp), intent(in) :: curvature
       type(length_table_t) :: table
       table%curvature = curvature
-      table%at = [0.0_wp]
-      allocate (table%excess(table_points + 1, 0))
+      allocate (table%at(17), table%excess(table_points + 1, 16), source=0.0_wp)
    end function new_length_table
+
+   !> Gives the room up that the last panel has left: from here on the table answers.
+   pure subroutine close_table(table)
+      type(length_table_t), intent(inout) :: table
+      table%at = table%at(:table%n + 1)
+      table%excess = table%excess(:, :table%n)
+   end subroutine close_table
 
    !> Where a panel wants to know the rate d(excess)/ds.
    pure function panel_places(from, to) result(s)
@@ -43,7 +50,7 @@ contains
       logical, intent(in) :: last_try         !! true: however good it is
       logical, intent(out) :: added
       real(wp) :: c(0:table_points + 1), d(0:table_points), half, noise
-      real(wp), allocatable :: longer(:, :)
+      real(wp), allocatable :: longer(:), more(:, :)
       integer :: k, i, n
       ! Chebyshev's coefficients of the rate, then of its integral.
       c = 0.0_wp
@@ -51,7 +58,7 @@ contains
          c(k) = sum(rate * [(cos(k * pi * (i - 0.5_wp) / table_points), i=1, table_points)]) * 2.0_wp / table_points
       end do
       c(0) = 0.5_wp * c(0)
-      n = size(table%at)
+      n = table%n + 1
       half = 0.5_wp * (to - table%at(n))
       ! As small as that, the last ones are the rounding of a length, or of the places times the slope of the rate.
       noise = 1.0_wp + maxval(abs(rate)) + abs(to) / half * sum([(k**2 * abs(c(k)), k=1, table_points - 1)])
@@ -64,11 +71,16 @@ contains
       ! It goes on where the last panel ends.
       d(0) = sum(d(1::2)) - sum(d(2::2))
       if (n > 1) d(0) = d(0) + sum(table%excess(:, n - 1))
-      table%at = [table%at, to]
-      allocate (longer(table_points + 1, n))
-      longer(:, :n - 1) = table%excess
-      longer(:, n) = powers(d)
-      call move_alloc(longer, table%excess)
+      if (n == size(table%at)) then
+         allocate (longer(2 * n), more(table_points + 1, 2 * n - 1))
+         longer(:n) = table%at
+         more(:, :n - 1) = table%excess
+         call move_alloc(longer, table%at)
+         call move_alloc(more, table%excess)
+      end if
+      table%n = n
+      table%at(n + 1) = to
+      table%excess(:, n) = powers(d)
    end subroutine add_panel
 
    !> Coefficients of powers from Chebyshev's.

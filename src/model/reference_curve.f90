@@ -3,7 +3,7 @@ module reference_curve
    use kinds, only: wp, pi
    use model, only: curve_t, imperfection_t, shape_nodal
    use imperfection, only: imperfection_value
-   use length_table, only: length_table_t, new_length_table, add_panel, panel_places, table_value, table_excess, &
+   use length_table, only: length_table_t, new_length_table, add_panel, close_table, panel_places, table_value, table_excess, &
       & table_points
    implicit none
    private
@@ -62,7 +62,7 @@ contains
    pure subroutine measure_curves(curve, imperfections)
       type(curve_t), intent(inout) :: curve(:)
       type(imperfection_t), intent(inout) :: imperfections(:)
-      type(length_table_t), allocatable :: table(:)
+      type(length_table_t), allocatable :: table(:), more(:)
       integer :: c, i, k
       do i = 1, size(imperfections)
          allocate (table(0))
@@ -71,7 +71,12 @@ contains
             do k = 1, size(table)
                if (abs(table(k)%curvature - curve(c)%curvature) <= 0.0_wp) exit
             end do
-            if (k > size(table)) table = [table, measured(imperfections(i), curve(c)%curvature)]
+            if (k > size(table)) then
+               allocate (more(k))
+               more(:k - 1) = table
+               more(k) = measured(imperfections(i), curve(c)%curvature)
+               call move_alloc(more, table)
+            end if
             curve(c)%table = k
          end do
          call move_alloc(table, imperfections(i)%table)
@@ -114,6 +119,7 @@ contains
             end if
          end do
       end do
+      call close_table(table)
    end function measured
 
    !> True length per nominal length, less one.

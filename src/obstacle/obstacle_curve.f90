@@ -465,29 +465,45 @@ contains
       type(obstacle_curve_t), intent(in) :: curve
       real(wp), intent(in) :: length
       type(foot_t), allocatable :: foot(:)
-      real(wp) :: s, turn
-      integer :: i, k
+      real(wp), allocatable :: s(:), turn(:)  ! from the first sample on
+      integer, allocatable :: least(:)        ! samples that may have turned least within the length, one after the other
+      integer :: k, first, last
       foot = feet(curve)
+      allocate (s(size(foot)), turn(size(foot)), least(size(foot)))
+      s(1) = 0.0_wp
+      turn(1) = 0.0_wp
       sharpest = 0.0_wp
-      do i = 1, size(foot)
-         s = 0.0_wp
-         turn = 0.0_wp
-         do k = i + 1, size(foot)
-            s = s + norm2(foot(k)%point - foot(k - 1)%point)
-            if (s > length) exit
-            turn = turn - angle_between(foot(k - 1)%tangent, foot(k)%tangent)
-            sharpest = max(sharpest, turn)
+      first = 1
+      last = 0
+      do k = 1, size(foot)
+         if (k > 1) then
+            s(k) = s(k - 1) + norm2(foot(k)%point - foot(k - 1)%point)
+            turn(k) = turn(k - 1) - angle_between(foot(k - 1)%tangent, foot(k)%tangent)
+         end if
+         do while (first <= last)
+            if (s(k) - s(least(first)) <= length) exit
+            first = first + 1
          end do
+         if (first <= last) sharpest = max(sharpest, turn(k) - turn(least(first)))
+         do while (last >= first)
+            if (turn(least(last)) < turn(k)) exit
+            last = last - 1
+         end do
+         last = last + 1
+         least(last) = k
       end do
    end function sharpest_turn
 
-   !> True if the curve with its straight continuations intersects itself and thus does not divide the plane in two.
+   !> True when the curve and its straight continuations meet themselves: then it does not divide the plane in two.
+   !>
+   !> A tree of boxes around the segments says which of them can meet: the cost grows hardly faster than their number.
    pure logical function crosses_itself(curve) result(crosses)
       type(obstacle_curve_t), intent(in) :: curve
-      real(wp), parameter :: far = 1.0e4_wp !! length of the continuations over the size of the curve
-      real(wp), allocatable :: p(:, :), inner(:, :)
+      real(wp), parameter :: far = 1.0e4_wp !! length of the continuations, over the size of the curve
+      real(wp), allocatable :: p(:, :), inner(:, :), box(:, :)
+      integer, allocatable :: stack(:, :), more(:, :)
       real(wp) :: size_
-      integer :: i, k, n
+      integer :: i, n, leaves, top, a, b
       inner = curve_samples(curve)
       n = size(inner, 2)
       allocate (p(2, n + 2))
@@ -495,12 +511,49 @@ contains
       size_ = norm2(maxval(inner, 2) - minval(inner, 2))
       p(:, 1) = curve%point(:, 1) - far * size_ * curve%tangent(:, 1)
       p(:, n + 2) = curve%point(:, 2) + far * size_ * curve%tangent(:, 2)
+      ! Node k of the tree has the children 2 k and 2 k + 1; segment i is the leaf leaves + i - 1.
+      leaves = 1
+      do while (leaves < n + 1)
+         leaves = 2 * leaves
+      end do
+      allocate (box(4, 2 * leaves - 1), source=huge(size_))
+      box(3:4, :) = -huge(size_)
+      do i = 1, n + 1
+         box(:, leaves + i - 1) = [min(p(:, i), p(:, i + 1)), max(p(:, i), p(:, i + 1))]
+      end do
+      do i = leaves - 1, 1, -1
+         box(1:2, i) = min(box(1:2, 2 * i), box(1:2, 2 * i + 1))
+         box(3:4, i) = max(box(3:4, 2 * i), box(3:4, 2 * i + 1))
+      end do
       crosses = .false.
-      do i = 1, n - 1
-         do k = i + 2, n + 1
-            crosses = segments_meet(p(:, i), p(:, i + 1), p(:, k), p(:, k + 1))
+      allocate (stack(2, 256))
+      top = 1
+      stack(:, 1) = 1
+      do while (top > 0)
+         a = stack(1, top)
+         b = stack(2, top)
+         top = top - 1
+         if (any(box(1:2, a) > box(3:4, b)) .or. any(box(1:2, b) > box(3:4, a))) cycle
+         if (a >= leaves) then
+            ! Both are segments. Neighbours have their common point.
+            if (b - a < 2) cycle
+            i = a - leaves + 1
+            crosses = segments_meet(p(:, i), p(:, i + 1), p(:, i + b - a), p(:, i + b - a + 1))
             if (crosses) return
-         end do
+            cycle
+         end if
+         if (top + 4 > size(stack, 2)) then
+            allocate (more(2, 2 * size(stack, 2)))
+            more(:, :top) = stack(:, :top)
+            call move_alloc(more, stack)
+         end if
+         stack(:, top + 1) = [2 * a, 2 * b]
+         stack(:, top + 2) = [2 * a, 2 * b + 1]
+         stack(:, top + 3) = [2 * a + 1, 2 * b + 1]
+         top = top + 3
+         if (a == b) cycle
+         top = top + 1
+         stack(:, top) = [2 * a + 1, 2 * b]
       end do
    end function crosses_itself
 

@@ -26,9 +26,10 @@ contains
       type(obstacle_curve_t) :: curve
       type(piece_t), allocatable :: piece(:)
       real(wp) :: at(2), before(2), start(2), turn, cut, centre(2), arm(2)
-      integer :: i, n
+      integer :: i, n, pieces
       n = size(point, 2)
-      allocate (piece(0))
+      allocate (piece(2 * n))                 ! no more than that
+      pieces = 0
       at = point(:, 1)
       do i = 2, n - 1
          turn = corner_turn(point, i)
@@ -39,11 +40,12 @@ contains
          call add_straight(start)
          centre = start + sign(radius, turn) * [-before(2), before(1)]
          arm = start - centre
-         piece = [piece, arc_piece(centre, radius, atan2(arm(2), arm(1)), turn)]
+         pieces = pieces + 1
+         piece(pieces) = arc_piece(centre, radius, atan2(arm(2), arm(1)), turn)
          at = point(:, i) + cut * unit(point(:, i + 1) - point(:, i))
       end do
       call add_straight(point(:, n))
-      curve = join_pieces(piece)
+      curve = join_pieces(piece(:pieces))
 
    contains
 
@@ -51,7 +53,8 @@ contains
       subroutine add_straight(to)
          real(wp), intent(in) :: to(2)
          if (norm2(to - at) <= 1.0e-12_wp * norm2(point(:, i) - point(:, i - 1))) return
-         piece = [piece, straight_piece(at, to)]
+         pieces = pieces + 1
+         piece(pieces) = straight_piece(at, to)
       end subroutine add_straight
    end function polyline_curve
 
@@ -60,10 +63,10 @@ contains
    function spline_curve(point) result(curve)
       real(wp), intent(in) :: point(:, :)     !! (2, 2 or more)
       type(obstacle_curve_t) :: curve
-      type(piece_t), allocatable :: piece(:)
+      type(piece_t), allocatable :: piece(:), more(:), next(:)
       real(wp), dimension(size(point, 2), 2) :: value, slope, bend
       real(wp) :: knot(size(point, 2)), c(2, 6), h
-      integer :: i, k, n
+      integer :: i, k, n, pieces
       n = size(point, 2)
       knot(1) = 0.0_wp
       do i = 2, n
@@ -71,16 +74,24 @@ contains
       end do
       value = transpose(point)
       call spline_derivatives(knot, value, ends_straight, slope, bend)
-      allocate (piece(0))
+      allocate (piece(4 * n))
+      pieces = 0
       do i = 1, n - 1
          h = knot(i + 1) - knot(i)
          do k = 1, 2
             c(k, :) = hermite_coefficients([value(i, k), h * slope(i, k), h**2 * bend(i, k), h * slope(i + 1, k), &
                & h**2 * bend(i + 1, k), value(i + 1, k) - value(i, k)])
          end do
-         piece = [piece, quintic_pieces(c)]
+         next = quintic_pieces(c)
+         if (pieces + size(next) > size(piece)) then
+            allocate (more(2 * (pieces + size(next))))
+            more(:pieces) = piece(:pieces)
+            call move_alloc(more, piece)
+         end if
+         piece(pieces + 1:pieces + size(next)) = next
+         pieces = pieces + size(next)
       end do
-      curve = join_pieces(piece)
+      curve = join_pieces(piece(:pieces))
    end function spline_curve
 
    !> Turn [rad] of a polyline at an inner point, > 0 to the left, between -pi and pi.

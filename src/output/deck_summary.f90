@@ -10,6 +10,7 @@ module deck_summary
    use load_words, only: words_t, load_lines, support_lines, spring_lines
    use columns, only: brief, whole, left
    use text, only: plural
+   use printable_text, only: printable
    implicit none
    private
    public :: write_deck_summary
@@ -73,9 +74,9 @@ contains
       integer, intent(in) :: unit
       character(*), intent(in) :: word, text
       if (word == '') then
-         write (unit, '(a)') trim(text)
+         write (unit, '(a)') printable(trim(text))
       else
-         write (unit, '(a)') trim(left(word, margin)//text)
+         write (unit, '(a)') printable(trim(left(word, margin)//text))
       end if
    end subroutine line
 

@@ -8,6 +8,7 @@ import sys
 
 from ..chosen_points import branch_number
 from ..options import Parser, tell_unfinished
+from ..plain_text import cell, printable
 from ..results import Column, Results, ResultsError, read_results
 from ..tables import TABLES, table
 
@@ -50,11 +51,15 @@ def main(argv=None) -> int:
 
 def write(file, results: Results, name: str, columns: list[Column]):
     """The table with its head."""
-    file.write(f"# {' '.join(results.title.split())}\n# table {name} of {os.path.basename(results.filename)}, {results.program} "
-               f"{results.version}, {results.created}, status: {results.status}\n")
+    file.write(f"# {printable(' '.join(results.title.split()))}\n")
+    origin = (f"table {name} of {os.path.basename(results.filename)}, {results.program} {results.version}, {results.created}, "
+              f"status: {results.status}")
+    file.write(f"# {printable(origin)}\n")
     units = ", ".join(f"{column.name}: {column.units}" for column in columns if column.units not in ("", "1"))
     if units:
-        file.write(f"# units: {units}\n")
+        file.write(f"# units: {printable(units)}\n")
     rows = csv.writer(file, lineterminator="\n")
-    rows.writerow(column.name for column in columns)
-    rows.writerows(zip(*(column.values.tolist() for column in columns)))      # floats as repr: all digits
+    rows.writerow(cell(column.name) for column in columns)
+    values = [column.values.tolist() for column in columns]                   # floats as repr: all digits
+    rows.writerows(zip(*([cell(value) for value in each] if column.values.dtype.kind in "USO" else each
+                         for column, each in zip(columns, values))))

@@ -37,6 +37,7 @@ import h5py
 import numpy as np
 
 from .file import ResultsError, dataset, one_line, open_file, scalar, text
+from .foreign_storage import refuse_foreign
 from .types import FIELD_NAMES, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Results, Units
 
 PROGRAMS = ("unilat", "opensees")       # that write such files, see unilat.opensees
@@ -47,6 +48,7 @@ def read_results(filename: str | os.PathLike) -> Results:
     filename = os.fspath(filename)
     with open_file(filename) as file:
         try:
+            refuse_foreign(file, filename)
             return _read(file, filename)
         except (OSError, RuntimeError, ValueError, KeyError, TypeError) as problem:
             raise ResultsError(f"{filename}: damaged: {one_line(problem)}") from problem

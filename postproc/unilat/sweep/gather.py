@@ -10,6 +10,7 @@ import os
 import h5py
 import numpy as np
 
+from ..plain_text import cell, printable
 from ..results import ResultsError, read_results
 from .run_folder import RunFolder
 from .sweep_file import Sweep
@@ -47,13 +48,13 @@ def gather(sweep: Sweep, folder: RunFolder, deck: str, keys: list[str]) -> str:
 
 def _write_csv(filename: str, sweep: Sweep, folder: RunFolder, deck: str, version: str, rows: list[dict]):
     with open(f"{filename}.part", "w", newline="", encoding="utf-8") as file:
-        file.write(f"# {sweep.title or sweep.name}\n# sweep {sweep.name}.toml (sha256 {_hash(sweep.text)}), deck {os.path.basename(sweep.deck_path)} "
+        file.write(f"# {printable(sweep.title or sweep.name)}\n# sweep {sweep.name}.toml (sha256 {_hash(sweep.text)}), deck {os.path.basename(sweep.deck_path)} "
                    f"(sha256 {_hash(deck)})\n# {version or 'unilat'} (sha256 of the program {folder.program_hash[:16]})\n")
         file.write("".join(f"# {name}: {quantity.word}\n" for name, quantity in sweep.gather.items()))
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["run", *sweep.values[0], *sweep.gather, "points", "code", "message"])
         for number, (values, row) in enumerate(zip(sweep.values, rows), start=1):
-            table.writerow([number, *values.values(), *(row[name] for name in (*sweep.gather, "points", "code", "message"))])
+            table.writerow([cell(each) for each in (number, *values.values(), *(row[name] for name in (*sweep.gather, "points", "code", "message")))])
     os.replace(f"{filename}.part", filename)
 
 

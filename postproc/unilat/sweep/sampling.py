@@ -7,6 +7,7 @@ import math
 import random
 import statistics
 
+from ..plain_text import control_place, control_words, printable
 from ..results import ResultsError
 
 GROUPS = ("grid", "list", "latin", "random", "seeds")
@@ -24,6 +25,7 @@ def samples(groups: dict[str, dict], name: str) -> list[dict]:
             continue
         try:
             rows = _MAKERS[group](dict(groups[group]))
+            _check_values(rows)
         except (ValueError, TypeError, KeyError) as problem:
             text = f"'{problem.args[0]}' is missing" if isinstance(problem, KeyError) else str(problem)
             raise ResultsError(f"{name}: [{group}]: {text}") from None
@@ -35,6 +37,19 @@ def samples(groups: dict[str, dict], name: str) -> list[dict]:
     if not columns:
         raise ResultsError(f"{name}: no parameters (one of {', '.join(f'[{group}]' for group in GROUPS)} is needed)")
     return [{key: value for part in parts for key, value in part.items()} for parts in itertools.product(*columns)]
+
+
+def _check_values(rows: list[dict]):
+    """Values are numbers, or text that a line of a deck may have."""
+    for row in rows:
+        for name, value in row.items():
+            for what, text in (("the name", name), (f"{printable(name)}: a value", value)):
+                place = control_place(text) if isinstance(text, str) else 0
+                if place:
+                    raise ValueError(f"{what} has {control_words(text[place - 1])} as its character {place}; names and values are "
+                                     f"printable text")
+            if not isinstance(value, (int, float, str)):
+                raise ValueError(f"{name}: {value} is neither a number nor text")
 
 
 def _grid(group: dict) -> list[dict]:

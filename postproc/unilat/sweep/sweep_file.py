@@ -10,6 +10,8 @@ from .quantities import Quantity, read_quantity
 from .sampling import GROUPS, samples
 
 KNOWN = {"title", "deck", "timeout", "gather", "picture", *GROUPS}
+KINDS = (("title", str, "text"), ("deck", str, "the name of a deck"), ("gather", dict, "a table, [gather]"),
+         ("picture", list, "a list of tables, [[picture]]"), *((group, dict, f"a table, [{group}]") for group in GROUPS))
 DEFAULT = {"limit_load": "LP"}
 OWN_COLUMNS = {"run", "points", "code", "message", "seconds", "key"}
 
@@ -41,6 +43,9 @@ def read_sweep(filename: str, also: tuple[str, ...] = ()) -> Sweep:
     unknown = set(content) - known
     if unknown:
         raise ResultsError(f"{filename}: '{min(unknown)}' is not known (known: {', '.join(sorted(known))})")
+    for key, kind, words in KINDS:
+        if not isinstance(content.get(key, kind()), kind):
+            raise ResultsError(f"{filename}: {key} must be {words}")
     if "deck" not in content:
         raise ResultsError(f"{filename}: deck is missing: deck = \"NAME.inp\"")
     deck_path = os.path.join(os.path.dirname(filename), content["deck"])

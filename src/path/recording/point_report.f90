@@ -84,6 +84,7 @@ contains
          if (step%field_every == 0) return
          if (mod(number, step%field_every) /= 0 .and. label == '') return
          if (step%field_displacement) then
+            allocate (point%displacement(3, problem%deck%mesh%n_nodes))
             point%displacement = deck_displacements(problem, state, [(c, c=1, problem%deck%mesh%n_nodes)])
             ! An imperfection present at the start is part of the displacement from the deck's coordinates.
             point%displacement(1:2, :) = point%displacement(1:2, :) + (problem%deck%mesh%x - problem%coordinates)
@@ -109,11 +110,11 @@ contains
          allocate (reaction(n), density(n), gap(n), place(2, n), source=0.0_wp)
          call measure_mesh(reaction, density, gap, place)
          if (problem%deck_mesh) then
-            ! On the deck's mesh a row belongs to a node, even if the node moves along its rod.
-            point%reaction = reaction
-            point%reaction_density = density
-            point%gap = gap
-            point%contact_point = place
+            ! Rows belong to nodes there, wherever these have moved.
+            call move_alloc(reaction, point%reaction)
+            call move_alloc(density, point%reaction_density)
+            call move_alloc(gap, point%gap)
+            call move_alloc(place, point%contact_point)
          else
             n = sum([(size(problem%deck%contact(k)%node), k=1, size(problem%deck%contact))])
             allocate (point%reaction(n), point%reaction_density(n), source=0.0_wp)

@@ -1,0 +1,196 @@
+!> Text of a deck as messages and listings may show it: no control characters, and not longer than one wants to read.
+!>
+!> A terminal obeys control characters: a deck that somebody else wrote must not colour, move or name the window of who reads a
+!> message about it.
+module printable_text
+   implicit none
+   private
+   public :: printable, printable_lines, shortened, quoted, quoted_path, character_end, control_place, control_words
+
+   integer, parameter :: longest_quote = 80 !! [bytes] of a field that a message shows, the longest name
+   integer, parameter :: longest_path = 300 !! [bytes] of the name of a file
+   character(*), parameter :: picture = char(226)//char(144)        !! of U+2400 to U+243F, first two of three bytes
+   character(*), parameter :: no_text = char(239)//char(191)//char(189) !! U+FFFD, which stands for bytes that are no text
+
+contains
+
+   !> A text in which each control character but the tab is its picture (U+2400 and what follows), and each byte that is no UTF-8,
+   !> and each of the control characters U+0080 to U+009F, the sign U+FFFD. Every character stays one character.
+   pure function printable(string) result(shown)
+      character(*), intent(in) :: string !! any bytes
+      character(:), allocatable :: shown
+      integer :: i, n, length
+      shown = string
+      if (verify(string, plain()) == 0) return
+      deallocate (shown)
+      allocate (character(3 * len(string)) :: shown)
+      n = 0
+      i = 1
+      do while (i <= len(string))
+         length = character_length(string(i:min(i + 3, len(string))))
+         if (length == 0) then
+            call put(shown, n, no_text)
+            length = 1
+         else if (is_control(string(i:i))) then
+            call put(shown, n, picture//char(128 + merge(33, iachar(string(i:i)), iachar(string(i:i)) == 127)))
+         else
+            call put(shown, n, string(i:i + length - 1))
+         end if
+         i = i + length
+      end do
+      shown = shown(:n)
+   end function printable
+
+   !> The same for a text of lines: what ends them stays.
+   pure function printable_lines(string) result(shown)
+      character(*), intent(in) :: string !! any bytes
+      character(:), allocatable :: shown, line
+      integer :: first, length, n
+      allocate (character(3 * len(string)) :: shown)
+      n = 0
+      first = 1
+      do while (first <= len(string))
+         length = index(string(first:), achar(10)) - 1
+         if (length < 0) length = len(string) - first + 1
+         line = printable(string(first:first + length - 1))
+         call put(shown, n, line)
+         first = first + length + 1
+         if (first <= len(string) + 1) call put(shown, n, achar(10))
+      end do
+      shown = shown(:n)
+   end function printable_lines
+
+   !> Adds a piece to a text that has room.
+   pure subroutine put(text, n, piece)
+      character(*), intent(inout) :: text
+      integer, intent(inout) :: n          !! bytes so far
+      character(*), intent(in) :: piece
+      text(n + 1:n + len(piece)) = piece
+      n = n + len(piece)
+   end subroutine put
+
+   !> A text cut to a number of bytes at most, between characters, "..." in the place of what its middle lost.
+   pure function shortened(string, most) result(short)
+      character(*), intent(in) :: string
+      integer, intent(in) :: most        !! 20 or more
+      character(:), allocatable :: short
+      integer :: first, last
+      short = string
+      if (len(string) <= most) return
+      first = character_end(string, 3 * (most - 5) / 4)
+      last = character_end(string, len(string) - (most - 5 - first)) + 1
+      short = string(:first)//' ... '//string(last:)
+   end function shortened
+
+   !> What a message quotes of a deck: as it stands there; of a long text the first characters, and how many bytes it has.
+   pure function quoted(string) result(quote)
+      character(*), intent(in) :: string
+      character(:), allocatable :: quote
+      character(12) :: number
+      integer :: first
+      if (len(string) <= longest_quote) then
+         quote = printable(string)
+         return
+      end if
+      first = character_end(string, longest_quote - 20)
+      write (number, '(i0)') len(string)
+      quote = printable(string(:first))//'... ('//trim(number)//' characters)'
+   end function quoted
+
+   !> The name of a file, as messages show it: of a long one the beginning and the end.
+   pure function quoted_path(path) result(quote)
+      character(*), intent(in) :: path
+      character(:), allocatable :: quote
+      quote = printable(shortened(path, longest_path))
+   end function quoted_path
+
+   !> Where the character ends that a byte belongs to.
+   pure integer function character_end(string, place) result(last)
+      character(*), intent(in) :: string
+      integer, intent(in) :: place       !! of the byte
+      integer :: i
+      last = place
+      do i = 1, 3                        ! no character has more bytes
+         if (last == len(string)) return
+         if (.not. inside_character(string(last + 1:last + 1))) return
+         last = last + 1
+      end do
+   end function character_end
+
+   !> Position of the first control character but the tab; 0 when there is none.
+   pure integer function control_place(string) result(place)
+      character(*), intent(in) :: string
+      do place = 1, len(string)
+         if (is_control(string(place:place))) return
+         if (place == len(string)) exit
+         if (iachar(string(place:place)) == 194 .and. iachar(string(place + 1:place + 1)) >= 128 .and. &
+            iachar(string(place + 1:place + 1)) < 160) return
+      end do
+      place = 0
+   end function control_place
+
+   !> What the character at a place of a text is, in words: "a line feed".
+   pure function control_words(letter) result(words)
+      character(1), intent(in) :: letter !! a control character
+      character(:), allocatable :: words
+      character(3) :: number
+      select case (iachar(letter))
+      case (0)
+         words = 'a null character'
+      case (10)
+         words = 'a line feed'
+      case (13)
+         words = 'a carriage return'
+      case (27)
+         words = 'an escape character'
+      case default
+         write (number, '(i0)') iachar(letter)
+         words = 'the control character number '//trim(number)
+      end select
+   end function control_words
+
+   !> Number of bytes of the UTF-8 character that a text begins with; 0: none, or one of the control characters U+0080 to U+009F.
+   pure integer function character_length(bytes) result(length)
+      character(*), intent(in) :: bytes !! 1 to 4
+      integer :: i
+      select case (iachar(bytes(1:1)))
+      case (0:127)
+         length = 1
+      case (194:223)
+         length = 2
+      case (224:239)
+         length = 3
+      case (240:244)
+         length = 4
+      case default
+         length = 0
+      end select
+      if (length > len(bytes)) length = 0
+      do i = 2, length
+         if (.not. inside_character(bytes(i:i))) length = 0
+      end do
+      if (length == 2 .and. iachar(bytes(1:1)) == 194 .and. iachar(bytes(2:2)) < 160) length = 0
+   end function character_length
+
+   !> True for the second and later bytes of a UTF-8 character.
+   pure logical function inside_character(byte)
+      character(1), intent(in) :: byte
+      inside_character = iand(iachar(byte), 192) == 128
+   end function inside_character
+
+   !> True for the control characters of ASCII but the tab.
+   pure logical function is_control(letter)
+      character(1), intent(in) :: letter
+      is_control = (iachar(letter) < 32 .or. iachar(letter) == 127) .and. letter /= achar(9)
+   end function is_control
+
+   !> The characters that may stay as they are, all that most texts have.
+   pure function plain() result(letters)
+      character(96) :: letters
+      integer :: i
+      do i = 32, 126
+         letters(i - 31:i - 31) = achar(i)
+      end do
+      letters(96:96) = achar(9)
+   end function plain
+end module printable_text

@@ -1,0 +1,169 @@
+!> Answers about one word: a card, an option, a parameter or a word of a card, or a word that other programs' decks have.
+module help_topics
+   use text, only: squeeze, nearest_word, word_index
+   use errors, only: error_t, fail
+   use printable_text, only: quoted
+   use command_line, only: help_text
+   use card_spec, only: card_spec_t, item_t, find_card
+   use card_table, only: all_cards
+   use card_manual, only: write_card
+   use card_check, only: known_card
+   use foreign_words, only: foreign_card, foreign_parameter, foreign_value
+   implicit none
+   private
+   public :: write_card_help, write_help
+
+contains
+
+   !> Writes the reference of one card.
+   subroutine write_card_help(unit, topic, error)
+      integer, intent(in) :: unit                      !! connected for formatted writing
+      character(*), intent(in) :: topic                !! its keyword; star, case and blanks do not count
+      type(error_t), allocatable, intent(out) :: error !! there is no such card; says what may be meant
+      type(card_spec_t), allocatable :: table(:)
+      integer :: i
+      table = all_cards()
+      i = find_card(table, without_star(topic))
+      if (i == 0) then
+         call fail(error, 'no card *'//quoted(without_star(topic))//known_card(table, without_star(topic)))
+      else
+         call write_card(unit, table(i))
+      end if
+   end subroutine write_card_help
+
+   !> Writes what the program knows of a word.
+   subroutine write_help(unit, topic, error)
+      integer, intent(in) :: unit                      !! connected for formatted writing
+      character(*), intent(in) :: topic                !! the word; case and blanks do not count
+      type(error_t), allocatable, intent(out) :: error !! nothing is known of it; says what may be meant
+      type(card_spec_t), allocatable :: table(:)
+      character(:), allocatable :: words, near
+      integer :: i, k, f
+      logical :: found
+      table = all_cards()
+      found = .false.
+      call write_option(unit, topic, found)
+      if (found) return
+      i = find_card(table, without_star(topic))
+      if (i > 0) then
+         call write_card(unit, table(i))
+         found = .true.
+      end if
+      ! Parameters, and the words that stand for values.
+      words = ''
+      do i = 1, size(table)
+         words = words//'|*'//table(i)%keyword
+         do k = 1, size(table(i)%parameter)
+            words = words//'|'//table(i)%parameter(k)%name//'|'//table(i)%parameter(k)%words
+            call write_item(unit, topic, '*'//table(i)%keyword//', '//table(i)%parameter(k)%name, table(i)%parameter(k), .true., &
+               found)
+         end do
+         do k = 1, size(table(i)%layout)
+            do f = 1, size(table(i)%layout(k)%field)
+               associate (item => table(i)%layout(k)%field(f))
+                  words = words//'|'//item%words
+                  call write_item(unit, topic, '*'//table(i)%keyword//', field '//item%name, item, .false., found)
+               end associate
+            end do
+         end do
+      end do
+      if (.not. found) call write_foreign(unit, topic, table, found)
+      if (found) return
+      near = nearest_word(words(2:), topic)
+      if (near /= '') then
+         call fail(error, 'nothing is known of '//quoted(topic)//'; did you mean '//near//'?')
+      else
+         call fail(error, 'nothing is known of '//quoted(topic)//'; unilat --help lists the options, unilat --cards the cards')
+      end if
+   end subroutine write_help
+
+   !> The lines of the help that are about an option.
+   subroutine write_option(unit, topic, found)
+      integer, intent(in) :: unit
+      character(*), intent(in) :: topic
+      logical, intent(inout) :: found
+      character(:), allocatable :: all, line
+      integer :: first, length
+      logical :: inside
+      all = help_text()
+      inside = .false.
+      first = 1
+      do while (first <= len(all))
+         length = index(all(first:), new_line('a')) - 1
+         line = all(first:first + length - 1)
+         first = first + length + 1
+         if (index(line, '  -') == 1) then
+            inside = any(option_name(line) == [character(12) :: topic, '-'//topic, '--'//topic])
+         else if (index(line, '      ') /= 1) then
+            inside = .false.
+         end if
+         if (inside) write (unit, '(a)') line
+         found = found .or. inside
+      end do
+   end subroutine write_option
+
+   !> The option that a line of the help begins with.
+   pure function option_name(line) result(name)
+      character(*), intent(in) :: line
+      character(:), allocatable :: name
+      name = line(3:)
+      if (index(name, ' ') > 0) name = name(:index(name, ' ') - 1)
+   end function option_name
+
+   !> A line about a parameter or field that has a name, or takes a word.
+   subroutine write_item(unit, topic, place, item, named, found)
+      integer, intent(in) :: unit
+      character(*), intent(in) :: topic, place
+      type(item_t), intent(in) :: item
+      logical, intent(in) :: named               ! it counts that the item has this name
+      logical, intent(inout) :: found
+      logical :: is_it
+      is_it = word_index(item%words, topic) > 0
+      if (named) is_it = is_it .or. squeeze(item%name) == squeeze(topic)
+      if (.not. is_it) return
+      write (unit, '(a)') place//': '//item%meaning
+      found = .true.
+   end subroutine write_item
+
+   !> What stands for a word of other programs, wherever decks of them have it.
+   subroutine write_foreign(unit, topic, table, found)
+      integer, intent(in) :: unit
+      character(*), intent(in) :: topic
+      type(card_spec_t), intent(in) :: table(:)
+      logical, intent(inout) :: found
+      character(*), parameter :: of = 'a word of Abaqus and CalculiX; '
+      character(8), parameter :: places(7) = [character(8) :: 'TYPE', 'METHOD', 'SECTION', 'field', 'quantity', 'type', 'dof']
+      character(:), allocatable :: answer
+      integer :: i
+      answer = foreign_card(without_star(topic))
+      if (answer /= '') call answer_with('*'//without_star(topic))
+      answer = foreign_parameter('', topic)        ! of any card
+      if (answer /= '') call answer_with(topic)
+      if (answer == '') then
+         do i = 1, size(table)
+            answer = foreign_parameter(table(i)%keyword, topic)
+            if (answer /= '') call answer_with('*'//table(i)%keyword//', '//topic)
+         end do
+      end if
+      do i = 1, size(places)
+         answer = foreign_value(trim(places(i)), topic)
+         if (answer /= '') call answer_with(trim(places(i))//' '//topic)
+      end do
+
+   contains
+
+      subroutine answer_with(what)
+         character(*), intent(in) :: what
+         write (unit, '(a)') what//': '//of//answer
+         found = .true.
+      end subroutine answer_with
+   end subroutine write_foreign
+
+   !> A keyword without the star.
+   pure function without_star(topic) result(keyword)
+      character(*), intent(in) :: topic
+      character(:), allocatable :: keyword
+      keyword = trim(adjustl(topic))
+      if (index(keyword, '*') == 1) keyword = trim(adjustl(keyword(2:)))
+   end function without_star
+end module help_topics
