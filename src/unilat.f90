@@ -14,6 +14,7 @@ program unilat
    use deck_to_model, only: read_deck
    use diagnostics, only: diagnostics_t, diagnostics_report, place_t
    use card_manual, only: write_card_manual
+   use card_json, only: write_card_json
    use deck_summary, only: write_deck_summary
    use contact_touch, only: choose_spans
    use blas_threads, only: use_one_thread, blas_threads_text
@@ -21,7 +22,7 @@ program unilat
    use problem, only: problem_t, new_problem
    use path_loop, only: follow_path, outcome_t
    use run_recorder, only: run_recorder_t
-   use results, only: results_open, results_parameter, results_close
+   use results, only: results_open, results_parameter, results_leave, results_close
    use listing, only: listing_open, listing_close
    use progress, only: progress_open, progress_close
    use run_summary, only: failed_checks
@@ -42,10 +43,11 @@ program unilat
    call use_one_thread()
    call read_command_line(options, error)
    if (allocated(error)) call stop_with(exit_deck_error, error%message//' (unilat --help tells the options)')
-   if (options%help .or. options%version .or. options%cards) then
+   if (options%help .or. options%version .or. options%cards .or. options%cards_as_json) then
       if (options%help) write (output_unit, '(a)', advance='no') help_text()
       if (options%version) call write_version()
       if (options%cards) call write_card_manual(output_unit)
+      if (options%cards_as_json) call write_card_json(output_unit, program_version)
       call end_program(exit_complete)
    end if
 
@@ -63,7 +65,7 @@ program unilat
       write (output_unit, '(a)', advance='no') source%expanded
       call end_program(exit_complete)
    end if
-   call read_deck(source, deck_model, diagnostics, steps_optional=options%check, settings=options%set)
+   call read_deck(source, deck_model, diagnostics, steps_optional=options%check .or. options%model, settings=options%set)
    call end_with_errors()
    call choose_spans(deck_model)
    call timing_stop(timers, phase_reading)
@@ -72,6 +74,13 @@ program unilat
       call end_program(exit_complete)
    end if
    result_file = name_of_results()
+   if (options%model) then
+      if (options%output == '') result_file = result_file(:len(result_file) - 3)//'-model.h5'
+      call open_results()
+      call results_leave(recorder%results, error)
+      if (allocated(error)) call stop_with(exit_internal, error%message)
+      call end_program(exit_complete)
+   end if
    if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file)
 
    ! ---- the path ----
@@ -103,18 +112,11 @@ contains
 
    !> Follows the whole deck and records it.
    subroutine follow_deck()
-      integer :: i
       call timing_start(timers, phase_numbering)
       path_problem = new_problem(deck_model)
       call timing_stop(timers, phase_numbering)
       call timing_start(timers, phase_output)
-      call results_open(recorder%results, result_file, deck_model, source%record, program_version, error)
-      if (allocated(error)) call stop_with(exit_internal, error%message)
-      do i = 1, size(source%parameter)
-         associate (parameter => source%parameter(i))
-            call results_parameter(recorder%results, parameter%name, parameter%value, parameter%is_number)
-         end associate
-      end do
+      call open_results()
       recorder%quiet = options%quiet
       call progress_open(recorder%progress, listed=.not. options%quiet)
       if (.not. options%quiet) call listing_open(recorder%listing, output_unit, deck_model)
@@ -124,6 +126,18 @@ contains
       checks = failed_checks(outcome%accuracy)
       if (checks /= '') call note_failure(checks)
    end subroutine follow_deck
+
+   !> Creates the result file with the model and the deck's parameters.
+   subroutine open_results()
+      integer :: i
+      call results_open(recorder%results, result_file, deck_model, source%record, program_version, error)
+      if (allocated(error)) call stop_with(exit_internal, error%message)
+      do i = 1, size(source%parameter)
+         associate (parameter => source%parameter(i))
+            call results_parameter(recorder%results, parameter%name, parameter%value, parameter%is_number)
+         end associate
+      end do
+   end subroutine open_results
 
    !> The run has come to its end, but not to what the deck asks for.
    subroutine note_failure(words)

@@ -13,9 +13,11 @@ module command_line
       character(:), allocatable :: output  !! result file; '': after the deck or its job name
       character(argument_length), allocatable :: set(:) !! name=value of every --set
       logical :: check = .false.           !! read, check and summarise the deck only
+      logical :: model = .false.           !! write the model to the result file, follow no path
       logical :: expand = .false.          !! print the deck with the included ones only
       logical :: quiet = .false.           !! no listing
       logical :: help = .false., version = .false., cards = .false. !! print this and end
+      logical :: cards_as_json = .false.   !! the same, of the cards
    end type command_line_t
 
 contains
@@ -87,6 +89,8 @@ contains
                options%expand = .true.
             case ('--check')
                options%check = .true.
+            case ('--model')
+               options%model = .true.
             case ('--quiet')
                options%quiet = .true.
             case ('--help', '-h')
@@ -95,6 +99,8 @@ contains
                options%version = .true.
             case ('--cards')
                options%cards = .true.
+            case ('--cards=json')
+               options%cards_as_json = .true.
             case ('--')
                only_files = .true.
             case default
@@ -104,6 +110,7 @@ contains
          if (allocated(error)) return
       end do
       if (options%check .and. options%expand) call fail(error, 'either --check or --expand')
+      if (options%model .and. (options%check .or. options%expand)) call fail(error, 'either --model or --check or --expand')
       if (options%expand .and. options%output /= '') call fail(error, '--expand writes no results: leave out -o')
       if (options%check .and. options%output /= '') call fail(error, '--check writes no results: leave out -o')
    end subroutine parse_arguments
@@ -132,8 +139,10 @@ contains
          '              value of a parameter, instead of that on *PARAMETER; may be repeated'//nl// &
          '  --expand    print the deck with the included decks in their place, compute nothing'//nl// &
          '  --check     read, check and summarise the deck, compute nothing'//nl// &
+         '  --model     write the model (mesh, supports, loads, obstacles) to FILE, compute nothing; unilat-plot model draws it'// &
+         nl// &
          '  --quiet     no listing'//nl// &
-         '  --cards     print the reference of all cards (Markdown)'//nl// &
+         '  --cards     print the reference of all cards (Markdown); --cards=json for programs'//nl// &
          '  --help      print this'//nl// &
          '  --version   print versions of program, compiler and libraries'//nl//nl// &
          'exit codes: 0 path complete, 1 error in the deck or the command, 2 stopped early (the path up to there '// &

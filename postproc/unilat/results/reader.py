@@ -37,7 +37,8 @@ import h5py
 import numpy as np
 
 from .file import ResultsError, dataset, one_line, open_file, scalar, text
-from .types import FIELD_NAMES, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Results
+from .model_parts import read_loads, read_sets, read_supports
+from .types import FIELD_NAMES, FORCE_LISTS, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Results
 
 PROGRAMS = ("unilat", "opensees")       # that write such files, see unilat.opensees
 
@@ -61,13 +62,14 @@ def _read(file: h5py.File, filename: str) -> Results:
         raise ResultsError(f"{filename}: not a result file of unilat")
     mesh = _mesh(file, filename)
     obstacles = {name: _obstacle(name, item) for name, item in file.get("obstacles", {}).items()}
-    branches = {int(number): _branch(item, filename, mesh, obstacles)
+    model = {"supports": read_supports(file), "loads": read_loads(file)}
+    branches = {int(number): _branch(item, filename, mesh, obstacles, model)
                 for number, item in file.get("branch", {}).items() if "path" in item}
     deck = file.attrs.get("deck")
     if deck is None:
         deck = file["deck"][()] if "deck" in file else ""
     return Results(
-        **_path(file, filename, mesh, obstacles), program=program, title=text(file.attrs.get("title", "")),
+        **_path(file, filename, mesh, obstacles), **model, sets=read_sets(file), program=program, title=text(file.attrs.get("title", "")),
         version=text(file.attrs.get("version", "")), created=text(file.attrs.get("created", "")),
         status=text(file.attrs.get("status", "")), deck=text(deck), parameters=_parameters(file),
         branches=dict(sorted(branches.items())),
@@ -106,14 +108,15 @@ def _path(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obs
     if contact is not None:
         contact = _cut(contact, n_points)
     field_points, field_names = _fields(group, n_points)
+    has_lists = all(f"fields/{name}" in group for name in FORCE_LISTS)
     return dict(filename=filename, group=group.name.strip("/") + "/" if group.name != "/" else "", n_points=n_points,
                 path=path, monitors=monitors, mesh=mesh, contact=contact, critical=_critical(group, path, monitors),
-                obstacles=obstacles, field_points=field_points, field_names=field_names, errors=errors)
+                obstacles=obstacles, field_points=field_points, field_names=field_names, errors=errors, has_force_lists=has_lists)
 
 
-def _branch(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obstacle]) -> Branch:
+def _branch(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obstacle], model: dict) -> Branch:
     numbers = {name: int(scalar(group.attrs[name])) for name in ("step", "of", "bifurcation", "mode", "side", "point")}
-    return Branch(**_path(group, filename, mesh, obstacles), number=int(group.name.rsplit("/", 1)[1]),
+    return Branch(**_path(group, filename, mesh, obstacles), **model, number=int(group.name.rsplit("/", 1)[1]),
                   name=text(group.attrs["name"]), **numbers)
 
 
@@ -208,7 +211,8 @@ def _fields(group: h5py.Group, n_points: int) -> tuple[np.ndarray, tuple[str, ..
     names = tuple(name for name in FIELD_NAMES if f"fields/{name}" in group)
     if not names or "fields/point" not in group:
         return np.zeros(0, dtype=int), ()
-    shortest = min([len(group["fields/point"])] + [len(group[f"fields/{name}"]) for name in names])
+    lists = [name for name in FORCE_LISTS if f"fields/{name}" in group]
+    shortest = min([len(group["fields/point"])] + [len(group[f"fields/{name}"]) for name in (*names, *lists)])
     points = group["fields/point"][:shortest].astype(int)
     return points[points <= n_points], names
 

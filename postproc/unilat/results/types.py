@@ -9,8 +9,10 @@ import numpy as np
 
 from .contact_history import History, follow
 from .file import ResultsError, dataset, open_file
+from .model_parts import Loads, Supports
 
 FIELD_NAMES = ("displacement", "section_forces", "reaction", "reaction_density", "gap", "contact_point")
+FORCE_LISTS = ("contact_force", "contact_pressure")     # as many numbers at a point as there are forces
 
 
 @dataclass(frozen=True)
@@ -150,6 +152,9 @@ class Path:
     field_points: np.ndarray  # numbers (from 1) of the points with stored fields, see points_with
     field_names: tuple[str, ...]     # of FIELD_NAMES, those in the file
     errors: dict[str, Column]        # error bars of load_factor and of monitors, where the file has them; NaN: no estimate
+    has_force_lists: bool = False    # the file has the forces of contact spans, see force_list
+    supports: Supports = field(default_factory=Supports)
+    loads: dict[int, Loads] = field(default_factory=dict)          # by step
 
     def column_names(self) -> list[str]:
         return ["point", *self.monitors, *self.path]
@@ -194,6 +199,16 @@ class Path:
             item = dataset(file, f"{self.group}fields/{name}", self.filename)
             first = item[(slice(len(self.field_points)), *(0,) * (item.ndim - 1))]
         return self.field_points[np.isfinite(first)]
+
+    def force_list(self, name: str, point: int) -> np.ndarray:
+        """`contact_force` or `contact_pressure` of a point, a row each (n, 6); none where nothing is stored. See contact_forces."""
+        found = np.flatnonzero(self.field_points == point)
+        if not self.has_force_lists or found.size == 0:
+            return np.zeros((0, 6))
+        with open_file(self.filename) as file:
+            values = dataset(file, f"{self.group}fields/{name}", self.filename)[found[0]]
+        values = values[:6 * (len(values) // 6)].reshape(-1, 6)
+        return values[np.all(np.isfinite(values), axis=1)]
 
     def null_vectors(self, critical: Critical) -> np.ndarray:
         """Null vectors (multiplicity, nodes, 3) of a bifurcation of this path; the largest translation is 1."""
@@ -277,6 +292,7 @@ class Results(Path):
     performance: dict[str, list] = field(default_factory=dict)     # phase, seconds, calls; counter, value
     accuracy: dict[str, float] = field(default_factory=dict)       # worst values over all points
     parameters: dict[str, float | str] = field(default_factory=dict)    # values of *PARAMETER
+    sets: dict[str, np.ndarray] = field(default_factory=dict)      # node rows of the sets
 
     @property
     def complete(self) -> bool:
