@@ -7,6 +7,7 @@ import os
 import sys
 
 COMMANDS = {
+    "model": ("plot.model", "the model of a deck before it is run: supports, loads, obstacles"),
     "path": ("plot.path", "bifurcation diagram: the path and its branches over any quantity"),
     "shape": ("plot.shape", "deformed shapes, obstacles, the part in contact"),
     "contact": ("plot.contact", "where contact begins and ends along the path"),

@@ -12,7 +12,7 @@ module span_pushes
    private
    public :: point_pushes, line_pushes
 
-   integer, parameter :: samples = 8        !! of a smooth part of a line in one element, less one
+   integer, parameter :: samples = 4        !! of a smooth part of a line in one element, less one
    real(wp), parameter :: inside = 1.0e-9_wp !! of that part: its ends are looked at there, as the force jumps where tracks join
 
 contains
@@ -21,11 +21,11 @@ contains
    function point_pushes(problem, state) result(list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), allocatable :: list(:)      !! (6 times the number of forces)
+      real(wp), allocatable :: list(:, :)   !! (6, forces)
       real(wp) :: force(2), normal(2), gap, bend, size
       type(rolled_t) :: roll
       integer :: c
-      allocate (list(0))
+      allocate (list(6, 0))
       do c = 1, problem%candidates%n
          if (problem%candidates%touch(c) == 0) cycle
          size = end_force(problem, state, c)
@@ -38,8 +38,8 @@ contains
             if (abs(roll%way) > 0.0_wp) normal = roll%normal
             force = size * normal
          end if
-         list = [list, real(problem%candidates%contact(c), wp), chain_coordinate(problem, state, c, 2) + roll%way, &
-            & node_position(state, problem%candidates%node(c)) + roll%arm, force]
+         call add(list, problem%candidates%contact(c), chain_coordinate(problem, state, c, 2) + roll%way, &
+            & node_position(state, problem%candidates%node(c)) + roll%arm, force)
       end do
    end function point_pushes
 
@@ -47,11 +47,11 @@ contains
    function line_pushes(problem, state) result(list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), allocatable :: list(:)      !! (6 times the number of samples)
+      real(wp), allocatable :: list(:, :)   !! (6, samples)
       real(wp), allocatable :: part(:)
       real(wp) :: local(3), place(2), angle, density, sense, tau, at
       integer :: c, e, k, i
-      allocate (list(0))
+      allocate (list(6, 0))
       do c = 1, problem%candidates%n
          if (problem%candidates%touch(c) == 0) cycle
          e = problem%candidates%element(2, c)
@@ -66,9 +66,17 @@ contains
                call conforming_forces(problem, state, e, tau, local, place, angle, density)
                at = chain_coordinate(problem, state, c, 2) + tau * state%geometry%element(e)%length
                ! The free side is on the left of the obstacle's track.
-               list = [list, real(problem%candidates%contact(c), wp), at, place, sense * density * [-sin(angle), cos(angle)]]
+               call add(list, problem%candidates%contact(c), at, place, sense * density * [-sin(angle), cos(angle)])
             end do
          end do
       end do
    end function line_pushes
+
+   !> Puts one more at the end of a list.
+   pure subroutine add(list, contact, at, place, force)
+      real(wp), allocatable, intent(inout) :: list(:, :)
+      integer, intent(in) :: contact
+      real(wp), intent(in) :: at, place(2), force(2)
+      list = reshape([list, real(contact, wp), at, place, force], [6, size(list, 2) + 1])
+   end subroutine add
 end module span_pushes

@@ -67,6 +67,7 @@ contains
       integer :: i
       call hdf5_group(file, group)
       call hdf5_attribute(file, group, 'name', step%name)
+      call hdf5_attribute(file, group, 'stress_free_start', merge(1, 0, starts_anew(step)))
       associate (load => step%load)
          if (.not. allocated(load%node_force)) return
          at = where_any(abs(load%node_force) > 0.0_wp)
@@ -115,6 +116,13 @@ contains
             & 'towards it')
       end associate
    end subroutine write_step_loads
+
+   !> True for a step that leaves behind what earlier steps did.
+   pure logical function starts_anew(step)
+      type(step_t), intent(in) :: step
+      starts_anew = .false.
+      if (allocated(step%mode_offset)) starts_anew = size(step%mode_offset) > 0
+   end function starts_anew
 
    !> The group /sets: the nodes of every set.
    subroutine write_sets(file, model)

@@ -8,6 +8,7 @@ module path_series
    use path_record, only: point_t, critical_t
    use bar_series, only: bar_series_t, open_bars, append_bars, open_monitor_series
    use told_error, only: stored_bar, stored_correction
+   use force_series, only: force_series_t, open_forces, append_forces
    use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_datasets, only: hdf5_write
@@ -39,7 +40,6 @@ module path_series
 
    type :: field_series_t
       integer :: point = 0, displacement = 0, section_forces = 0, reaction = 0, reaction_density = 0, gap = 0, contact_point = 0
-      integer :: contact_force = 0, contact_pressure = 0
    end type field_series_t
 
    type :: critical_series_t
@@ -57,6 +57,7 @@ module path_series
       type(critical_series_t) :: critical
       type(contact_series_t) :: contact
       type(field_series_t) :: field
+      type(force_series_t) :: force
    end type path_series_t
 
 contains
@@ -73,6 +74,7 @@ contains
       call open_critical(series%critical, set, file, model, group//'/critical')
       if (size(model%contact) > 0) call open_contact(series%contact, set, file, model, group//'/contact')
       call open_fields(series%field, set, file, model, group//'/fields')
+      call open_forces(series%force, set, file, model, group)
    end subroutine open_path_series
 
    !> Adds one accepted point to every dataset it has a value for.
@@ -103,6 +105,7 @@ contains
       if (series%contact%count > 0) call append_contact(set, series%contact, point)
       if (allocated(point%displacement) .or. allocated(point%section_forces) .or. allocated(point%reaction) &
          & .or. allocated(point%gap)) call append_fields(set, series%field, point, series%n_points)
+      call append_forces(series%force, set, point, series%n_points)
    end subroutine append_point
 
    !> What the load factor and the monitors change by per arc length; NaN where that is not known.
@@ -196,8 +199,6 @@ contains
       call append_field(set, id%reaction_density, series_row_size(set, id%reaction_density), point%reaction_density)
       call append_field(set, id%gap, series_row_size(set, id%gap), point%gap)
       call append_field(set, id%contact_point, series_row_size(set, id%contact_point), point%contact_point)
-      call append_list(set, id%contact_force, point%contact_force)
-      call append_list(set, id%contact_pressure, point%contact_pressure)
    end subroutine append_fields
 
    subroutine append_field(set, id, n, value)
@@ -213,19 +214,6 @@ contains
          call series_append(set, id, nothing)
       end if
    end subroutine append_field
-
-   !> A row of as many numbers as the point has; none where it has no such list.
-   subroutine append_list(set, id, value)
-      type(series_set_t), intent(inout) :: set
-      integer, intent(in) :: id
-      real(wp), intent(in), optional :: value(:)
-      if (id == 0) return
-      if (present(value)) then
-         call series_append(set, id, value)
-      else
-         call series_append(set, id, [real(wp) ::])
-      end if
-   end subroutine append_list
 
    ! Creating the datasets -----------------------------------------------------------------------------------------
 
@@ -347,12 +335,5 @@ contains
       if (gap) call series_real(set, file, id%gap, group//'/gap', [n_candidates], 'length', 'gap at every candidate')
       if (reaction .or. gap) call series_real(set, file, id%contact_point, group//'/contact_point', [2, n_candidates], 'length', &
          & 'where reaction and gap of every candidate are: its node, or the contact point that it follows along the rod')
-      if (.not. (reaction .and. any(model%contact%along))) return
-      call series_real(set, file, id%contact_force, group//'/contact_force', [1], '1, length, length, length, force, force', &
-         & 'six numbers a force that an obstacle pushes with at a point or at the end of a line: contact, stress-free arc ' &
-         & //'length along it, place (x, y), force (x, y) on the structure; NaN behind the last', ragged=.true.)
-      call series_real(set, file, id%contact_pressure, group//'/contact_pressure', [1], &
-         & '1, length, length, length, force/length, force/length', &
-         & 'the same along lines of contact: force per stress-free length', ragged=.true.)
    end subroutine open_fields
 end module path_series

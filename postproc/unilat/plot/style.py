@@ -132,7 +132,7 @@ def lay_out(figure):
         figure.set_layout_engine(None)
 
 
-def save(figure, args, everything: list[Results], ending: str) -> int:
+def save(figure, args, everything: list[Results], ending: str, unfinished: bool = True) -> int:
     """Write the picture and say so; the exit code of the script."""
     stem = os.path.splitext(os.path.basename(everything[0].filename))[0]
     output = args.output or f"{stem}-{ending}.{args.format or 'png'}"
@@ -146,7 +146,8 @@ def save(figure, args, everything: list[Results], ending: str) -> int:
     except OSError as problem:
         raise ResultsError(f"{output}: cannot be written: {problem.strerror or problem}") from problem
     print(f"wrote {output}")
-    options.tell_unfinished(everything)
+    if unfinished:
+        options.tell_unfinished(everything)
     return 0
 
 

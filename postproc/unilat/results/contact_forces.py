@@ -15,8 +15,13 @@ from .rod_shape import Shape
 from .types import Obstacle, Path
 
 NO_FORCE = 1e-6     # of the largest force at the point: rounding
+NO_LINE = 1e-4      # the same, of all that a line presses with: its pressure is a derivative, less exact
+SAME = 1e-6         # of a region's length: less apart is the same place
+SAMPLES = 5         # of a pressure, that the file has of a smooth part of a line
+FINER = 13          # and as many are drawn
 RUN = 3             # as many neighbours that press are a line
-NUMBERS = 6         # of a force in the file: contact, arc length, place, force
+_KNOTS, _FINE = np.linspace(0.0, 1.0, SAMPLES), np.linspace(0.0, 1.0, FINER)
+_LAGRANGE = np.array([[np.prod([(x - other) / (knot - other) for other in _KNOTS if other != knot]) for knot in _KNOTS] for x in _FINE])
 
 
 @dataclass(frozen=True)
@@ -46,6 +51,11 @@ class Pressure:
     def size(self) -> np.ndarray:
         return np.hypot(*self.force.T)
 
+    @property
+    def total(self) -> float:
+        """Of its size, all along."""
+        return float(np.sum(0.5 * (self.size[1:] + self.size[:-1]) * np.diff(self.arc)))
+
 
 def contact_forces(path: Path, point: int) -> tuple[list[Force], list[Pressure]]:
     """What the obstacles push with; nothing where the file has no reactions for the point."""
@@ -61,23 +71,32 @@ def contact_forces(path: Path, point: int) -> tuple[list[Force], list[Pressure]]
             forces += more
             pressures += lines
     largest = max([force.size for force in forces], default=0.0)
+    pressures = [pressure for pressure in pressures if pressure.total > NO_LINE * largest]
     return [force for force in forces if force.size > NO_FORCE * largest], pressures
 
 
 def stored_forces(path: Path, point: int) -> tuple[list[Force], list[Pressure]]:
     """Those that the file has: of contacts anywhere along the rods."""
     forces = [Force(int(row[0]), float(row[1]), row[2:4], row[4:]) for row in path.force_list("contact_force", point)]
-    samples = path.force_list("contact_pressure", point)
-    samples = samples[np.lexsort((samples[:, 1], samples[:, 0]))] if len(samples) else samples
-    reach = np.hypot(*np.ptp(path.mesh.coordinates, axis=0))
+    samples = _between(path.force_list("contact_pressure", point))
     pressures = []
-    if len(samples):
-        gaps = np.diff(samples[:, 1])
-        # Samples of one element are an eighth of it apart, and the next element begins where it ends.
-        usual = np.median(gaps[gaps > 0.0]) if np.any(gaps > 0.0) else reach
-        cuts = np.flatnonzero((np.diff(samples[:, 0]) != 0.0) | (gaps > 4.0 * usual) & (gaps > 1e-3 * reach)) + 1
-        pressures = [Pressure(int(part[0, 0]), part[:, 1], part[:, 2:4], part[:, 4:]) for part in np.split(samples, cuts)]
+    for region in path.contact.regions(point):
+        around = float(path.contact.chain_length[region.contact - 1])
+        end = region.end + (around if region.end < region.start else 0.0)
+        same = SAME * max(end - region.start, around)
+        mine = samples[samples[:, 0] == region.contact]
+        arc = mine[:, 1] + np.where(mine[:, 1] < region.start - same, around, 0.0)      # over the seam of a ring
+        order = np.argsort(arc, kind="stable")
+        order = order[(arc[order] >= region.start - same) & (arc[order] <= end + same)]
+        if len(order) > 1:
+            pressures.append(Pressure(region.contact, arc[order], mine[order, 2:4], mine[order, 4:]))
     return forces, pressures
+
+
+def _between(samples: np.ndarray) -> np.ndarray:
+    """The samples with more between: a polynomial through those of each smooth part."""
+    parts = samples[:len(samples) // SAMPLES * SAMPLES].reshape(-1, SAMPLES, samples.shape[1])
+    return np.einsum("ij,pjk->pik", _LAGRANGE, parts).reshape(-1, samples.shape[1])
 
 
 def normal_at(obstacle: Obstacle, place: np.ndarray) -> np.ndarray:

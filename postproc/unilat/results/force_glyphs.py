@@ -12,6 +12,8 @@ ARROW = 0.13        # of the picture's size: the largest force
 SHORTEST = 0.035    # and one that is nearly none
 BAND = 0.09         # the largest pressure
 NO_PRESSURE = 1e-6  # of the largest one
+ALIKE = 0.97        # of the largest pressure: places as good for its value
+VALUE = 1.45        # room for a value behind an arrow: of its length
 
 
 @dataclass(frozen=True)
@@ -34,8 +36,8 @@ class Glyphs:
     bands: list[Band]
 
     def corners(self) -> np.ndarray:
-        """Points (n, 2) that a picture must have room for."""
-        parts = [np.vstack((arrow.tail, arrow.tip)) for arrow in self.arrows] + [band.outline for band in self.bands]
+        """Points (n, 2) that a picture must have room for: arrows, bands, values beside them."""
+        parts = [with_value(arrow.tail, arrow.tip) for arrow in self.arrows] + [band.outline for band in self.bands]
         return np.concatenate(parts) if parts else np.zeros((0, 2))
 
 
@@ -65,9 +67,18 @@ def glyphs(forces: list[Force], pressures: list[Pressure], scales: Scales, size:
         if scales.pressure <= 0.0 or np.max(values) <= NO_PRESSURE * scales.pressure:
             continue
         tops = pressure.place - (size * BAND * values / scales.pressure)[:, None] * across(pressure.force, stretch)
-        highest = int(np.argmax(values))
+        # Of places that are about as high the one that is furthest from the arrows.
+        high = np.flatnonzero(values >= ALIKE * np.max(values))
+        tips = np.array([arrow.tip for arrow in arrows]).reshape(-1, 2)
+        away = [np.min(np.hypot(*(tips - pressure.place[k]).T)) for k in high] if len(tips) else -np.abs(high - 0.5 * len(values))
+        highest = int(high[int(np.argmax(away))])
         bands.append(Band(np.concatenate((pressure.place, tops[::-1])), tops[highest], float(values[highest])))
     return Glyphs(arrows, bands)
+
+
+def with_value(tail: np.ndarray, tip: np.ndarray) -> np.ndarray:
+    """Both ends of an arrow, its value behind it included."""
+    return np.vstack((tip + VALUE * (tail - tip), tip))
 
 
 def across(vectors: np.ndarray, stretch: float) -> np.ndarray:

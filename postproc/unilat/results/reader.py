@@ -108,7 +108,7 @@ def _path(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obs
     if contact is not None:
         contact = _cut(contact, n_points)
     field_points, field_names = _fields(group, n_points)
-    has_lists = all(f"fields/{name}" in group for name in FORCE_LISTS)
+    has_lists = all(name in group for name in FORCE_LISTS)
     return dict(filename=filename, group=group.name.strip("/") + "/" if group.name != "/" else "", n_points=n_points,
                 path=path, monitors=monitors, mesh=mesh, contact=contact, critical=_critical(group, path, monitors),
                 obstacles=obstacles, field_points=field_points, field_names=field_names, errors=errors, has_force_lists=has_lists)
@@ -211,8 +211,7 @@ def _fields(group: h5py.Group, n_points: int) -> tuple[np.ndarray, tuple[str, ..
     names = tuple(name for name in FIELD_NAMES if f"fields/{name}" in group)
     if not names or "fields/point" not in group:
         return np.zeros(0, dtype=int), ()
-    lists = [name for name in FORCE_LISTS if f"fields/{name}" in group]
-    shortest = min([len(group["fields/point"])] + [len(group[f"fields/{name}"]) for name in (*names, *lists)])
+    shortest = min([len(group["fields/point"])] + [len(group[f"fields/{name}"]) for name in names])
     points = group["fields/point"][:shortest].astype(int)
     return points[points <= n_points], names
 

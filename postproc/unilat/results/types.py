@@ -12,7 +12,7 @@ from .file import ResultsError, dataset, open_file
 from .model_parts import Loads, Supports
 
 FIELD_NAMES = ("displacement", "section_forces", "reaction", "reaction_density", "gap", "contact_point")
-FORCE_LISTS = ("contact_force", "contact_pressure")     # as many numbers at a point as there are forces
+FORCE_LISTS = ("contact_force", "contact_pressure")     # groups with a row a force
 
 
 @dataclass(frozen=True)
@@ -201,14 +201,18 @@ class Path:
         return self.field_points[np.isfinite(first)]
 
     def force_list(self, name: str, point: int) -> np.ndarray:
-        """`contact_force` or `contact_pressure` of a point, a row each (n, 6); none where nothing is stored. See contact_forces."""
-        found = np.flatnonzero(self.field_points == point)
-        if not self.has_force_lists or found.size == 0:
+        """`contact_force` or `contact_pressure` of a point, a row each (n, 6): contact, arc length, place, force. See contact_forces."""
+        if not self.has_force_lists:
             return np.zeros((0, 6))
         with open_file(self.filename) as file:
-            values = dataset(file, f"{self.group}fields/{name}", self.filename)[found[0]]
-        values = values[:6 * (len(values) // 6)].reshape(-1, 6)
-        return values[np.all(np.isfinite(values), axis=1)]
+            columns = [dataset(file, f"{self.group}{name}/{column}", self.filename)
+                       for column in ("point", "contact", "arc_length", "place", "force")]
+            rows = min(len(column) for column in columns)
+            mine = np.flatnonzero(columns[0][:rows] == point)
+            if mine.size == 0:
+                return np.zeros((0, 6))
+            part = slice(mine[0], mine[-1] + 1)        # a point's rows follow each other
+            return np.column_stack([column[part] for column in columns[1:]])
 
     def null_vectors(self, critical: Critical) -> np.ndarray:
         """Null vectors (multiplicity, nodes, 3) of a bifurcation of this path; the largest translation is 1."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 import argparse
 import importlib
 import os
-import shutil
 import sys
 
 from .. import command
+from ..program import find_program
 from ..results import ResultsError
 from . import gather, slurm
 from .pool import Progress, run_pool
@@ -152,13 +152,6 @@ def draw(sweep: Sweep, folder: RunFolder) -> int:
         command.complain("unilat-sweep", problem)
         return PICTURE_FAILED
     return 0
-
-
-def find_program(given: str | None) -> str:
-    program = given or os.environ.get("UNILAT") or shutil.which("unilat")
-    if not program:
-        raise ResultsError("the program unilat is not on the PATH; name it with --program")
-    return program
 
 
 def whole(text: str) -> int:
