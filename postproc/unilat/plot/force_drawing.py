@@ -6,12 +6,11 @@ import matplotlib.patheffects as patheffects
 import numpy as np
 from matplotlib.patches import FancyArrowPatch, Polygon
 
-from ..results.force_glyphs import Arrow, Band, Glyphs, value_text
+from ..results.force_glyphs import Glyphs, value_text
 from ..results.mirror import mirrored
 from . import style
 
 MOST_VALUES = 8     # more arrows than this have values at the largest ones only
-LETTER = 0.012      # width of a character over that of the picture: room for values
 
 
 def draw_glyphs(axes, glyphs: Glyphs, colour: str = style.CONTACT, mirror=None, values: bool = True, layer: float = 6.5):
@@ -21,7 +20,7 @@ def draw_glyphs(axes, glyphs: Glyphs, colour: str = style.CONTACT, mirror=None, 
             axes.add_patch(Polygon(outline, closed=True, facecolor=colour, edgecolor=colour, alpha=0.28, linewidth=0.6,
                                    zorder=layer - 3.0))
         if values:
-            write(axes, band.top, _foot(band), band.value, colour, layer)
+            write(axes, band.top, band.foot, band.value, colour, layer)
     for arrow in glyphs.arrows:
         for tail, tip in mirrored([np.vstack((arrow.tail, arrow.tip))], mirror):
             draw_arrow(axes, tail, tip, colour, layer)
@@ -43,17 +42,11 @@ def write(axes, place: np.ndarray, away_from: np.ndarray, value: float | str, co
     away = (np.asarray(place) - away_from) * (1.0, stretch)
     away = away / (np.hypot(*away) or 1.0)
     text = value if isinstance(value, str) else value_text(value)
-    note = axes.annotate(text, place, xytext=(away[0] * (3.0 + 2.0 * len(text)), 6.0 * away[1]), textcoords="offset points",
-                         ha="center", va="center", fontsize=7.5, color=colour, zorder=layer + 1.0, annotation_clip=True)
+    beside = abs(away[0]) > 0.8
+    note = axes.annotate(text, place, xytext=(away[0] * (3.0 if beside else 3.0 + 2.0 * len(text)), 6.0 * away[1]),
+                         textcoords="offset points", ha="center" if not beside else "left" if away[0] > 0.0 else "right", va="center", fontsize=7.5, color=colour, zorder=layer + 1.0, annotation_clip=True)
     note.set_path_effects([patheffects.withStroke(linewidth=1.6, foreground="white")])
     note.set_in_layout(False)
 
 
-def _foot(band: Band) -> np.ndarray:
-    """The place of the rod under the top of a band."""
-    half = len(band.outline) // 2
-    tops = band.outline[half:][::-1]
-    return band.outline[:half][int(np.argmin(np.hypot(*(tops - band.top).T)))]
-
-
-__all__ = ["Arrow", "Band", "draw_arrow", "draw_glyphs", "write"]
+__all__ = ["draw_arrow", "draw_glyphs", "write"]

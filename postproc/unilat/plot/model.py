@@ -133,6 +133,7 @@ def picture(results: Results, args):
             drawn = True
         handles += [Line2D([], [], color=LOAD, linewidth=0.8, label=text) for text in load_names(loads) or (["loads"] if drawn else [])]
     shape.finish(axes, args, limits, first=True)
+    layout.measure(handles, len(handles))
     layout.place(figure, [axes])
     write_labels(axes, results, home, args)
     title = f"step {step}: {results.loads[step].name}" if step and len(results.loads) > 1 else None
@@ -198,6 +199,7 @@ def write_labels(axes, results: Results, home: Shape, args):
             ends = {int(node) for chain in rod_chains(mesh) for element in chain.elements[[0, -1]] for node in mesh.elements[element]
                     if np.sum(mesh.elements == node) != 2}
             ends |= set(results.supports.node.tolist()) | {int(node) for loads in results.loads.values() for node in loads.node}
+            ends -= set(mesh.releases[:, 1].tolist())       # of a joint the node that the deck knows
             rows = np.array(sorted(ends) if len(ends) <= MOST_LABELS else [], dtype=int)
         spots = [(home.nodes[row], str(mesh.node_label[row])) for row in rows]
     for place, text in spots:

@@ -106,7 +106,7 @@ def _mark(axes, place: np.ndarray, symbol: Outline, angle: float, colour: str, s
 
 def load_corners(path: Path, loads: Loads, shape: Shape, size: float, stretch: float = 1.0) -> np.ndarray:
     """Places (n, 2) that a picture of the loads must have room for."""
-    parts = [with_value(tail, tip) for tail, tip, _ in node_arrows(loads, shape, size, stretch)]
+    parts = [with_value(tail, tip, size) for tail, tip, _ in node_arrows(loads, shape, size, stretch)]
     parts += [np.vstack((tails, tips)) for tails, tips in load_rows(path, loads, shape, size, stretch)]
     return np.concatenate(parts) if parts else np.zeros((0, 2))
 

@@ -39,6 +39,7 @@ examples:
 
 LEGEND_WIDTH = 27.0     # [mm] beside a panel
 ROUNDING = 1e-9         # of the structure's size: no displacement
+ENTRY, LETTER = 24.0, 1.35      # [mm] a legend entry, one of its letters
 TOO_SMALL = 0.02        # of the structure's size: displacements below are magnified
 SEEN = 0.1              # to this part of it
 
@@ -84,6 +85,7 @@ def main(argv=None) -> int:
     for k, (axes, picture) in enumerate(zip(panels, pictures)):
         picture.draw(axes, limits)
         finish(axes, args, limits, first=k == 0)
+    layout.measure([handle for picture in pictures for handle in picture.handles], max(len(picture.handles) for picture in pictures))
     layout.place(figure, panels)
     for axes, picture, name in zip(panels, pictures, style.names(args, everything)):
         if len(pictures) > 1:
@@ -200,7 +202,12 @@ class Layout:
         self.beside = n_panels == 1 and self.shape > 1.25
         self.left, self.below = (1.0, 1.0) if args.no_axes else (12.0, 9.0)
         self.above = 2.0 + (5.0 if args.title else 0.0) + (5.0 if n_panels > 1 else 0.0)
-        self.gap, self.columns, self.height = 4.0, 1, 0.0
+        self.gap, self.columns, self.height, self.entry = 4.0, 1, 0.0, ENTRY
+
+    def measure(self, handles: list, entries: int):
+        """Room for legend entries, now that they are known."""
+        self.entries = entries
+        self.entry = max(ENTRY, LETTER * max((len(handle.get_label()) for handle in handles), default=0) + 9.0)
 
     def place(self, figure, panels):
         """Give figure and panels their sizes; done twice, as the axis labels are known after the first time."""
@@ -218,7 +225,7 @@ class Layout:
         width, most = self.args.width, self.args.height or 2.2 * self.args.width
         aside = LEGEND_WIDTH if self.beside else 2.0
         panel = (width - self.left - aside - self.gap * (self.n - 1)) / self.n
-        self.columns = 1 if self.beside else int(np.clip(panel // 24.0, 1, 4))
+        self.columns = 1 if self.beside else int(np.clip(panel // self.entry, 1, 4))
         rows = 0 if self.beside else 1 - (-self.entries // self.columns)
         under = self.below + 4.1 * rows + (1.0 if rows else 0.0)
         tall = min(panel * self.shape, most - under - self.above)

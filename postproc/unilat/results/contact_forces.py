@@ -84,7 +84,7 @@ def stored_forces(path: Path, point: int) -> tuple[list[Force], list[Pressure]]:
         around = float(path.contact.chain_length[region.contact - 1])
         end = region.end + (around if region.end < region.start else 0.0)
         same = SAME * max(end - region.start, around)
-        mine = samples[samples[:, 0] == region.contact]
+        mine = samples[np.rint(samples[:, 0]) == region.contact]
         arc = mine[:, 1] + np.where(mine[:, 1] < region.start - same, around, 0.0)      # over the seam of a ring
         order = np.argsort(arc, kind="stable")
         order = order[(arc[order] >= region.start - same) & (arc[order] <= end + same)]

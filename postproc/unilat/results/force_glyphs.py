@@ -13,7 +13,7 @@ SHORTEST = 0.035    # and one that is nearly none
 BAND = 0.09         # the largest pressure
 NO_PRESSURE = 1e-6  # of the largest one
 ALIKE = 0.97        # of the largest pressure: places as good for its value
-VALUE = 1.45        # room for a value behind an arrow: of its length
+VALUE = 0.04, 0.08  # of the picture's size: room for a value behind an arrow, and what it needs more beside it
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,8 @@ class Arrow:
 @dataclass(frozen=True)
 class Band:
     outline: np.ndarray       # (n, 2) a closed polygon: along the rod, and back at the height of the pressure
-    top: np.ndarray           # (2) of its highest place
+    top: np.ndarray           # (2) of a place where it is about as high as anywhere
+    foot: np.ndarray          # (2) the rod there
     value: float              # the pressure there
 
 
@@ -34,10 +35,12 @@ class Band:
 class Glyphs:
     arrows: list[Arrow]
     bands: list[Band]
+    size: float               # of the picture
 
     def corners(self) -> np.ndarray:
         """Points (n, 2) that a picture must have room for: arrows, bands, values beside them."""
-        parts = [with_value(arrow.tail, arrow.tip) for arrow in self.arrows] + [band.outline for band in self.bands]
+        parts = [with_value(arrow.tail, arrow.tip, self.size) for arrow in self.arrows] + [band.outline for band in self.bands]
+        parts += [with_value(band.top, band.foot, self.size) for band in self.bands]
         return np.concatenate(parts) if parts else np.zeros((0, 2))
 
 
@@ -72,13 +75,15 @@ def glyphs(forces: list[Force], pressures: list[Pressure], scales: Scales, size:
         tips = np.array([arrow.tip for arrow in arrows]).reshape(-1, 2)
         away = [np.min(np.hypot(*(tips - pressure.place[k]).T)) for k in high] if len(tips) else -np.abs(high - 0.5 * len(values))
         highest = int(high[int(np.argmax(away))])
-        bands.append(Band(np.concatenate((pressure.place, tops[::-1])), tops[highest], float(values[highest])))
-    return Glyphs(arrows, bands)
+        bands.append(Band(np.concatenate((pressure.place, tops[::-1])), tops[highest], pressure.place[highest],
+                          float(values[highest])))
+    return Glyphs(arrows, bands, size)
 
 
-def with_value(tail: np.ndarray, tip: np.ndarray) -> np.ndarray:
+def with_value(tail: np.ndarray, tip: np.ndarray, size: float) -> np.ndarray:
     """Both ends of an arrow, its value behind it included."""
-    return np.vstack((tip + VALUE * (tail - tip), tip))
+    away = (tail - tip) / (np.hypot(*(tail - tip)) or 1.0)
+    return np.vstack((tail + size * (VALUE[0] + VALUE[1] * abs(away[0])) * away, tip))
 
 
 def across(vectors: np.ndarray, stretch: float) -> np.ndarray:
