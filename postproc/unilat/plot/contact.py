@@ -67,14 +67,15 @@ def main(argv=None) -> int:
         step = path_curves.step_number(results, args.step)
         drawn = [line for line in lines[k] if line.side in sides and np.any(np.isfinite(curve(line, angle)))]
         looks = {line: style.look(k) for line in lines[k]} if len(everything) > 1 else end_looks(drawn)
+        steps = several_steps(results, against, step, looks) if len(everything) == 1 else []
         if len(everything) == 1 and not angle and len(sides) == 2:
             for history in found[0]:
                 tint(axes, results, history, shown, args.y_scale, looks, step)
         for line in without_twins(drawn):
             rows = line.points - 1
             y = args.y_scale * curve(line, angle)
-            unstable |= path_curves.draw_path(axes, results, at_rows(shown, rows), Column("contact", y), looks[line], first=rows[0],
-                                              step=step)
+            look = step_look(looks, line, steps) if steps else looks[line]
+            unstable |= path_curves.draw_path(axes, results, at_rows(shown, rows), Column("contact", y), look, first=rows[0], step=step)
 
             def place(critical, rows=rows, y=y):
                 at = critical.point - 1 - rows[0]
@@ -86,7 +87,10 @@ def main(argv=None) -> int:
         if len(everything) > 1 or published:
             handles.append(Line2D([], [], label=name, **style.look(k)))
         elif len(contacts) > 1:
-            handles += [Line2D([], [], label=contact_name(results, contact), **look) for contact, look in contacts.items()]
+            names = [(contact_name(results, contact), next(line for line in drawn if line.contact == contact)) for contact in contacts]
+            handles += entries(results, names, looks, steps)
+        else:
+            handles += entries(results, end_names(without_twins(drawn)), looks, steps)
     if unstable:
         colour = style.COLOURS[0] if used == {style.COLOURS[0]} else style.INK
         if not handles:
@@ -135,6 +139,49 @@ def end_looks(drawn: list[End]) -> dict[End, dict]:
     if len(numbers) > MOST_COLOURS and len({line.contact for line in drawn}) == 1:
         numbers = dict.fromkeys(numbers, 0)
     return {line: style.look(numbers[key]) for line, key in zip(drawn, keys)}
+
+
+def several_steps(results, against: Column, wanted: int | None, looks: dict[End, dict]) -> list[int]:
+    """Numbers of the steps that are told apart by colour: several over the same load factor."""
+    if wanted is not None or against.name != "load_factor":
+        return []
+    found = list(dict.fromkeys(number for number, _ in path_curves.step_rows(results, apart=True)))
+    colours = len({look["color"] for look in looks.values()})
+    return found if len(found) > 1 and len(found) * colours <= len(style.COLOURS) else []
+
+
+def step_look(looks: dict[End, dict], line: End, steps: list[int]):
+    """The look of an end in every step."""
+    colours = list(dict.fromkeys(look["color"] for look in looks.values()))
+    own = colours.index(looks[line]["color"])
+    return lambda step: style.look(own + len(colours) * steps.index(step))
+
+
+def entries(results, names: list[tuple[str, End]], looks: dict[End, dict], steps: list[int]) -> list[Line2D]:
+    """Legend entries, when there is something to tell apart; of every step, where steps have looks of their own."""
+    if steps:
+        return [Line2D([], [], label=", ".join(([name] if len(names) > 1 else []) + [path_curves.step_name(results, step)]),
+                       **step_look(looks, line, steps)(step)) for step in steps for name, line in names]
+    return [Line2D([], [], label=name, **looks[line]) for name, line in names] if len(names) > 1 else []
+
+
+def end_names(drawn: list[End]) -> list[tuple[str, End]]:
+    """What the lines of a single contact are: one entry for each that has a number of its own."""
+    first: dict[int, End] = {}
+    sides: dict[int, set] = {}
+    for line in drawn:
+        first.setdefault(line.line, line)
+        sides.setdefault(line.line, set()).add(line.side)
+    if len(first) > MOST_COLOURS:
+        return []
+    names = [("contact begins" if sides[line] == {"start"} else "contact ends" if sides[line] == {"end"} else "a region opens", end)
+             for line, end in first.items()]
+    count: dict[str, int] = {}
+    found = []
+    for name, end in names:
+        count[name] = count.get(name, 0) + 1
+        found.append((name if count[name] == 1 else f"{name} ({count[name]})", end))
+    return found
 
 
 def without_twins(drawn: list[End]) -> list[End]:
