@@ -31,6 +31,7 @@ examples:
 """
 
 MOST_COLOURS = 6   # more ends than this share one colour
+MOST_ENTRIES = 6   # in the legend, of ends or contacts in every step; of more the steps alone
 
 
 @style.drawing
@@ -71,7 +72,7 @@ def main(argv=None) -> int:
         if len(everything) == 1 and not angle and len(sides) == 2:
             for history in found[0]:
                 tint(axes, results, history, shown, args.y_scale, looks, step)
-        for line in without_twins(drawn):
+        for line in lasting(without_twins(drawn)):
             rows = line.points - 1
             y = args.y_scale * curve(line, angle)
             look = step_look(looks, line, steps) if steps else looks[line]
@@ -146,19 +147,22 @@ def several_steps(results, against: Column, wanted: int | None, looks: dict[End,
     if wanted is not None or against.name != "load_factor":
         return []
     found = list(dict.fromkeys(number for number, _ in path_curves.step_rows(results, apart=True)))
-    colours = len({look["color"] for look in looks.values()})
-    return found if len(found) > 1 and len(found) * colours <= len(style.COLOURS) else []
+    return found if 1 < len(found) <= len(style.COLOURS) else []
 
 
 def step_look(looks: dict[End, dict], line: End, steps: list[int]):
     """The look of an end in every step."""
     colours = list(dict.fromkeys(look["color"] for look in looks.values()))
+    if len(colours) * len(steps) > MOST_ENTRIES:
+        return lambda step: style.look(steps.index(step))
     own = colours.index(looks[line]["color"])
     return lambda step: style.look(own + len(colours) * steps.index(step))
 
 
 def entries(results, names: list[tuple[str, End]], looks: dict[End, dict], steps: list[int]) -> list[Line2D]:
     """Legend entries, when there is something to tell apart; of every step, where steps have looks of their own."""
+    if steps and len(names) * len(steps) > MOST_ENTRIES:
+        names = names[:1]
     if steps:
         return [Line2D([], [], label=", ".join(([name] if len(names) > 1 else []) + [path_curves.step_name(results, step)]),
                        **step_look(looks, line, steps)(step)) for step in steps for name, line in names]
@@ -182,6 +186,13 @@ def end_names(drawn: list[End]) -> list[tuple[str, End]]:
         count[name] = count.get(name, 0) + 1
         found.append((name if count[name] == 1 else f"{name} ({count[name]})", end))
     return found
+
+
+def lasting(drawn: list[End]) -> list[End]:
+    """Without those that are there at one computed point only, when they are many: at foundations without a load yet, and where
+    contact comes node by node."""
+    long = [line for line in drawn if len(line.points) > 1]
+    return long if long and len(drawn) - len(long) > MOST_COLOURS else drawn
 
 
 def without_twins(drawn: list[End]) -> list[End]:
