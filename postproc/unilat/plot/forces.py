@@ -36,6 +36,7 @@ UNITS = {"N": "force", "Q": "force", "M": "moment"}
 WORDS = {"N": "normal force N", "Q": "shear force Q", "M": "bending moment M"}
 SIDE = {"N": 1.0, "Q": 1.0, "M": -1.0}      # of the element on which positive values are drawn: left +1
 LARGEST = 0.18       # of the structure's size: the largest value of a diagram on it
+ALIKE = 1e-3         # of the largest value: differences that a reader does not see
 ROUNDING = 1e-6      # of the largest value: not worth a number
 STAIRS = 8           # elements at least
 FLAT = 0.5           # an element's own change beside the jump to the next: less is a step of stairs
@@ -195,7 +196,10 @@ def power_of_ten(values: np.ndarray) -> int:
 def largest_values(values: np.ndarray, pieces: list[np.ndarray]) -> list[tuple]:
     """Largest and least value, to be written at the diagram: (x, y, text, colour)."""
     found = []
-    for at in {int(np.argmax(values)), int(np.argmin(values))}:
+    flat, largest = values.ravel(), np.max(np.abs(values))
+    for extreme in (np.max(flat), np.min(flat)):
+        alike = np.flatnonzero(np.abs(flat - extreme) <= ALIKE * largest)      # of a rod with one value, in its middle
+        at = int(alike[len(alike) // 2])
         element, end = divmod(at, 2)
         if abs(values[element, end]) <= ROUNDING * np.max(np.abs(values)):
             continue
