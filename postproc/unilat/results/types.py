@@ -10,12 +10,13 @@ import numpy as np
 from .contact_history import History, follow
 from .file import ResultsError, dataset, open_file
 from .model_parts import Loads, Supports
+from .words import brief, column_words, path_table, path_words
 
 FIELD_NAMES = ("displacement", "section_forces", "reaction", "reaction_density", "gap", "contact_point")
 FORCE_LISTS = ("contact_force", "contact_pressure")     # groups with a row a force
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Column:
     """One quantity along the path."""
 
@@ -25,8 +26,10 @@ class Column:
     description: str = ""
     rate: np.ndarray | None = None       # (points) d/d(arc length), NaN where it is not known; None: the file has none
 
+    __repr__ = column_words
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Mesh:
     coordinates: np.ndarray   # (nodes, 2) stress-free positions
     elements: np.ndarray      # (elements, 2) node rows, from 0
@@ -39,13 +42,15 @@ class Mesh:
     # (rigid bars, 2) node rows: the node that turns a bar, and the node it carries
     links: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), dtype=int))
 
+    __repr__ = brief
+
     @property
     def hinges(self) -> np.ndarray:
         """Node rows of the releases that let ends turn."""
         return self.releases[self.released[:, 2], 0]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Obstacle:
     name: str
     kind: str                 # "line", "circle", "arc", "polyline" or "spline"; "gap": the stops of a *GAP
@@ -60,6 +65,8 @@ class Obstacle:
     surface: np.ndarray | None = None    # arc, polyline, spline: (samples, 2) along it; it goes on straight beyond both ends
     number: int = 0           # in the deck, from 1; the stops of *GAP after the obstacles
     normal: np.ndarray | None = None     # gap: (2) direction in which the stops push
+
+    __repr__ = brief
 
     def moved(self, shift: np.ndarray) -> Obstacle:
         """The obstacle somewhere else."""
@@ -100,7 +107,7 @@ class Region:
     end_corrected: float = np.nan
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Contact:
     """Contact regions: rows are points, columns regions in the order of the file, NaN where there is none."""
 
@@ -121,6 +128,8 @@ class Contact:
     obstacle_force: np.ndarray | None = None     # (points, obstacles, 2) of each on the structure; None: a file from before
     bars: np.ndarray | None = None   # (4, points, regions) error bars of start and end, and these corrected; None: not told
 
+    __repr__ = brief
+
     def regions(self, point: int) -> list[Region]:
         """The regions at a point (from 1)."""
         row = point - 1
@@ -136,7 +145,7 @@ class Contact:
         return self.start, self.end, self.angle_start, self.angle_end
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Path:
     """A path of equilibrium points: that of the steps (see Results), or a branch."""
 
@@ -158,6 +167,16 @@ class Path:
 
     def column_names(self) -> list[str]:
         return ["point", *self.monitors, *self.path]
+
+    __repr__ = path_words
+    _repr_html_ = path_table
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The values of a quantity along the path: results["v"] is results.column("v").values."""
+        return self.column(name).values
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return self.column_names()
 
     def column(self, name: str) -> Column:
         """A quantity along the path by name: `point` (1, 2, ...), a dataset of /path or a monitor.
@@ -228,7 +247,7 @@ class Path:
             raise ResultsError(f"{self.filename}: field '{name}' is not in the file ({stored})")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Branch(Path):
     """A path that leaves another one at a bifurcation."""
 
@@ -242,7 +261,7 @@ class Branch(Path):
     point: int                # number of that BP's point on the path it leaves, from 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Buckling:
     """The modes of a buckling step."""
 
@@ -254,8 +273,10 @@ class Buckling:
     error: np.ndarray         # (modes) error bars of the load factors; NaN: no estimate
     corrected: np.ndarray     # (modes) load factors less their estimated errors
 
+    __repr__ = brief
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class LimitCurve:
     """Limit points of a step while a parameter varies."""
 
@@ -269,6 +290,8 @@ class LimitCurve:
     columns: dict[str, Column]       # parameter, rigid, load_factor, iterations, residual, load_rate, label
     monitors: dict[str, Column]
 
+    __repr__ = brief
+
     def column(self, name: str) -> Column:
         """A quantity along the curve by name, or a monitor; see Path.column."""
         return find_column(self.filename, name, self.columns, self.monitors, "quantity of limit curves or monitor",
@@ -280,7 +303,7 @@ class LimitCurve:
         return self.columns["rigid"].values > 0
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Results(Path):
     """A result file. It is the path of the steps; the other things it holds are members."""
 
@@ -297,6 +320,17 @@ class Results(Path):
     accuracy: dict[str, float] = field(default_factory=dict)       # worst values over all points
     parameters: dict[str, float | str] = field(default_factory=dict)    # values of *PARAMETER
     sets: dict[str, np.ndarray] = field(default_factory=dict)      # node rows of the sets
+
+    @property
+    def plot(self):
+        """Pictures that notebooks show: results.plot.path(), results.plot.shape(label="LP"), ..."""
+        from ..pictures import Plots     # needs matplotlib as soon as one is drawn
+        return Plots(self.filename)
+
+    def page(self, **options):
+        """A page with a slider, as `unilat-plot html` writes it."""
+        from ..pictures import page
+        return page(self.filename, options)
 
     @property
     def complete(self) -> bool:

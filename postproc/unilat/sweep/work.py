@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
 import os
 import sys
 
@@ -76,10 +77,12 @@ def main(argv=None) -> int:
 def make_runs(folder: RunFolder, sweep: Sweep, decks: dict[str, RunDeck], args):
     """The runs that are missing, here or on the cluster."""
     missing = to_do(folder, decks, args.retry)
-    print(f"{sweep.name}: {len(sweep.values)} runs, {len(decks) - len(missing)} finished before", flush=True)
+    quiet = getattr(args, "quiet", False)
+    if not quiet:
+        print(f"{sweep.name}: {len(sweep.values)} runs, {len(decks) - len(missing)} finished before", flush=True)
     if not missing:
         return
-    progress = Progress(len(missing))
+    progress = Progress(len(missing), io.StringIO() if quiet else None)
     if not args.slurm:
         run_pool(folder, missing, args.jobs, sweep.timeout, progress)
         folder.sweep_up()
@@ -91,7 +94,8 @@ def make_runs(folder: RunFolder, sweep: Sweep, decks: dict[str, RunDeck], args):
     for key in before:      # so that every record is a new one
         os.remove(os.path.join(folder.runs, f"{key}.json"))
     job = slurm.submit(os.path.abspath(folder.folder), sweep.name, again, tasks, args.jobs, args.sbatch)
-    print(f"Slurm job array {job}: {tasks} tasks; log files in {folder.folder}", flush=True)
+    if not quiet:
+        print(f"Slurm job array {job}: {tasks} tasks; log files in {folder.folder}", flush=True)
 
     codes: dict[str, int] = {}
 
