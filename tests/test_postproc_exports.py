@@ -245,11 +245,11 @@ def test_a_title_cannot_break_the_page(files, tmp_path):
 def test_film(files, tmp_path):
     from PIL import Image
     output = tmp_path / "ring.gif"
-    assert draw("animate", files / "killed.h5", "--mirror", "x=0", "--dpi", 40, "--width", 100, "-o", output) == 0
+    assert draw("animate", files / "killed.h5", "--mirror", "x=0", "--dpi", 40, "--width", 100, "--frames", 14, "-o", output) == 0
     with Image.open(output) as film:
-        assert film.n_frames == 7
+        assert 12 <= film.n_frames <= 18        # 7 stored points and as many between
         frames = []
-        for k in range(7):
+        for k in range(film.n_frames):
             film.seek(k)
             frames.append(np.asarray(film.convert("RGB")).copy())
     assert all(np.any(first != second) for first, second in zip(frames, frames[1:]))

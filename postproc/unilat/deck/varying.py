@@ -201,6 +201,7 @@ def optimise(deck, quantity: str, between: dict[str, tuple[float, float]], least
             seen[key] = (sign * value if np.isfinite(value) else np.inf, table._files[number])
             history.append((values_at(place), value))
 
+    shown = progress and (sys.stderr.isatty() or "ipykernel" in sys.modules)
     best = np.full(len(names), 0.5) if start is None else np.clip((np.array([float(start[name]) for name in names]) - low) / (high - low), 0.0, 1.0)
     step = 0.25
     directions = np.concatenate((np.eye(len(names)), -np.eye(len(names))))
@@ -213,10 +214,10 @@ def optimise(deck, quantity: str, between: dict[str, tuple[float, float]], least
             best = found
         else:
             step *= 0.5
-        if progress:
+        if shown:
             print(f"\r{len(seen)} runs, best {short(sign * seen[tuple(best)][0])}, points around at {step:.2g} of the intervals   ",
                   end="", file=sys.stderr, flush=True)
-    if progress:
+    if shown:
         print(file=sys.stderr)
     value, results = seen[tuple(best)]
     if not np.isfinite(value):

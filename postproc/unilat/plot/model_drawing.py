@@ -48,7 +48,7 @@ SYMBOLS = {
 def draw_supports(axes, path: Path, nodes: np.ndarray, colour: str = style.INK, size: float = 7.0, mirror=None):
     """Symbols at the supported nodes; `nodes` (nodes, 2): where they are."""
     supports = path.supports
-    inwards = _inwards(path, nodes)
+    inwards = _inwards(path, path.mesh.coordinates)     # the same side at every point of the path
     for node, fixed in zip(supports.node, supports.fixed):
         for name, angle in support_symbols(fixed, inwards[node]):
             _mark(axes, nodes[node], SYMBOLS[name], angle, colour, size, mirror)
