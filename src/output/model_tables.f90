@@ -131,6 +131,7 @@ contains
       integer :: i, k
       character(:), allocatable :: name
       call hdf5_group(file, '/sets')
+      if (.not. allocated(model%node_set)) return
       do i = 1, size(model%node_set)
          name = trim(model%node_set(i)%name)
          do k = 1, len(name)

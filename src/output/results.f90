@@ -149,10 +149,11 @@ contains
       call write_when_due(results, error)
    end subroutine results_limit_point
 
-   !> Closes a file that has the model and no path.
+   !> Closes a file that has the model and no path, or not all of it.
    subroutine results_leave(results, error)
       type(results_t), intent(inout) :: results
       type(error_t), allocatable, intent(out) :: error !! something could not be written; the file is closed, too
+      call series_write(results%set, results%file)
       call hdf5_flush(results%file)
       call write_status(results%file, 'model')
       call hdf5_close(results%file)
