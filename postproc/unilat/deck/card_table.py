@@ -92,7 +92,7 @@ def docstring(spec: dict) -> str:
         parts.append(head + "\n" + "\n".join(_item(field, field["name"]) for field in layout["fields"]))
     if not spec["lines"]:
         parts.append("No lines.")
-    return "\n\n".join(textwrap.fill(part, WIDTH) if "\n" not in part else part for part in parts)
+    return "\n\n".join(textwrap.fill(part, WIDTH, break_on_hyphens=False) if "\n" not in part else part for part in parts)
 
 
 def _item(item: dict, name: str) -> str:
@@ -100,4 +100,4 @@ def _item(item: dict, name: str) -> str:
     notes = [kind, item["bound"], item["unit"], "required" if item["required"] and not item["only"] else
              f"default {item['default']}" if item["default"] else "", f"with {item['only']} only" if item["only"] else ""]
     return textwrap.fill(f"{name} ({', '.join(note for note in notes if note)}): {item['meaning']}", WIDTH, initial_indent="    ",
-                         subsequent_indent="        ")
+                         subsequent_indent="        ", break_on_hyphens=False)

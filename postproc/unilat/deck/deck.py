@@ -39,8 +39,11 @@ class _Cards:
         self.cards: list = []        # Card or Step
 
     def add(self, *cards):
-        """Puts cards at the end; the last one of them."""
-        self.cards += cards
+        """Puts cards at the end, those of the model part above the first step; the last one of them."""
+        for card in cards:
+            first = next((k for k, each in enumerate(self.cards) if isinstance(each, Step)), len(self.cards))
+            of_model = isinstance(card, Card) and card.spec.get("where") == "model"
+            self.cards.insert(first if of_model else len(self.cards), card)
         return cards[-1] if cards else None
 
     def find(self, keyword: str, **parameters) -> list[Card]:
@@ -140,7 +143,7 @@ class Deck(_Cards):
             elif card.keyword == "END STEP" and step is not None:
                 step.end, step = card, None
             else:
-                (step or deck).add(card)
+                (step or deck).cards.append(card)       # where it stands, be it right or wrong
         return deck
 
     def step(self, **parameters) -> Step:
@@ -214,7 +217,7 @@ class Deck(_Cards):
         from .varying import sweep
         return sweep(self, **options)
 
-    def evaluate(self, values: list[dict], gather: dict[str, str] | str, **options):
+    def evaluate(self, values: list[dict], gather: dict[str, str] | str = "LP", **options):
         """Quantities of runs with given values of the parameters, all at a time; see unilat.deck.varying."""
         from .varying import evaluate
         return evaluate(self, values, gather, **options)

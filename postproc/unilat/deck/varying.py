@@ -187,6 +187,7 @@ def optimise(deck, quantity: str, between: dict[str, tuple[float, float]], least
     sign = 1.0 if least else -1.0
     seen: dict[tuple, tuple[float, str]] = {}
     history: list[tuple[dict[str, float], float]] = []
+    messages: list[str] = []
 
     def values_at(place: np.ndarray) -> dict[str, float]:
         return {name: float(value) for name, value in zip(names, low + place * (high - low))}
@@ -200,6 +201,7 @@ def optimise(deck, quantity: str, between: dict[str, tuple[float, float]], least
             value = float(table[QUANTITY][number])
             seen[key] = (sign * value if np.isfinite(value) else np.inf, table._files[number])
             history.append((values_at(place), value))
+            messages.append(str(table["message"][number]))
 
     shown = progress and (sys.stderr.isatty() or "ipykernel" in sys.modules)
     best = np.full(len(names), 0.5) if start is None else np.clip((np.array([float(start[name]) for name in names]) - low) / (high - low), 0.0, 1.0)
@@ -221,7 +223,8 @@ def optimise(deck, quantity: str, between: dict[str, tuple[float, float]], least
         print(file=sys.stderr)
     value, results = seen[tuple(best)]
     if not np.isfinite(value):
-        raise ResultsError(f"no run has '{quantity}' with values between these bounds")
+        why = next((f"; the first that failed says: {message}" for message in messages if message), "")
+        raise ResultsError(f"no run has '{quantity}' with values between these bounds{why}")
     return Optimum(values_at(best), sign * value, read_results(results), len(seen), step, history)
 
 
