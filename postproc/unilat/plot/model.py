@@ -57,7 +57,7 @@ def main(argv=None) -> int:
     results = model_of(args.file, args.settings, args.program)
     figure = picture(results, args)
     args.output = args.output or f"{os.path.splitext(os.path.basename(args.file))[0]}-model.{args.format or 'png'}"
-    return style.save(figure, args, [results], "model", unfinished=False)
+    return style.save(figure, args, [results], "model", False)
 
 
 def model_of(filename: str, settings: list[str], program: str | None = None) -> Results:
