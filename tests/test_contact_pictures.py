@@ -256,7 +256,7 @@ def test_what_is_wrong_with_a_deck_is_told_instead_of_a_picture(tmp_path, capsys
     deck = tmp_path / "frame.inp"
     deck.write_text(FRAME.replace("4, PINNED", "99, PINNED"))
     assert draw("model", deck) == 2
-    assert re.search(r"frame\.inp:15:1: .*\n +15 \| 99, PINNED\n +\| \^\^", capsys.readouterr().err)
+    assert re.search(r"frame\.inp:16:1: .*\n +16 \| 99, PINNED\n +\| \^\^", capsys.readouterr().err)
     assert draw("model", tmp_path / "none.inp") == 2 and "none.inp: cannot be read" in capsys.readouterr().err
     deck.write_text(FRAME)
     assert draw("model", deck, "--step", "3") == 2 and "no step 3 (it has 2)" in capsys.readouterr().err

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 
 import numpy as np
 
@@ -47,7 +48,8 @@ def to_xarray(results: Results, branch: int = 0):
     xarray = _package("xarray")
     path = results.path_number(branch)
     mesh, n = path.mesh, path.n_points
-    data = {column.name: ("point", column.values, _attributes(column)) for column in _path_columns(path)[1:]}
+    # Names without blanks and strokes: data.error_v
+    data = {re.sub(r"[ /]", "_", column.name): ("point", column.values, _attributes(column)) for column in _path_columns(path)[1:]}
     data["coordinates"] = (("node", "axis"), mesh.coordinates, {"units": "length"})
     shapes = {"displacement": ("node", "freedom"), "section_forces": ("element", "end", "force"),
               "contact_point": ("candidate", "axis")}

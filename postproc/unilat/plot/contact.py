@@ -99,7 +99,7 @@ def main(argv=None) -> int:
         handles.append(Line2D([], [], color=colour, linestyle=path_curves.UNSTABLE, label="unstable"))
     what = "angle" if angle else "arc length"
     name = f"contact {what}" if args.end == "both" else f"{what} at the {args.end} of contact"
-    quantity = Column(name, np.zeros(0), "degree" if angle else "length")
+    quantity = Column(name, np.zeros(0), "degree" if angle else everything[0].unit("length"))
     style.finish_axes(axes, args, label, captions.column_label(quantity, args.y_scale))
     style.legend(axes, handles + published, loc="best")
     place_labels(axes, texts)

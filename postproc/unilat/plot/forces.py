@@ -96,11 +96,11 @@ def over_arc(path: Path, points: list[int], chains, args):
         axes.axhline(0.0, color=style.REFERENCE, linewidth=0.5, zorder=1)
         for start in starts[1:-1]:
             axes.axvline(args.x_scale * start, color=style.REFERENCE, linewidth=0.5, linestyle=":", zorder=1)
-        axes.set_ylabel(args.y_label or captions.column_label(Column(quantity, np.zeros(0), UNITS[quantity]), args.y_scale))
+        axes.set_ylabel(args.y_label or captions.column_label(Column(quantity, np.zeros(0), path.unit(UNITS[quantity])), args.y_scale))
         axes.margins(x=0.0)
         if args.y_range:
             axes.set_ylim(args.y_range)
-    panels[-1].set_xlabel(args.x_label or captions.column_label(Column("arc length", np.zeros(0), "length"), args.x_scale))
+    panels[-1].set_xlabel(args.x_label or captions.column_label(Column("arc length", np.zeros(0), path.unit("length")), args.x_scale))
     if args.x_range:
         panels[-1].set_xlim(args.x_range)
     if args.title:
@@ -169,7 +169,9 @@ def on_structure(path: Path, point: int, args):
         axes.set_ylim(limits[:, 1])
         axes.set_aspect("equal")
         axes.set_axis_off()
-        axes.set_title(WORDS[quantity] + (f" ($10^{{{power}}}$)" if power else ""), pad=2.0)
+        unit = f" {captions.escape(path.unit(UNITS[quantity]))}" if path.units else ""
+        factor = f"$10^{{{power}}}$" if power else ""
+        axes.set_title(WORDS[quantity] + (f" ({(factor + unit).strip()})" if factor or unit else ""), pad=2.0)
     for axes, values in texts:
         place_labels(axes, values)
     return figure

@@ -132,7 +132,7 @@ def picture(results: Results, args):
             draw_arrow(axes, start, start + ARROW * size * motion / np.hypot(*motion), LOAD, style_of="->", width=0.9)
             drawn = True
         handles += [Line2D([], [], color=LOAD, linewidth=0.8, label=text) for text in load_names(loads) or (["loads"] if drawn else [])]
-    shape.finish(axes, args, limits, first=True)
+    shape.finish(axes, args, limits, first=True, unit=results.unit("length"))
     layout.measure(handles, len(handles))
     layout.place(figure, [axes])
     write_labels(axes, results, home, args)

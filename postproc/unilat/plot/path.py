@@ -30,6 +30,7 @@ examples:
 """
 
 THINNEST_BAR = 0.002   # of what the path spans along y: half a line's width
+MOST_OF_A_KIND = 4  # labels of the paths of several files
 MOST_NAMED = 8     # branches with a colour and a legend entry of their own
 
 
@@ -78,6 +79,7 @@ def main(argv=None) -> int:
         handles += [Line2D([], [], label=captions.escape(title), **other) for title, other in looks.items()]
         if branches and len(everything) == 1 and not looks:
             handles.append(Line2D([], [], label="branches", **style.look(others)))
+    handles += diagram.crowded(len(everything))
     if len(handles) == 1 and not published:
         handles = [Line2D([], [], color=style.COLOURS[0], label="stable")] if diagram.unstable else []
     if diagram.unstable:
@@ -97,6 +99,14 @@ class Diagram:
         self.axes, self.args, self.unstable, self.texts = axes, args, False, []
         self.x: Column | None = None       # of the first path drawn
         self.y: Column | None = None
+
+    def crowded(self, files: int) -> list[Line2D]:
+        """Of several files, labels of one kind that would be a heap are left to their marks; legend entries that say what these are."""
+        kinds = [str(text).split()[0] for _, _, text, _ in self.texts]
+        heaps = [kind for kind in dict.fromkeys(kinds) if files > 1 and kinds.count(kind) > MOST_OF_A_KIND]
+        self.texts = [text for text, kind in zip(self.texts, kinds) if kind not in heaps]
+        return [Line2D([], [], marker=path_curves.MARKERS.get(kind.replace("\N{MINUS SIGN}", "-"), "o"), color=style.INK, linestyle="none", markersize=3.8,
+                       label=kind) for kind in heaps]
 
     def steps(self, results: Results) -> list[int]:
         """Numbers of the steps that are told apart: several over the same load factor."""

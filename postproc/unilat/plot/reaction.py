@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from matplotlib.lines import Line2D
 
@@ -92,7 +94,7 @@ def main(argv=None) -> int:
         labels.append(pushes)
         column[0].set_title(title, pad=3.0)
         column[0].set_ylim(len(points) - 0.5, -0.5)
-    finish(panels, quantities, args)
+    finish(panels, quantities, args, paths[0])
     for pushes in labels:
         pushes.draw(alone=not any(each.pressures for each in labels), last=pushes is labels[-1])
     return style.save(figure, args, everything, "reaction")
@@ -136,7 +138,7 @@ class Pushes:
                                color=style.REFERENCE)
             return
         axes = self.axes if alone else self.axes.twinx()
-        label = captions.column_label(FORCE, self.args.y_scale if alone and self.quantity == "reaction" else 1.0)
+        label = captions.column_label(in_units(FORCE, self.chain.path), self.args.y_scale if alone and self.quantity == "reaction" else 1.0)
         if last if not alone else not self.args.y_label and self.axes.get_ylabel():
             axes.set_ylabel(label)
         if not alone:
@@ -162,6 +164,11 @@ class Pushes:
                 axes.set_xlim(low - margin, high + margin)
         named = sorted((force for force in self.forces if force[1] > NAMED * largest), key=lambda force: -force[1])[:MOST_VALUES]
         place_labels(axes, [(x, value, value_text(value), colour) for x, value, colour in named])
+
+
+def in_units(column: Column, path: Path) -> Column:
+    """A quantity in the units of the deck."""
+    return replace(column, units=path.unit(column.units))
 
 
 def choose_quantities(paths: list[Path], args) -> list[str]:
@@ -237,10 +244,10 @@ def draw_curve(axes, state: ChainState, quantity: str, colour, x_scale: float, y
         axes.plot(x_scale * state.place(arc), y_scale * y, color=colour, linewidth=1.1, zorder=3)
 
 
-def finish(panels, quantities: list[str], args):
+def finish(panels, quantities: list[str], args, path: Path):
     """Labels, limits and a line at zero."""
     angle = args.against == "angle"
-    along = Column("angle" if angle else "arc length", np.zeros(0), "degree" if angle else "length")
+    along = Column("angle" if angle else "arc length", np.zeros(0), "degree" if angle else path.unit("length"))
     for column, axes in np.ndenumerate(panels[0]):
         axes.tick_params(which="both", left=False, right=False, bottom=False, top=False, labelleft=False)
         axes.spines[:].set_visible(False)
@@ -248,7 +255,7 @@ def finish(panels, quantities: list[str], args):
             axes.set_ylabel("contact", rotation=0, ha="right", va="center", fontsize=8.5)
     for row, quantity in enumerate(quantities, start=1):
         scale = args.y_scale if row == 1 else 1.0
-        label = captions.column_label(FIELDS[quantity][1], scale)
+        label = captions.column_label(in_units(FIELDS[quantity][1], path), scale)
         panels[row, 0].set_ylabel((args.y_label if row == 1 else None) or label)
         for axes in panels[row]:
             axes.axhline(0.0, color=style.REFERENCE, linewidth=0.5, zorder=1)

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from .. import options
+from .. import captions, options
 from ..chosen_points import add_points, choose, names, shade
 from ..results import Path, ResultsError
 from ..results.mirror import mirror_line, mirrored
@@ -84,7 +84,7 @@ def main(argv=None) -> int:
     panels = [figure.add_axes((0.1, 0.1, 0.8, 0.8)) for _ in pictures]
     for k, (axes, picture) in enumerate(zip(panels, pictures)):
         picture.draw(axes, limits)
-        finish(axes, args, limits, first=k == 0)
+        finish(axes, args, limits, first=k == 0, unit=picture.results.unit("length"))
     layout.measure([handle for picture in pictures for handle in picture.handles], max(len(picture.handles) for picture in pictures))
     layout.place(figure, panels)
     for axes, picture, name in zip(panels, pictures, style.names(args, everything)):
@@ -248,7 +248,7 @@ class Layout:
                     columnspacing=1.4, **place)
 
 
-def finish(axes, args, limits: np.ndarray, first: bool):
+def finish(axes, args, limits: np.ndarray, first: bool, unit: str = "length"):
     """Limits, ticks and labels; equal scales get equal ticks. The panel has the shape that makes them equal."""
     axes.set_xlim(limits[:, 0])
     axes.set_ylim(limits[:, 1])
@@ -261,8 +261,8 @@ def finish(axes, args, limits: np.ndarray, first: bool):
         ticks = axis.get_major_locator().tick_values(low, high)
         if np.sum((ticks >= low) & (ticks <= high)) < 2:      # across a slender picture
             axis.set_major_locator(MaxNLocator(2, steps=(1, 2, 2.5, 5, 10)))
-    axes.set_xlabel("; ".join([args.x_label or "x (length)"] + scale_notes(args)))
-    axes.set_ylabel((args.y_label or "y (length)") if first else "")
+    axes.set_xlabel("; ".join([args.x_label or f"x ({captions.escape(unit)})"] + scale_notes(args)))
+    axes.set_ylabel((args.y_label or f"y ({captions.escape(unit)})") if first else "")
     axes.tick_params(labelleft=first)
     if args.no_axes:
         axes.set_axis_off()

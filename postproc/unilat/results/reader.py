@@ -38,6 +38,7 @@ import numpy as np
 
 from .file import ResultsError, dataset, one_line, open_file, scalar, text
 from .model_parts import read_loads, read_sets, read_supports
+from .units import deck_units
 from .types import FIELD_NAMES, FORCE_LISTS, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Results
 
 PROGRAMS = ("unilat", "opensees")       # that write such files, see unilat.opensees
@@ -62,14 +63,15 @@ def _read(file: h5py.File, filename: str) -> Results:
         raise ResultsError(f"{filename}: not a result file of unilat")
     mesh = _mesh(file, filename)
     obstacles = {name: _obstacle(name, item) for name, item in file.get("obstacles", {}).items()}
-    model = {"supports": read_supports(file), "loads": read_loads(file)}
-    branches = {int(number): _branch(item, filename, mesh, obstacles, model)
-                for number, item in file.get("branch", {}).items() if "path" in item}
     deck = file.attrs.get("deck")
     if deck is None:
         deck = file["deck"][()] if "deck" in file else ""
+    units = deck_units(text(deck))
+    model = {"supports": read_supports(file), "loads": read_loads(file), "units": units}
+    branches = {int(number): _branch(item, filename, mesh, obstacles, model)
+                for number, item in file.get("branch", {}).items() if "path" in item}
     return Results(
-        **_path(file, filename, mesh, obstacles), **model, sets=read_sets(file), program=program, title=text(file.attrs.get("title", "")),
+        **_in_units(_path(file, filename, mesh, obstacles), units), **model, sets=read_sets(file), program=program, title=text(file.attrs.get("title", "")),
         version=text(file.attrs.get("version", "")), created=text(file.attrs.get("created", "")),
         status=text(file.attrs.get("status", "")), deck=text(deck), parameters=_parameters(file),
         branches=dict(sorted(branches.items())),
@@ -77,6 +79,14 @@ def _read(file: h5py.File, filename: str) -> Results:
         limit_curves={name: _limit_curve(name, item, filename) for name, item in file.get("limit_curve", {}).items()},
         performance={name: _column(item).values.tolist() for name, item in file.get("performance", {}).items()},
         accuracy={name: scalar(item[()]) for name, item in file.get("accuracy", {}).items()})
+
+
+def _in_units(path: dict, units: dict[str, str]) -> dict:
+    """The members of a path, with columns in the units of the deck."""
+    if units:
+        for name in ("path", "monitors", "errors"):
+            path[name] = {key: replace(column, units=units.get(column.units, column.units)) for key, column in path[name].items()}
+    return path
 
 
 def _parameters(file) -> dict:
@@ -116,7 +126,7 @@ def _path(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obs
 
 def _branch(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obstacle], model: dict) -> Branch:
     numbers = {name: int(scalar(group.attrs[name])) for name in ("step", "of", "bifurcation", "mode", "side", "point")}
-    return Branch(**_path(group, filename, mesh, obstacles), **model, number=int(group.name.rsplit("/", 1)[1]),
+    return Branch(**_in_units(_path(group, filename, mesh, obstacles), model["units"]), **model, number=int(group.name.rsplit("/", 1)[1]),
                   name=text(group.attrs["name"]), **numbers)
 
 

@@ -162,6 +162,7 @@ class Path:
     field_names: tuple[str, ...]     # of FIELD_NAMES, those in the file
     errors: dict[str, Column]        # error bars of load_factor and of monitors, where the file has them; NaN: no estimate
     has_force_lists: bool = False    # the file has the forces of contact spans, see force_list
+    units: dict[str, str] = field(default_factory=dict)            # what words such as "length" are in the deck's units
     supports: Supports = field(default_factory=Supports)
     loads: dict[int, Loads] = field(default_factory=dict)          # by step
 
@@ -187,6 +188,10 @@ class Path:
             return Column("point", np.arange(1, self.n_points + 1), "1", "number of the point")
         return find_column(self.filename, name, self.path, self.monitors, "path quantity or monitor",
                            self.column_names())
+
+    def unit(self, word: str) -> str:
+        """A unit in words, such as "force/length", in the units of the deck where it says them."""
+        return self.units.get(word, word)
 
     def obstacles_at(self, point: int) -> list[Obstacle]:
         """The obstacles where they are at a point (from 1)."""
