@@ -10,6 +10,7 @@ import gc
 import json
 import os
 import pathlib
+import re
 import subprocess
 
 import deck_runner as dr
@@ -272,7 +273,20 @@ def test_a_sweep_file_written_from_python_says_the_same():
     assert read_toml(varying.toml_text(content), "x") == content
 
 
-# The notebook
+# The manual and the notebook
+
+
+@dr.release_only
+def test_what_the_manual_does_in_python_can_be_done(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    blocks = [block for page in sorted((SOURCE / "input").glob("**/*.md"))
+              for block in re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)]
+    first = next(block for block in blocks if "from unilat import Deck" in block)
+    names: dict = {}
+    for block in (first, next(block for block in blocks if "deck.sweep(" in block)):
+        exec(compile(block.replace(", table.to_pandas()", ""), "manual", "exec"), names)      # noqa: S102  pandas need not be there
+    assert abs(names["best"].value - 2.0 * EULER) < 1e-2 and names["column"].complete
+
 
 
 @pytest.mark.parametrize("notebook", NOTEBOOKS, ids=lambda path: path.stem)
