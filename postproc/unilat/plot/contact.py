@@ -91,7 +91,7 @@ def main(argv=None) -> int:
             names = [(contact_name(results, contact), next(line for line in drawn if line.contact == contact)) for contact in contacts]
             handles += entries(results, names, looks, steps)
         else:
-            handles += entries(results, end_names(without_twins(drawn)), looks, steps)
+            handles += entries(results, end_names(drawn), looks, steps)
     if unstable:
         colour = style.COLOURS[0] if used == {style.COLOURS[0]} else style.INK
         if not handles:
@@ -146,17 +146,17 @@ def several_steps(results, against: Column, wanted: int | None, looks: dict[End,
     """Numbers of the steps that are told apart by colour: several over the same load factor."""
     if wanted is not None or against.name != "load_factor":
         return []
-    found = list(dict.fromkeys(number for number, _ in path_curves.step_rows(results, apart=True)))
-    return found if 1 < len(found) <= len(style.COLOURS) else []
+    found = path_curves.drawn_steps(results)
+    return found if len(found) <= len(style.COLOURS) else []
 
 
 def step_look(looks: dict[End, dict], line: End, steps: list[int]):
     """The look of an end in every step."""
     colours = list(dict.fromkeys(look["color"] for look in looks.values()))
     if len(colours) * len(steps) > MOST_ENTRIES:
-        return lambda step: style.look(steps.index(step))
+        return lambda step: style.look(steps.index(step) if step in steps else 0)
     own = colours.index(looks[line]["color"])
-    return lambda step: style.look(own + len(colours) * steps.index(step))
+    return lambda step: style.look(own + len(colours) * (steps.index(step) if step in steps else 0))
 
 
 def entries(results, names: list[tuple[str, End]], looks: dict[End, dict], steps: list[int]) -> list[Line2D]:
@@ -169,6 +169,17 @@ def entries(results, names: list[tuple[str, End]], looks: dict[End, dict], steps
     return [Line2D([], [], label=name, **looks[line]) for name, line in names] if len(names) > 1 else []
 
 
+def between(number: int, drawn: list[End]) -> str:
+    """What lies between both sides of a line when they first differ."""
+    start, end = (next(line for line in drawn if line.line == number and line.side == side) for side in ("start", "end"))
+    common = np.intersect1d(start.points, end.points)
+    apart = [float(end.arc[end.points == point][0] - start.arc[start.points == point][0]) for point in common]
+    if apart and apart[0] == 0.0 and not any(apart):
+        return "contact at a point"
+    differ = next((each for each in apart if each != 0.0), 0.0)
+    return "ends of a gap" if differ < 0.0 else "ends of contact"
+
+
 def end_names(drawn: list[End]) -> list[tuple[str, End]]:
     """What the lines of a single contact are: one entry for each that has a number of its own."""
     first: dict[int, End] = {}
@@ -178,7 +189,7 @@ def end_names(drawn: list[End]) -> list[tuple[str, End]]:
         sides.setdefault(line.line, set()).add(line.side)
     if len(first) > MOST_COLOURS:
         return []
-    names = [("contact begins" if sides[line] == {"start"} else "contact ends" if sides[line] == {"end"} else "a region opens", end)
+    names = [("contact begins" if sides[line] == {"start"} else "contact ends" if sides[line] == {"end"} else between(line, drawn), end)
              for line, end in first.items()]
     count: dict[str, int] = {}
     found = []

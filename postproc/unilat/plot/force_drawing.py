@@ -37,7 +37,7 @@ def named(glyphs: Glyphs) -> list[tuple[Arrow, str, int]]:
     for arrow in sorted(glyphs.arrows, key=lambda arrow: -arrow.value)[:MOST_VALUES]:
         text, level = value_text(arrow.value), 0
         for other in found:
-            if np.hypot(*(arrow.tail - other[0].tail)) < BESIDE * glyphs.size:
+            if np.hypot(*((arrow.tail - other[0].tail) * (1.0, glyphs.stretch))) < BESIDE * glyphs.size:
                 if text == other[1]:
                     other[3] += 1
                     break

@@ -106,7 +106,7 @@ def _mark(axes, place: np.ndarray, symbol: Outline, angle: float, colour: str, s
 
 def load_corners(path: Path, loads: Loads, shape: Shape, size: float, stretch: float = 1.0) -> np.ndarray:
     """Places (n, 2) that a picture of the loads must have room for."""
-    parts = [with_value(tail, tip, size) for tail, tip, _ in node_arrows(loads, shape, size, stretch)]
+    parts = [with_value(tail, tip, size, stretch) for tail, tip, _ in node_arrows(loads, shape, size, stretch)]
     parts += [np.vstack((tails, tips)) for tails, tips in load_rows(path, loads, shape, size, stretch)]
     return np.concatenate(parts) if parts else np.zeros((0, 2))
 
@@ -173,13 +173,14 @@ def load_rows(path: Path, loads: Loads, shape: Shape, size: float, stretch: floa
     """Tails and tips of the arrows of distributed loads: a row for each element, at equal distances along it."""
     rows = []
     largest = max([*(np.hypot(*loads.line_force.T) if len(loads.line_force) else ()), *np.abs(loads.pressure)], default=0.0)
-    unit, left_over = np.array((1.0, stretch)), 0.0
+    unit, left_over, end = np.array((1.0, stretch)), 0.0, -1
     loaded = [(int(element), force, False) for element, force in zip(loads.element, loads.line_force)]
     loaded += [(int(element), value, True) for element, value in zip(loads.pressed_element, loads.pressure)]
     for element, force, follows in loaded:
         t = np.linspace(0.0, 1.0, 33)
         curve = shape.piece(element, t)
         along = np.concatenate(([0.0], np.cumsum(np.hypot(*(np.diff(curve, axis=0) * unit).T))))
+        goes_on, end = path.mesh.elements[element, 0] == end, path.mesh.elements[element, 1]
         # From element to element as if it were one rod, so that short ones are not crowded.
         places = np.arange(left_over, along[-1] + 1e-9 * size, SPACING * size)
         left_over = left_over + len(places) * SPACING * size - along[-1]
@@ -193,5 +194,9 @@ def load_rows(path: Path, loads: Loads, shape: Shape, size: float, stretch: floa
         else:
             vectors = np.repeat(np.asarray(force, dtype=float)[None, :], len(at), axis=0)
         length = size * ROW * np.hypot(*vectors.T) / largest
-        rows.append((tips - length[:, None] * across(vectors, stretch), tips))
+        tails = tips - length[:, None] * across(vectors, stretch)
+        if rows and goes_on:      # one row along elements that follow each other
+            rows[-1] = tuple(np.concatenate(pair) for pair in zip(rows[-1], (tails, tips)))
+        else:
+            rows.append((tails, tips))
     return rows

@@ -114,8 +114,7 @@ class Diagram:
         names = (args.x or next(iter(results.monitors), "point"), args.y)
         if args.step is not None or not any(options.numbers(results, name).name == "load_factor" for name in names):
             return []
-        found = list(dict.fromkeys(number for number, _ in path_curves.step_rows(results, apart=True)))
-        return found if len(found) > 1 else []
+        return path_curves.drawn_steps(results)
 
     def draw(self, results: Results, path: Path, look: dict, by_step: dict[int, dict] | None = None):
         """The path of the steps of a file, or one of its branches, with marks; `by_step`: looks of steps that have their own."""

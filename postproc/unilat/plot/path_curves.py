@@ -91,7 +91,10 @@ def draw_path(axes, results: Path, x: Column, y: Column, line: dict | Callable[[
     every step is a curve of its own, from where the step before it ended: its load factor is zero there.
     """
     unstable = False
-    for number, rows in step_rows(results, "load_factor" in (x.name, y.name), first, len(x.values)):
+    parts = step_rows(results, "load_factor" in (x.name, y.name), first, len(x.values))
+    for number, rows in parts:
+        if len(parts) > 1 and len(rows) == 1 and rows[0] == first and root is None and first == 0:
+            continue        # a step that only looks for modes begins and ends there
         if step not in (None, number) and not np.any(rows_of_step(results, step)[rows]):
             continue
         if step is not None:
@@ -111,6 +114,13 @@ def step_rows(results: Path, apart: bool, first: int = 0, count: int | None = No
         return [(int(steps[0]), rows)] if len(rows) else []
     cuts = np.flatnonzero(np.diff(steps)) + 1
     return [(int(results.path["step"].values[part[0]]) if "step" in results.path else 1, part) for part in np.split(rows, cuts) if len(part)]
+
+
+def drawn_steps(results: Path) -> list[int]:
+    """Numbers of the steps that have a curve, where they are several; those that only look for modes have a point at most."""
+    found = [number for number, rows in step_rows(results, apart=True) if len(rows) > 1 or step_start(
+        results, results.path["load_factor"], results.path["load_factor"], int(rows[0])) is not None]
+    return list(dict.fromkeys(found)) if len(set(found)) > 1 else []
 
 
 def step_start(results: Path, x: Column, y: Column, row: int, first: int = 0) -> tuple[float, float] | None:

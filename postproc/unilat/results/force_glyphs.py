@@ -35,12 +35,13 @@ class Band:
 class Glyphs:
     arrows: list[Arrow]
     bands: list[Band]
-    size: float               # of the picture
+    size: float               # of the picture along x
+    stretch: float = 1.0      # how many times larger y is drawn
 
     def corners(self) -> np.ndarray:
         """Points (n, 2) that a picture must have room for: arrows, bands, values beside them."""
-        parts = [with_value(arrow.tail, arrow.tip, self.size) for arrow in self.arrows] + [band.outline for band in self.bands]
-        parts += [with_value(band.top, band.foot, self.size) for band in self.bands]
+        parts = [with_value(arrow.tail, arrow.tip, self.size, self.stretch) for arrow in self.arrows] + [band.outline for band in self.bands]
+        parts += [with_value(band.top, band.foot, self.size, self.stretch) for band in self.bands]
         return np.concatenate(parts) if parts else np.zeros((0, 2))
 
 
@@ -77,13 +78,14 @@ def glyphs(forces: list[Force], pressures: list[Pressure], scales: Scales, size:
         highest = int(high[int(np.argmax(away))])
         bands.append(Band(np.concatenate((pressure.place, tops[::-1])), tops[highest], pressure.place[highest],
                           float(values[highest])))
-    return Glyphs(arrows, bands, size)
+    return Glyphs(arrows, bands, size, stretch)
 
 
-def with_value(tail: np.ndarray, tip: np.ndarray, size: float) -> np.ndarray:
+def with_value(tail: np.ndarray, tip: np.ndarray, size: float, stretch: float = 1.0) -> np.ndarray:
     """Both ends of an arrow, its value behind it included."""
-    away = (tail - tip) / (np.hypot(*(tail - tip)) or 1.0)
-    return np.vstack((tail + size * (VALUE[0] + VALUE[1] * abs(away[0])) * away, tip))
+    away = (tail - tip) * (1.0, stretch)
+    away = away / (np.hypot(*away) or 1.0)
+    return np.vstack((tail + size * (VALUE[0] + VALUE[1] * abs(away[0])) * away / (1.0, stretch), tip))
 
 
 def across(vectors: np.ndarray, stretch: float) -> np.ndarray:
