@@ -69,12 +69,14 @@ def main(argv=None) -> int:
         drawn = [line for line in lines[k] if line.side in sides and np.any(np.isfinite(curve(line, angle)))]
         looks = {line: style.look(k) for line in lines[k]} if len(everything) > 1 else end_looks(drawn)
         steps = several_steps(results, against, step, looks) if len(everything) == 1 else []
+        opened = openings(lines[k]) if len(sides) == 2 else {}
         if len(everything) == 1 and not angle and len(sides) == 2:
             for history in found[0]:
-                tint(axes, results, history, shown, args.y_scale, looks, step)
+                tint(axes, results, history, shown, args.y_scale, looks, step, opened)
         for line in lasting(without_twins(drawn)):
-            rows = line.points - 1
-            y = args.y_scale * curve(line, angle)
+            rows, y = line.points - 1, args.y_scale * curve(line, angle)
+            if line.line in opened and not angle:
+                rows, y = np.append(rows[0] - 1, rows), np.append(args.y_scale * opened[line.line], y)
             look = step_look(looks, line, steps) if steps else looks[line]
             unstable |= path_curves.draw_path(axes, results, at_rows(shown, rows), Column("contact", y), look, first=rows[0], step=step)
 
@@ -82,7 +84,9 @@ def main(argv=None) -> int:
                 at = critical.point - 1 - rows[0]
                 return (x[rows[at]], y[at]) if 0 <= at < len(rows) else (np.nan, np.nan)
 
-            texts += path_curves.draw_marks(axes, results, args.mark, place, looks[line]["color"], step=step)
+            for number in steps or [step]:
+                colour = (look(number) if steps else looks[line])["color"]
+                texts += path_curves.draw_marks(axes, results, args.mark, place, colour, step=number)
         contacts = {line.contact: looks[line] for line in drawn}
         used |= {looks[line]["color"] for line in drawn}
         if len(everything) > 1 or published:
@@ -165,7 +169,8 @@ def entries(results, names: list[tuple[str, End]], looks: dict[End, dict], steps
         names = names[:1]
     if steps:
         return [Line2D([], [], label=", ".join(([name] if len(names) > 1 else []) + [path_curves.step_name(results, step)]),
-                       **step_look(looks, line, steps)(step)) for step in steps for name, line in names]
+                       **step_look(looks, line, steps)(step)) for step in steps for name, line in names
+                if np.any(results.path["step"].values[line.points - 1] == step)]
     return [Line2D([], [], label=name, **looks[line]) for name, line in names] if len(names) > 1 else []
 
 
@@ -217,7 +222,20 @@ def at_rows(column: Column, rows: np.ndarray) -> Column:
     return replace(column, values=column.values[rows], rate=None if column.rate is None else column.rate[rows])
 
 
-def tint(axes, results, history, shown, scale, looks, wanted):
+def openings(drawn: list[End]) -> dict[int, float]:
+    """Where gaps open inside a region from one point to the next: in the middle of what they are first seen as, at the point before."""
+    found = {}
+    for number in dict.fromkeys(line.line for line in drawn):
+        pair = {line.side: line for line in drawn if line.line == number}
+        if set(pair) != {"start", "end"}:
+            continue
+        start, end = pair["start"], pair["end"]
+        if start.points[0] == end.points[0] > 1 and start.arc[0] > end.arc[0]:
+            found[number] = 0.5 * float(start.arc[0] + end.arc[0])
+    return found
+
+
+def tint(axes, results, history, shown, scale, looks, wanted, opened):
     """The region itself, when it is drawn over something that only grows or falls in a step.
 
     Of steps that go over the same values the last one, when none is `wanted`.
@@ -226,7 +244,7 @@ def tint(axes, results, history, shown, scale, looks, wanted):
     steps = results.path["step"].values if "step" in results.path else np.ones(results.n_points, dtype=int)
     colour = next((look["color"] for line, look in looks.items() if line.contact == history.contact
                    and line.line == history.start_line and line.side == "start"), style.COLOURS[0])
-    points, start, end = joined(history, [line for line in looks if line.contact == history.contact])
+    points, start, end = joined(history, [line for line in looks if line.contact == history.contact], opened)
     for step in np.unique(steps[points - 1]) if wanted is None else [wanted]:
         whole, later, part = x[steps == step], x[steps > step], steps[points - 1] == step
         way = np.diff(whole)
@@ -241,18 +259,20 @@ def tint(axes, results, history, shown, scale, looks, wanted):
                           alpha=0.10, linewidth=0, zorder=1)
 
 
-def joined(history, lines: list[End]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def joined(history, lines: list[End], opened: dict[int, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points, starts and ends of a stretch, and of the point before (after) it where one of its ends was (will be) there.
 
-    So the parts of a split begin where the whole ends: one end of theirs was there, the other one is new.
+    So the parts of a split begin where the whole ends: one end of theirs was there, the other one is new, and where the gap opens
+    that is known from its line.
     """
     points, start, end = history.points, history.start, history.end
     for beyond, own, place in ((points[-1] + 1, -1, len(points)), (points[0] - 1, 0, 0)):
         there = {line.side: float(line.arc[line.points == beyond][0]) for line in lines if beyond in line.points
                  and line.line == (history.start_line if line.side == "start" else history.end_line)}
         if len(there) == 1:
-            start = np.insert(start, place, there.get("start", history.start[own]))
-            end = np.insert(end, place, there.get("end", history.end[own]))
+            before = opened if beyond < points[0] else {}
+            start = np.insert(start, place, there.get("start", before.get(history.start_line, history.start[own])))
+            end = np.insert(end, place, there.get("end", before.get(history.end_line, history.end[own])))
             points = np.insert(points, place, beyond)
     return points, start, end
 
