@@ -23,6 +23,7 @@ from unilat.results.force_glyphs import Scales, glyphs
 from unilat.results.model_parts import loads_at
 from unilat.results.motion import Motion
 from unilat.results.types import Obstacle
+from unilat.results.units import deck_units
 
 # A portal frame beside a rigid wall: weight, then a push that brings the far corner to the wall.
 FRAME = """\
@@ -290,6 +291,37 @@ def test_a_step_that_begins_without_the_last_one_is_drawn_as_it_is():
     assert anew
     row = int(np.flatnonzero(results["step"] == anew[-1])[0])
     assert path_curves.step_start(results, results.column("v"), results.column("load_factor"), row) is None
+
+
+def test_a_deck_says_what_its_lengths_and_forces_are(tmp_path, axes_of):  # noqa: F811
+    run = dr.run_deck(FRAME.replace("portal frame\n", "portal frame\n** units: m, kN\n"))
+    results = run.results
+    assert results.column("sway").units == "m" and results.unit("moment") == "kN m" and results.unit("radian") == "radian"
+    assert axes_of("path", results.filename)[0].get_xlabel() == "sway (m)"
+    assert axes_of("shape", results.filename, "--rows", "-1")[0].get_xlabel() == "x (m)"
+    axes = axes_of("reaction", results.filename, "--rows", "-1")
+    assert axes[1].get_ylabel() == "contact force (kN)" and axes[2].get_ylabel() == "gap (m)"
+    assert axes_of("forces", results.filename, "--rows", "-1", "--quantities", "M")[0].get_ylabel() == "M (kN m)"
+    assert deck_units("*UNITS\n mm, N\n")["force/length"] == "N/mm" and deck_units("** unit of nothing") == {}
+
+
+def test_a_gap_inside_contact_opens_where_both_ends_meet(axes_of, tmp_path):  # noqa: F811
+    text = re.search(r"```inp ground.inp\n(.*?)```", "\n".join(page.read_text() for page in sorted((pathlib.Path(
+        os.environ["UNILAT_SOURCE"]) / "input").glob("**/*.md"))), re.DOTALL)
+    run = dr.run_deck(text[1])
+    (axes,) = axes_of("contact", run.results.filename, "--step", "2", "--mark", "none")
+    assert [entry.get_text() for entry in axes.get_legend().get_texts()] == ["ends of contact", "ends of a gap"]
+    colour = axes.get_legend().get_lines()[1].get_color()
+    upper, lower = [line.get_xydata() for line in axes.get_lines() if line.get_color() == colour]
+    assert upper[0] == pytest.approx(lower[0]) and abs(upper[-1, 1] - lower[-1, 1]) > 1.0
+
+
+def test_labels_of_many_paths_are_left_to_their_marks(ring, axes_of):  # noqa: F811
+    name = ring.results.filename
+    (axes,) = axes_of("path", *[name] * 6, "--mark", "LP")
+    assert texts(axes) == [] and "LP" in [text.get_text() for text in axes.get_legend().get_texts()]
+    (axes,) = axes_of("path", name, name, "--mark", "LP")
+    assert any(text.startswith("LP") for text in texts(axes))
 
 
 # Between stored points
