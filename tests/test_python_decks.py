@@ -109,6 +109,18 @@ def test_a_deck_that_is_read_and_written_is_the_same(name, tmp_path):
     assert [line for line in deck.text().splitlines() if line.startswith("**")] == comments
 
 
+def test_a_keyword_line_goes_on_past_comments_and_a_name_may_be_written_loosely():
+    deck = Deck.from_text("*LINE,\n** a comment\n e l s e t = A,\nNSET=B\n1, 2, , 3.\n*beam  section, elset=A\n1., 2.\n** the end\n")
+    line, section = deck.cards
+    assert line.parameters == {"ELSET": "A", "NSET": "B"} and line.lines == [[1, 2, None, 3.0]]
+    assert section.keyword == "BEAM SECTION" and deck.comments == ["** the end"]
+    assert deck.text() == "*LINE, ELSET=A, NSET=B\n1, 2, , 3.0\n*BEAM SECTION, ELSET=A\n1.0, 2.0\n** the end\n"
+    with pytest.raises(ResultsError, match="no card stands above the line '1, 2'"):
+        Deck.from_text("1, 2\n*NODE\n")
+    unknown = Deck.from_text("*NODE\n1, 0, 0\n*FOO, BAR=1\n2, x\n")
+    assert "*FOO, BAR=1\n2, x\n" in unknown.text()
+
+
 def test_an_included_deck_is_found_from_anywhere(tmp_path, monkeypatch):
     (tmp_path / "here").mkdir()
     (tmp_path / "there").mkdir()
@@ -209,6 +221,11 @@ def test_a_missing_program_is_told(monkeypatch, program, message):
     with pytest.raises(ResultsError) as told:
         deck.run()
     assert message in str(told.value)
+
+
+def test_missing_results_are_told_with_what_to_do():
+    with pytest.raises(ResultsError, match=r"^none.h5: no such file; a run writes it: unilat DECK.inp -o none.h5$"):
+        unilat.read_results("none.h5")
 
 
 def test_a_run_can_be_ended_by_time():
