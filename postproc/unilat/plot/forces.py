@@ -77,7 +77,7 @@ def main(argv=None) -> int:
 def over_arc(path: Path, points: list[int], chains, args):
     """A panel a quantity, over the arc length; several rods one after the other."""
     caption, texts = names(path, points, args)
-    columns = int(np.clip(args.width // 24.0, 1, 4))
+    columns = int(np.clip(args.width // style.entry_width(texts), 1, 4))
     below = LEGEND_ROW * (1 - (-len(points) // columns)) + 1.0
     heights = [34.0 if len(args.quantities) > 1 else 58.0] * len(args.quantities) + [below]
     total = args.height or sum(heights) + 12.0

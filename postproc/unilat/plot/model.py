@@ -17,7 +17,7 @@ from ..results.rod_chains import rod_chains
 from ..results.rod_shape import Shape
 from . import shape, style
 from .force_drawing import draw_arrow
-from .model_drawing import ARROW, LOAD, draw_loads, draw_supports, load_corners, load_names
+from .model_drawing import ARROW, LOAD, draw_loads, draw_supports, hide_outside, load_corners, load_names
 from .obstacle_drawing import draw_obstacle
 
 DESCRIPTION = """\
@@ -132,7 +132,7 @@ def picture(results: Results, args):
             draw_arrow(axes, start, start + ARROW * size * motion / np.hypot(*motion), LOAD, style_of="->", width=0.9)
             drawn = True
         handles += [Line2D([], [], color=LOAD, linewidth=0.8, label=text) for text in load_names(loads) or (["loads"] if drawn else [])]
-    shape.finish(axes, args, limits, first=True, unit=results.unit("length"))
+    hide_outside(shape.finish(axes, args, limits, first=True, unit=results.unit("length")))
     layout.measure(handles, len(handles))
     layout.place(figure, [axes])
     write_labels(axes, results, home, args)

@@ -104,6 +104,15 @@ def _mark(axes, place: np.ndarray, symbol: Outline, angle: float, colour: str, s
                   markeredgecolor=colour, markeredgewidth=0.7, linestyle="none", zorder=5.8, clip_on=False, gid="support")
 
 
+def hide_outside(axes):
+    """Symbols may lie over the frame of a picture, but not beside it."""
+    (left, right), (low, high) = sorted(axes.get_xlim()), sorted(axes.get_ylim())
+    for line in axes.get_lines():
+        if line.get_gid() == "support":
+            (x, y), = line.get_xydata()
+            line.set_visible(bool(left <= x <= right and low <= y <= high))
+
+
 def load_corners(path: Path, loads: Loads, shape: Shape, size: float, stretch: float = 1.0) -> np.ndarray:
     """Places (n, 2) that a picture of the loads must have room for."""
     parts = [with_value(tail, tip, size, stretch) for tail, tip, _ in node_arrows(loads, shape, size, stretch)]

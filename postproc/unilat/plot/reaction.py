@@ -198,7 +198,8 @@ def choose_contacts(path: Path, args) -> list[Chain]:
 def layout(args, n_columns: int, n_panels: int, legends: list[tuple]):
     """A figure; its panels (1 for the bars and n_panels, n_columns); legends below, one for each file."""
     most = max(len(lines) for _, lines in legends)
-    across = int(np.clip(args.width / len(legends) // 24.0, 1, 4))
+    entry = style.entry_width([line.get_label() for _, lines in legends for line in lines])
+    across = int(np.clip(args.width / len(legends) // entry, 1, 4))
     below = LEGEND_ROW * (1 - (-most // across)) + 1.0
     heights = [BAR * most + 1.0, *((48.0, 26.0)[:n_panels] if n_panels > 1 else (58.0,)), below]
     total = args.height or sum(heights) + 16.0

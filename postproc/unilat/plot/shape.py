@@ -16,7 +16,7 @@ from ..results.model_parts import loads_at
 from ..results.rod_shape import Shape, contact_curves
 from . import style
 from .force_drawing import draw_glyphs
-from .model_drawing import LOAD, draw_loads, draw_supports, load_corners, load_names
+from .model_drawing import LOAD, draw_loads, draw_supports, hide_outside, load_corners, load_names
 from .obstacle_drawing import draw_obstacle
 
 DESCRIPTION = """\
@@ -39,7 +39,6 @@ examples:
 
 LEGEND_WIDTH = 27.0     # [mm] beside a panel
 ROUNDING = 1e-9         # of the structure's size: no displacement
-ENTRY, LETTER = 24.0, 1.35      # [mm] a legend entry, one of its letters
 TOO_SMALL = 0.02        # of the structure's size: displacements below are magnified
 SEEN = 0.1              # to this part of it
 
@@ -84,7 +83,7 @@ def main(argv=None) -> int:
     panels = [figure.add_axes((0.1, 0.1, 0.8, 0.8)) for _ in pictures]
     for k, (axes, picture) in enumerate(zip(panels, pictures)):
         picture.draw(axes, limits)
-        finish(axes, args, limits, first=k == 0, unit=picture.results.unit("length"))
+        hide_outside(finish(axes, args, limits, first=k == 0, unit=picture.results.unit("length")))
     layout.measure([handle for picture in pictures for handle in picture.handles], max(len(picture.handles) for picture in pictures))
     layout.place(figure, panels)
     for axes, picture, name in zip(panels, pictures, style.names(args, everything)):
@@ -202,12 +201,12 @@ class Layout:
         self.beside = n_panels == 1 and self.shape > 1.25
         self.left, self.below = (1.0, 1.0) if args.no_axes else (12.0, 9.0)
         self.above = 2.0 + (5.0 if args.title else 0.0) + (5.0 if n_panels > 1 else 0.0)
-        self.gap, self.columns, self.height, self.entry = 4.0, 1, 0.0, ENTRY
+        self.gap, self.columns, self.height, self.entry = 4.0, 1, 0.0, style.ENTRY
 
     def measure(self, handles: list, entries: int):
         """Room for legend entries, now that they are known."""
         self.entries = entries
-        self.entry = max(ENTRY, LETTER * max((len(handle.get_label()) for handle in handles), default=0) + 9.0)
+        self.entry = style.entry_width([handle.get_label() for handle in handles])
 
     def place(self, figure, panels):
         """Give figure and panels their sizes; done twice, as the axis labels are known after the first time."""
@@ -249,7 +248,7 @@ class Layout:
 
 
 def finish(axes, args, limits: np.ndarray, first: bool, unit: str = "length"):
-    """Limits, ticks and labels; equal scales get equal ticks. The panel has the shape that makes them equal."""
+    """Limits, ticks and labels; the axes. Equal scales get equal ticks. The panel has the shape that makes them equal."""
     axes.set_xlim(limits[:, 0])
     axes.set_ylim(limits[:, 1])
     wide, tall = limits[1] - limits[0]
@@ -266,6 +265,7 @@ def finish(axes, args, limits: np.ndarray, first: bool, unit: str = "length"):
     axes.tick_params(labelleft=first)
     if args.no_axes:
         axes.set_axis_off()
+    return axes
 
 
 def scale_notes(args) -> list[str]:

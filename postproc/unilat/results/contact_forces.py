@@ -14,7 +14,7 @@ from .candidate_chain import Chain, ChainState
 from .rod_shape import Shape
 from .types import Obstacle, Path
 
-NO_FORCE = 1e-6     # of the largest force at the point: rounding
+NO_FORCE = 1e-6     # of the largest force along the path: rounding
 NO_LINE = 1e-4      # the same, of all that a line presses with: its pressure is a derivative, less exact
 SAME = 1e-6         # of a region's length: less apart is the same place
 SAMPLES = 5         # of a pressure, that the file has of a smooth part of a line
@@ -70,7 +70,8 @@ def contact_forces(path: Path, point: int) -> tuple[list[Force], list[Pressure]]
             more, lines = _of_nodes(path, point, contact, shape)
             forces += more
             pressures += lines
-    largest = max([force.size for force in forces], default=0.0)
+    # What remains of a contact that ends is no force beside those of the path.
+    largest = float(np.max(np.abs(path.contact.reaction_total), initial=0.0))
     pressures = [pressure for pressure in pressures if pressure.total > NO_LINE * largest]
     return [force for force in forces if force.size > NO_FORCE * largest], pressures
 
