@@ -286,7 +286,7 @@ def test_mp4_without_ffmpeg(files, monkeypatch, capsys):
 
 
 @pytest.mark.parametrize("name, ending, options", [("csv", "csv", []), ("vtk", "vtkhdf", []), ("html", "html", []),
-                                                   ("animate", "gif", ["--dpi", 40, "--width", 100])])
+                                                   ("animate", "gif", ["--dpi", 40, "--width", 100, "--frames", 1])])
 def test_of_a_run_that_stopped_it_is_said(files, tmp_path, capsys, name, ending, options):
     assert draw(name, files / "killed.h5", *options, "-o", tmp_path / f"a.{ending}") == 0
     assert capsys.readouterr().out.endswith("killed.h5 has 14 points, status: running\n")

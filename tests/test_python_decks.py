@@ -20,6 +20,7 @@ import unilat
 from unilat import Deck, DeckError, PathStopped, ResultsError, cards
 from unilat.deck import card_table, varying
 from unilat.deck.card import value_of, written
+from unilat.pictures import arguments_of
 from unilat.sweep.sweep_file import read_toml
 
 SOURCE = pathlib.Path(os.environ["UNILAT_SOURCE"])
@@ -143,6 +144,37 @@ def test_cards_are_found_and_changed():
     deck.find("static")[0].lines = [[1.0]]
     assert "*STATIC, METHOD=SPHERICAL\n1.0\n" in deck.text()
     assert repr(deck) == "<Deck 'a column': 12 cards, 1 steps>" and "&lt;Deck" in deck._repr_html_()
+
+
+# The model
+
+
+def test_the_program_writes_the_model_without_a_path(tmp_path):
+    name = column().write(tmp_path / "strut.inp")
+    done = subprocess.run([os.environ["UNILAT"], "--model", "--set", "EI=2", name], cwd=tmp_path, capture_output=True, encoding="utf-8",
+                          check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    results = unilat.read_results(tmp_path / "strut-model.h5")
+    assert (results.status, results.n_points, results.parameters) == ("model", 0, {"EI": 2.0})
+    assert results.supports.fixed.tolist() == [[True, True, False], [False, True, False]] and results.loads[1].name == "PRESS"
+    same = column().model(EI=2.0)
+    assert same.loads[1].force.tolist() == [[-1.0, 0.0, 0.0]] and len(same.mesh.elements) == 4
+    assert column().plot(labels="nodes")._repr_png_()[:4] == b"\x89PNG"
+    done = subprocess.run([os.environ["UNILAT"], "--model", "--check", name], capture_output=True, encoding="utf-8", check=False)
+    assert done.returncode == 1 and "either --model or --check or --expand" in done.stderr
+
+
+def test_pictures_have_the_options_of_the_commands():
+    results = column().run(progress=False)
+    assert {"path", "shape", "reaction", "forces"} <= set(dir(results.plot)) and "model" not in dir(results.plot)
+    assert arguments_of({"label": ["LP", "EP"], "no_gap": True, "x_range": (0, 1), "name": ["a", "b"], "mirror": None}) == [
+        "--label", "LP,EP", "--no-gap", "--x-range", "0", "1", "--name", "a", "--name", "b"]
+    with pytest.raises(ResultsError, match="no displacements are stored"):
+        results.plot.shape()
+    with pytest.raises(ResultsError, match="unrecognized arguments: --lable"):
+        results.plot.path(lable="LP")
+    with pytest.raises(AttributeError, match="no picture 'shap'"):
+        results.plot.shap()
 
 
 # Runs
