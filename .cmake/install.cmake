@@ -1,12 +1,16 @@
 # What `cmake --install` and the Debian package (`cpack -G DEB`) bring: the program, the Python package with its two commands,
 # manual, decks, man pages and completion for bash. Everything finds the rest by its own place, so any prefix does.
+if(SKBUILD)  # a wheel: scikit-build-core brings the Python package, the program goes into it
+  install(TARGETS unilat RUNTIME DESTINATION unilat/bin COMPONENT wheel)
+  return()
+endif()
 set(parts "${CMAKE_CURRENT_LIST_DIR}/install")
 set(made "${PROJECT_BINARY_DIR}/install")
 set(package "${CMAKE_INSTALL_DATADIR}/unilat/postproc")
 
 install(TARGETS unilat RUNTIME)
 install(DIRECTORY postproc/ DESTINATION "${package}" USE_SOURCE_PERMISSIONS
-  FILES_MATCHING PATTERN "*.py" PATTERN "pyproject.toml" PATTERN "*.html" PATTERN "__pycache__" EXCLUDE PATTERN "*.egg-info" EXCLUDE
+  FILES_MATCHING PATTERN "*.py" PATTERN "pyproject.toml" PATTERN "*.html" PATTERN "*.ipynb" PATTERN "__pycache__" EXCLUDE PATTERN "*.egg-info" EXCLUDE
   PATTERN "build" EXCLUDE)
 
 file(RELATIVE_PATH package_from_bin "/${CMAKE_INSTALL_BINDIR}" "/${package}")

@@ -18,6 +18,7 @@ program unilat
    use help_topics, only: write_card_help, write_help
    use terminal, only: is_terminal, has_colours, painted, standard_input, standard_output, standard_error, red
    use printable_text, only: printable, printable_lines
+   use card_json, only: write_card_json
    use deck_summary, only: write_deck_summary
    use load_sums, only: step_load_sums
    use start_support, only: why_deck_unheld
@@ -27,7 +28,7 @@ program unilat
    use problem, only: problem_t, new_problem
    use path_loop, only: follow_path, outcome_t
    use run_recorder, only: run_recorder_t
-   use results, only: results_open, results_parameter, results_close
+   use results, only: results_open, results_parameter, results_leave, results_close
    use listing, only: listing_open, listing_close
    use progress, only: progress_open, progress_close
    use run_summary, only: failed_checks
@@ -47,10 +48,11 @@ program unilat
    call use_one_thread()
    call read_command_line(options, error)
    if (allocated(error)) call stop_with(exit_deck_error, error%message//' (unilat --help tells the options)')
-   if (options%help .or. options%version .or. options%cards) then
+   if (options%help .or. options%version .or. options%cards .or. options%cards_as_json) then
       if (options%help .and. options%topic == '') write (output_unit, '(a)', advance='no') help_text()
       if (options%version) call write_version()
       if (options%cards .and. options%topic == '') call write_card_manual(output_unit)
+      if (options%cards_as_json) call write_card_json(output_unit, program_version)
       if (options%cards .and. options%topic /= '') call write_card_help(output_unit, options%topic, error)
       if (options%help .and. options%topic /= '') call write_help(output_unit, options%topic, error)
       if (allocated(error)) call stop_with(exit_deck_error, error%message)
@@ -83,7 +85,7 @@ program unilat
       end if
       call end_program(exit_complete)
    end if
-   call read_deck(source, deck_model, diagnostics, steps_optional=options%check, settings=options%set)
+   call read_deck(source, deck_model, diagnostics, steps_optional=options%check .or. options%model, settings=options%set)
    call end_with_errors()
    call timing_stop(phase_reading)
    if (options%check) then
@@ -94,6 +96,13 @@ program unilat
       call end_program(exit_complete)
    end if
    result_file = name_of_results()
+   if (options%model) then
+      if (options%output == '') result_file = result_file(:len(result_file) - 3)//'-model.h5'
+      call open_results()
+      call results_leave(recorder%results, error)
+      if (allocated(error)) call stop_with(exit_internal, error%message)
+      call end_program(exit_complete)
+   end if
    if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file, &
       & step_load_sums(deck_model))
 
@@ -127,18 +136,11 @@ contains
 
    !> Follows the whole deck and records it.
    subroutine follow_deck()
-      integer :: i
       call timing_start(phase_numbering)
       path_problem = new_problem(deck_model)
       call timing_stop(phase_numbering)
       call timing_start(phase_output)
-      call results_open(recorder%results, result_file, deck_model, source%record, program_version, error)
-      if (allocated(error)) call stop_with(exit_internal, error%message)
-      do i = 1, size(source%parameter)
-         associate (parameter => source%parameter(i))
-            call results_parameter(recorder%results, parameter%name, parameter%value, parameter%is_number)
-         end associate
-      end do
+      call open_results()
       recorder%quiet = options%quiet
       call progress_open(recorder%progress, listed=.not. options%quiet)
       if (.not. options%quiet) call listing_open(recorder%listing, output_unit, deck_model)
@@ -148,6 +150,18 @@ contains
       checks = failed_checks(outcome%accuracy)
       if (checks /= '') call note_failure(checks)
    end subroutine follow_deck
+
+   !> Creates the result file with the model and the deck's parameters.
+   subroutine open_results()
+      integer :: i
+      call results_open(recorder%results, result_file, deck_model, source%record, program_version, error)
+      if (allocated(error)) call stop_with(exit_internal, error%message)
+      do i = 1, size(source%parameter)
+         associate (parameter => source%parameter(i))
+            call results_parameter(recorder%results, parameter%name, parameter%value, parameter%is_number)
+         end associate
+      end do
+   end subroutine open_results
 
    !> The run has come to its end, but not to what the deck asks for.
    subroutine note_failure(words)

@@ -44,6 +44,22 @@ def test_the_ring_is_the_ring_of_the_deck():
     assert obstacle.numbers[2] == 1.0 and math.isinf(obstacle.modulus) and sum(lengths.values()) == pytest.approx(math.pi, rel=1e-14)
 
 
+def test_the_parameters_of_the_deck_count_and_given_ones_replace_them():
+    text = """*PARAMETER
+H = 2.0
+L = ${3*H}
+*NODE
+1, 0., 0.
+2, ${L}, ${H}
+*LINE, ELSET=A
+1, 2, 3
+"""
+    assert SceneReader(text.replace("${3*H}", "3*H"), {}).scene.nodes[1] == (6.0, 2.0)
+    assert SceneReader(text.replace("${3*H}", "3*H"), {"H": 1.0}).scene.nodes[1] == (3.0, 1.0)
+    with pytest.raises(ResultsError, match="leaves the number of elements to unilat; OpenSees needs one"):
+        SceneReader(text.replace("${3*H}", "3*H").replace("1, 2, 3", "1, 2"), {})
+
+
 def test_the_column_is_imperfect_and_beside_its_wall():
     column = scene_of("column", elements=8)
     places = np.array(column.nodes)

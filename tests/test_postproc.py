@@ -462,7 +462,8 @@ def test_command_line(files, tmp_path, name):
     assert (drawn.returncode, drawn.stdout, drawn.stderr) == (0, f"wrote ring-{name}.png\n", "")
     assert png_size(tmp_path / f"ring-{name}.png")[0] > 1000
     wrong = module_run(tmp_path, "unilat", name, "none.h5")
-    assert (wrong.returncode, wrong.stderr) == (2, f"unilat-plot {name}: error: none.h5: no such file\n")
+    assert (wrong.returncode, wrong.stderr) == (2, f"unilat-plot {name}: error: none.h5: no such file; a run writes it: unilat DECK.inp "
+                                                     "-o none.h5\n")
 
 
 # Curves that are told apart

@@ -197,11 +197,19 @@ def test_shapes_of_a_branch(axes_of):
 # Limit curves
 
 
+def passes_through(line, points):
+    """Whether every point is one of the line's."""
+    curve = np.column_stack(line.get_data())
+    return all(np.any(np.all(np.isclose(curve, point), axis=1)) for point in points)
+
+
 def test_limit_curve(axes_of):
     (axes,) = axes_of("curve")
     (curve, rigid) = [line for line in axes.get_lines() if line.get_linestyle() != "None"]
-    np.testing.assert_allclose(curve.get_xdata(), make.MODULUS[:5])
-    np.testing.assert_allclose(curve.get_ydata(), make.LIMIT_LOAD[:5])
+    assert passes_through(curve, np.column_stack((make.MODULUS[:5], make.LIMIT_LOAD[:5])))
+    x, y = np.log(curve.get_xdata()), curve.get_ydata()
+    turns = np.diff(np.unwrap(np.arctan2(np.diff(y) / np.ptp(y), np.diff(x) / np.ptp(x))))
+    assert len(x) > 30 and np.max(np.abs(turns)) < np.radians(20.0)      # no corners
     assert list(rigid.get_ydata()) == [80.0, 80.0] and rigid.get_linestyle() != "-"
     assert list(rigid.get_xdata()) == [0.0, 1.0]                                         # of the picture's width
     assert axes.get_xscale() == "log" and axes.get_yscale() == "linear"
@@ -213,11 +221,11 @@ def test_limit_curve(axes_of):
 def test_limit_curve_of_few_decades_is_linear(axes_of):
     (axes,) = axes_of("curve", "--curve", "dead")
     assert axes.get_xscale() == "linear" and axes.get_xlabel() == "factor on the constant loads"
-    np.testing.assert_array_equal(axes.get_lines()[0].get_xdata(), (1.0, 0.5, 0.0))
+    assert set(axes.get_lines()[0].get_xdata()) >= {1.0, 0.5, 0.0}
     assert axes.get_legend() is None
     (axes,) = axes_of("curve", "--curve", "SOIL", "--axis", "linear", "--x-scale", "0.5")
     assert axes.get_xscale() == "linear"
-    np.testing.assert_allclose(axes.get_lines()[0].get_xdata(), 0.5 * make.MODULUS[:5])
+    assert passes_through(axes.get_lines()[0], np.column_stack((0.5 * make.MODULUS[:5], make.LIMIT_LOAD[:5])))
 
 
 @pytest.mark.parametrize("top, scale", [(0.99e4, "linear"), (1.01e4, "log")])

@@ -13,6 +13,7 @@ sys.path[:0] = [str(Path(__file__).resolve().parent)]
 
 import make_result_file as make  # noqa: E402
 from postproc_runner import axes_of, draw, drawn_share  # noqa: E402,F401
+from unilat.plot import forces as forces_plot  # noqa: E402
 from unilat.results import Mesh  # noqa: E402
 from unilat.results.rod_chains import along_chain, rod_chains  # noqa: E402
 
@@ -88,6 +89,26 @@ def test_pictures_and_errors(ring, tmp_path, capsys):
                                ([ring, "--on", "structure", "--evenly", "2"], "one point is drawn, not 2")):
         assert draw("forces", *arguments) == 2
         assert message in capsys.readouterr().err
+
+
+def test_stairs_of_reactions_at_nodes_are_a_curve_but_jumps_of_loads_stay():
+    arc = np.column_stack((np.arange(40.0), np.arange(1.0, 41.0)))
+    middle = arc.mean(axis=1)
+    level = np.where(middle < 20.0, middle, middle + 100.0)
+    at, values = forces_plot.without_stairs(arc, np.column_stack((level, level)))
+    assert np.max(np.abs(np.diff(values)[np.diff(at) > 0.0])) < 1.5 and np.sum(np.diff(at) == 0.0) == 1
+    np.testing.assert_allclose(np.interp(middle, at, values), level)
+    smooth = np.sin(arc)
+    at, values = forces_plot.without_stairs(arc, smooth)
+    np.testing.assert_array_equal(values, smooth.ravel())
+
+
+def test_numbers_on_the_structure_are_short_and_in_the_middle_of_what_is_even(ring, axes_of):
+    axes_n, axes_m = axes_of("forces", ring, "--on", "structure", "--rows", "1", "--quantities", "N,M", "--y-scale", "1e7")
+    assert axes_n.get_title().endswith("($10^{6}$)")
+    assert [text.get_text() for text in axes_n.texts] == ["\N{MINUS SIGN}20"]
+    assert abs(axes_n.texts[0].xy[1]) < 0.2         # the middle of the half ring, not its end
+    assert [forces_plot.power_of_ten(np.array(values)) for values in ([0.0], [99999.0], [1e5, -2.0], [5e-3], [-3e-7])] == [0, 0, 3, -3, -9]
 
 
 # Scales that differ are told

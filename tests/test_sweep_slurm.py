@@ -59,3 +59,26 @@ def test_cancelled_half_way_and_resumed_is_the_same_as_on_the_pool(slurm, folder
     assert not re.search(r"runs, 0 finished before", done.stdout)
     assert (folder / "array" / "strip.csv").read_bytes() == (folder / "pool" / "strip.csv").read_bytes()
     assert os.path.exists(folder / "array" / "job.sh")
+
+
+def test_a_sweep_from_python_is_the_same_on_the_cluster(slurm, tmp_path, monkeypatch):
+    from unilat import Deck
+    for name, value in slurm.environment.items():
+        monkeypatch.setenv(name, value)
+    deck = Deck("a column", job="strut")
+    deck.parameter(EI=1.0)
+    deck.node((1, 0.0, 0.0), (2, 1.0, 0.0))
+    deck.line((1, 2, 4), elset="COLUMN")
+    deck.beam_section((1e6, "${EI}"), elset="COLUMN", section="STIFFNESS")
+    deck.boundary((1, "PINNED"), (2, 2))
+    with deck.step() as step:
+        step.static((0.5, 1e-6, 4.0), method="LOAD")
+        step.cload((2, 1, -1.0))
+        step.stop(("LOAD", "ABOVE", "${12*EI}"))
+    values = {"EI": [1.0, 2.0, 3.0]}
+    here = deck.sweep(grid=values, gather={"load": "BP"}, folder=tmp_path / "pool", progress=False)
+    there = deck.sweep(grid=values, gather={"load": "BP"}, folder=tmp_path / "array", slurm=True, tasks=2, progress=False)
+    assert there.complete and len(there) == 3
+    for name in here.columns:
+        assert here[name].tolist() == there[name].tolist()
+    assert (tmp_path / "array" / "job.sh").exists()

@@ -41,9 +41,11 @@ _unilat_plot() {
    local word=${COMP_WORDS[COMP_CWORD]}
    COMPREPLY=()
    if ((COMP_CWORD == 1)); then
-      COMPREPLY=($(compgen -W "path shape contact reaction forces modes curve animate csv vtk html" -- "$word"))
+      COMPREPLY=($(compgen -W "model path shape contact reaction forces modes curve animate csv vtk html" -- "$word"))
    elif [[ $word == -* ]]; then
       _unilat_options "${COMP_WORDS[0]}" "${COMP_WORDS[1]}"
+   elif [[ ${COMP_WORDS[1]} == model ]]; then
+      _unilat_files inp
    else
       _unilat_files h5
    fi

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .results import Column, Units
+from .results import Column
 
 WORDS = {"degree": "degrees", "radian": "radians", "second": "seconds"}
 
@@ -12,9 +12,9 @@ def escape(text: str) -> str:
     return text.replace("$", r"\$")
 
 
-def column_label(column: Column, scale: float = 1.0, named: Units = Units()) -> str:
-    """Axis label of a quantity: its name and its units, in words or as `named` by the deck."""
+def column_label(column: Column, scale: float = 1.0) -> str:
+    """Axis label of a quantity: its name and its units."""
     name = escape(column.name if column.units != "1" or "_" not in column.name else column.name.replace("_", " "))
-    units = "" if column.units.startswith("scaled ") else named.of(column.units.strip())     # by a factor of the deck
+    units = "" if column.units.startswith("scaled ") else column.units.strip()     # by a factor of the deck
     factor = "" if scale == 1.0 else f"{scale:g} × "
     return factor + name + ("" if units in ("", "1") else f" ({escape(WORDS.get(units, units))})")

@@ -78,8 +78,10 @@ def names(results: Path, points: list[int], args) -> tuple[str, list[str]]:
     """What names the points, and the name of each: the value with the label of a critical point."""
     caption = options.numbers(results, args.caption)
     labels = {critical.point: critical.label for critical in results.critical}
+    steps = {point: int(results.path["step"].values[point - 1]) for point in points} if "step" in results.path else {}
+    several = len(set(steps.values())) > 1 and caption.name == "load_factor"      # it starts again in every step
     texts = [f"{args.caption_scale * caption.values[point - 1]:.4g}" + (f"  {labels[point]}" if point in labels else "")
-             for point in points]
+             + (f"  (step {steps[point]})" if several else "") for point in points]
     return (captions.column_label(caption, args.caption_scale),
             [text.replace("-", "\N{MINUS SIGN}") for text in texts])
 

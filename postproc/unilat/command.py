@@ -11,6 +11,7 @@ from .plain_text import printable
 COMMANDS = {
     "path": ("plot.path", "bifurcation diagram: the path and its branches over any quantity"),
     "shape": ("plot.shape", "deformed shapes, obstacles, the part in contact"),
+    "model": ("plot.model", "the model of a deck before it is run: supports, loads, obstacles"),
     "contact": ("plot.contact", "where contact begins and ends along the path"),
     "reaction": ("plot.reaction", "contact reactions and gaps along the rod"),
     "forces": ("plot.forces", "normal force, shear force and bending moment along the rods"),
@@ -26,7 +27,7 @@ PACKAGES = {"matplotlib": "csv, vtk and html do without"}
 
 def usage() -> str:
     rows = "\n".join(f"   {name:<10} {what}" for name, (_, what) in COMMANDS.items())
-    return f"usage: unilat-plot COMMAND RESULTS.h5 ... [option ...]\n\n{rows}\n\nunilat-plot COMMAND --help tells the rest.\n"
+    return f"usage: unilat-plot COMMAND RESULTS.h5 ... [option ...]\n       unilat-plot model DECK.inp [option ...]\n\n{rows}\n\nunilat-plot COMMAND --help tells the rest.\n"
 
 
 def main(argv: list[str] | None = None) -> int:

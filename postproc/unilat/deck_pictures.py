@@ -16,7 +16,7 @@ from .results import Results, ResultsError, read_results
 
 # A comment of the deck names a picture by its command, or by a longer name that older decks have.
 NAMES = {"limit_curve": "curve"}
-ASKED_FOR = ("reaction", "forces")      # drawn only when the deck asks
+ASKED_FOR = ("model", "reaction", "forces")      # drawn only when the deck asks
 COMMENT = re.compile(r"^\*\* plot_(\w+):(.*)$", re.MULTILINE)
 
 
@@ -49,7 +49,7 @@ def pictures(results: Results) -> list[str]:
     """The commands whose picture would not be empty."""
     contact = results.contact
     fields = [name for name in results.field_names if results.field_points.size]
-    there = {"path": results.n_points > 0, "shape": "displacement" in fields,
+    there = {"model": True, "path": results.n_points > 0, "shape": "displacement" in fields,
              "contact": contact is not None and bool(contact.count.any()), "forces": "section_forces" in fields,
              "modes": any(len(step.load_factor) for step in results.buckling.values()),
              "reaction": any(name in fields for name in ("reaction_density", "reaction", "gap")),

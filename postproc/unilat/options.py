@@ -57,12 +57,11 @@ def mark_list(text: str) -> list[str]:
 
 
 def load(args, points: bool = True) -> list[Results]:
-    """Read every result file; each must hold a point, unless `points` are not asked for. Their units go to `args.units`, for labels."""
+    """Read every result file; each must hold a point, unless `points` are not asked for."""
     everything = [read_results(name) for name in args.files]
     for results in everything:
         if points and results.n_points == 0:
             raise ResultsError(f"{results.filename}: holds no points yet (status: {results.status})")
-    args.units = everything[0].units
     return everything
 
 

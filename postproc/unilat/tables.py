@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -48,8 +49,9 @@ def to_xarray(results: Results, branch: int = 0):
     xarray = _package("xarray")
     path = results.path_number(branch)
     mesh, n = path.mesh, path.n_points
-    data = {column.name: ("point", column.values, _attributes(column)) for column in _path_columns(path)[1:]}
-    data["coordinates"] = (("node", "axis"), mesh.coordinates, {"units": results.units.length})
+    # Names without blanks and strokes: data.error_v
+    data = {re.sub(r"[ /]", "_", column.name): ("point", column.values, _attributes(column)) for column in _path_columns(path)[1:]}
+    data["coordinates"] = (("node", "axis"), mesh.coordinates, {"units": results.units.of("length")})
     shapes = {"displacement": ("node", "freedom"), "section_forces": ("element", "end", "force"),
               "contact_point": ("candidate", "axis")}
     for name in path.field_names:
@@ -64,7 +66,7 @@ def to_xarray(results: Results, branch: int = 0):
               "axis": ["x", "y"], "freedom": [word for word, _ in DISPLACEMENT], "force": [word for word, _ in FORCES]}
     used = {dimension for dimensions, *_ in data.values() for dimension in np.atleast_1d(dimensions)}
     if path.contact is not None and "candidate" in used:
-        data["arc_length_of_candidate"] = ("candidate", path.contact.arc_length, {"units": results.units.length})
+        data["arc_length_of_candidate"] = ("candidate", path.contact.arc_length, {"units": results.units.of("length")})
         data["contact_of_candidate"] = ("candidate", path.contact.candidate_contact)
     return xarray.Dataset(data, {name: values for name, values in places.items() if name in used}, _origin(results))
 

@@ -15,10 +15,12 @@ module command_line
       character(:), allocatable :: template !! the deck that `init` writes; '': no init
       character(argument_length), allocatable :: set(:) !! name=value of every --set
       logical :: check = .false.           !! read, check and summarise the deck only
+      logical :: model = .false.           !! write the model to the result file, follow no path
       logical :: expand = .false.          !! print the deck with the included ones only
       logical :: quiet = .false.           !! no listing
       logical :: help = .false., version = .false., cards = .false. !! print this and end
       character(:), allocatable :: topic   !! what --help or --cards is to be about; '': everything
+      logical :: cards_as_json = .false.   !! the same, of the cards
    end type command_line_t
 
 contains
@@ -105,6 +107,8 @@ contains
                options%expand = .true.
             case ('--check')
                options%check = .true.
+            case ('--model')
+               options%model = .true.
             case ('--quiet')
                options%quiet = .true.
             case ('--help', '-h')
@@ -116,6 +120,8 @@ contains
             case ('--cards')
                options%cards = .true.
                call take_topic(.false.)
+            case ('--cards=json')
+               options%cards_as_json = .true.
             case ('--')
                only_files = .true.
             case default
@@ -125,6 +131,7 @@ contains
          if (allocated(error)) return
       end do
       if (options%check .and. options%expand) call fail(error, 'either --check or --expand')
+      if (options%model .and. (options%check .or. options%expand)) call fail(error, 'either --model or --check or --expand')
       if (options%expand .and. options%output /= '') call fail(error, '--expand writes no results: leave out -o')
       if (options%check .and. options%output /= '') call fail(error, '--check writes no results: leave out -o')
 
@@ -167,9 +174,12 @@ contains
          '              value of a parameter, instead of that on *PARAMETER; may be repeated'//nl// &
          '  --expand    print the deck with the included decks in their place, compute nothing'//nl// &
          '  --check     read, check and summarise the deck, compute nothing'//nl// &
+         '  --model     write the model (mesh, supports, loads, obstacles) to FILE, compute nothing; unilat-plot model draws it'// &
+         nl// &
          '  --quiet     no listing'//nl// &
          '  --cards [CARD]'//nl// &
-         '              print the reference of all cards (Markdown), or of one: unilat --cards BOUNDARY'//nl// &
+         '              print the reference of all cards (Markdown), or of one: unilat --cards BOUNDARY;'//nl// &
+         '              --cards=json prints it for programs'//nl// &
          '  --help [WORD]'//nl// &
          '              print this, or what is known of a card, an option, a parameter, a word of a deck: unilat --help RIKS'// &
          nl// &

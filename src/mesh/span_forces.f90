@@ -12,7 +12,7 @@ module span_forces
    use state_transfer, only: find_point
    implicit none
    private
-   public :: span_totals, line_force, end_force, node_shares
+   public :: span_totals, line_force, end_force, cut_force, node_shares
 
 contains
 

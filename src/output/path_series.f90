@@ -8,6 +8,7 @@ module path_series
    use path_record, only: point_t, critical_t
    use bar_series, only: bar_series_t, open_bars, append_bars, open_monitor_series
    use error_text, only: stored_bar, stored_correction
+   use force_series, only: force_series_t, open_forces, append_forces
    use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_datasets, only: hdf5_write
@@ -56,6 +57,7 @@ module path_series
       type(critical_series_t) :: critical
       type(contact_series_t) :: contact
       type(field_series_t) :: field
+      type(force_series_t) :: force
    end type path_series_t
 
 contains
@@ -72,6 +74,7 @@ contains
       call open_critical(series%critical, set, file, model, group//'/critical')
       if (size(model%contact) > 0) call open_contact(series%contact, set, file, model, group//'/contact')
       call open_fields(series%field, set, file, model, group//'/fields')
+      call open_forces(series%force, set, file, model, group)
    end subroutine open_path_series
 
    !> Adds one accepted point to every dataset it has a value for.
@@ -102,6 +105,7 @@ contains
       if (series%contact%count > 0) call append_contact(set, series%contact, point)
       if (allocated(point%displacement) .or. allocated(point%section_forces) .or. allocated(point%reaction) &
          & .or. allocated(point%gap)) call append_fields(set, series%field, point, series%n_points)
+      call append_forces(series%force, set, point, series%n_points)
    end subroutine append_point
 
    !> What the load factor and the monitors change by per arc length; NaN where that is not known.

@@ -13,6 +13,7 @@ module results
    use run_accuracy, only: accuracy_t
    use result_tables, only: write_root, write_status, write_mesh, write_obstacles, write_candidates, write_branch, &
       & branch_group, write_buckling, write_performance, write_accuracy
+   use model_tables, only: write_supports, write_loads, write_sets
    use path_series, only: path_series_t, open_path_series, append_point, append_critical, write_null_vectors
    use limit_series, only: limit_series_t, open_limit_series, append_limit_point
    use hdf5_file, only: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_error
@@ -20,7 +21,7 @@ module results
    use hdf5_series, only: series_set_t, series_write, series_buffered
    implicit none
    private
-   public :: results_t, results_open, results_parameter, results_close
+   public :: results_t, results_open, results_parameter, results_leave, results_close
    public :: results_point, results_critical, results_branch, results_buckling, results_limit_point
 
    real(wp), parameter :: flush_seconds = 0.2_wp  !! longest time a row waits in memory while points are coming
@@ -56,6 +57,9 @@ contains
       call write_root(results%file, model, deck, version)
       call write_mesh(results%file, model)
       if (size(model%obstacle) > 0) call write_obstacles(results%file, model)
+      call write_supports(results%file, model)
+      call write_loads(results%file, model)
+      call write_sets(results%file, model)
       call open_path_series(results%path(0), results%set, results%file, model, '')
       if (size(model%contact) > 0) call write_candidates(results%file, model)
       call open_limit_series(results%limit_curves, results%set, results%file, model)
@@ -143,6 +147,17 @@ contains
       call append_limit_point(results%limit_curves, results%set, limit_point)
       call write_when_due(results, error)
    end subroutine results_limit_point
+
+   !> Closes a file that has the model and no path, or not all of it.
+   subroutine results_leave(results, error)
+      type(results_t), intent(inout) :: results
+      type(error_t), allocatable, intent(out) :: error !! something could not be written; the file is closed, too
+      call series_write(results%set, results%file)
+      call hdf5_flush(results%file)
+      call write_status(results%file, 'model')
+      call hdf5_close(results%file)
+      call hdf5_error(results%file, error)
+   end subroutine results_leave
 
    !> Writes what is still in memory, the cost and the accuracy, then the final status, and closes the file.
    subroutine results_close(results, status, accuracy, error)

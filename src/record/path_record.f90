@@ -46,6 +46,8 @@ module path_record
       real(wp), allocatable :: reaction_density(:)    !! (the same) [force/length]
       real(wp), allocatable :: gap(:)                 !! (the same)
       real(wp), allocatable :: contact_point(:, :)    !! (2, the same) where reaction and gap are: contact nodes move along the rod
+      real(wp), allocatable :: contact_force(:, :)    !! (6, forces) of contact spans at points and ends of lines, see span_pushes
+      real(wp), allocatable :: contact_pressure(:, :) !! (6, samples) and along lines
    end type point_t
 
    !> A located critical point.

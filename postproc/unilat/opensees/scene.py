@@ -15,7 +15,7 @@ from ..results import ResultsError
 WORDS = {"ENCASTRE": (1, 1, 1), "PINNED": (1, 1, 0), "XSYMM": (1, 0, 1), "YSYMM": (0, 1, 1)}
 COMPONENTS = {"U1": 1, "U2": 2, "UR": 3}
 FORMULA = {ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv, ast.Pow: operator.pow}
-UNNEEDED = {"HEADING", "ACCURACY", "END STEP", "STEP"}     # nothing that an equilibrium path of OpenSees depends on
+UNNEEDED = {"HEADING", "ACCURACY", "END STEP", "STEP", "PARAMETER", "FIELD OUTPUT", "LOCATE", "TURNING POINTS"}     # nothing that an equilibrium path of OpenSees depends on
 
 
 @dataclass
@@ -62,6 +62,7 @@ class SceneReader:
         self.labels: dict[str, int] = {}           # of the deck's own nodes
         self.sets: dict[str, list[int]] = {}       # beams
         self.around: dict[str, Obstacle] = {}
+        self.define(text)
         for card, options, lines in cards(self.filled(text)):
             if card in UNNEEDED:
                 continue
@@ -72,6 +73,14 @@ class SceneReader:
                 reader(options, lines)
             except (KeyError, IndexError, ValueError) as problem:
                 raise ResultsError(f"*{card} is not carried over to OpenSees: {problem}") from None
+
+    def define(self, text: str):
+        """Takes the parameters of the deck, those above first; given values replace them."""
+        for card, _, lines in cards(text):
+            for line in lines if card == "PARAMETER" else []:
+                name, _, value = ",".join(line).partition("=")
+                if name.strip() not in self.values:
+                    self.values[name.strip()] = value.strip().strip('"') if '"' in value else formula(value, self.values)
 
     def filled(self, text: str) -> str:
         """The deck with values in the place of its formulas."""
@@ -93,14 +102,14 @@ class SceneReader:
             self.scene.nodes.append((float(x), float(y)))
 
     def read_line(self, options, lines):
-        for first, last, count in lines:
+        for first, last, count in self.counted(lines, 3):
             start, end = (np.array(self.scene.nodes[self.labels[name]]) for name in (first, last))
             parts = np.linspace(0.0, 1.0, int(count) + 1)[1:-1]
             self.chain(options, first, last, [tuple(start + t * (end - start)) for t in parts], math.dist(start, end) / int(count))
 
     def read_arc(self, options, lines):
         sense = -1.0 if options.get("DIRECTION") == "CLOCKWISE" else 1.0
-        for first, last, x, y, count in lines:
+        for first, last, x, y, count in self.counted(lines, 5):
             centre = np.array((float(x), float(y)))
             start, end = (np.array(self.scene.nodes[self.labels[name]]) - centre for name in (first, last))
             radius = float(np.hypot(*start))
@@ -109,6 +118,15 @@ class SceneReader:
             at = [angle + sense * turn * k / int(count) for k in range(1, int(count))]
             self.chain(options, first, last, [tuple(centre + radius * np.array((math.cos(t), math.sin(t)))) for t in at],
                        radius * turn / int(count))
+
+    def counted(self, lines, fields: int):
+        """Data lines that must say how many elements there are, evenly spaced."""
+        for line in lines:
+            if len(line) < fields or not line[fields - 1]:
+                raise ValueError("the deck leaves the number of elements to unilat; OpenSees needs one")
+            if len(line) > fields:
+                raise ValueError("graded elements")
+        return lines
 
     def chain(self, options, first: str, last: str, inside: list[tuple], length: float):
         new = range(len(self.scene.nodes), len(self.scene.nodes) + len(inside))

@@ -31,6 +31,7 @@ examples:
 """
 
 MOST_COLOURS = 6   # more ends than this share one colour
+MOST_ENTRIES = 6   # in the legend, of ends or contacts in every step; of more the steps alone
 
 
 @style.drawing
@@ -67,26 +68,34 @@ def main(argv=None) -> int:
         step = path_curves.step_number(results, args.step)
         drawn = [line for line in lines[k] if line.side in sides and np.any(np.isfinite(curve(line, angle)))]
         looks = {line: style.look(k) for line in lines[k]} if len(everything) > 1 else end_looks(drawn)
+        steps = several_steps(results, against, step, looks) if len(everything) == 1 else []
+        opened = openings(lines[k]) if len(sides) == 2 else {}
         if len(everything) == 1 and not angle and len(sides) == 2:
             for history in found[0]:
-                tint(axes, results, history, shown, args.y_scale, looks, step)
-        for line in without_twins(drawn):
-            rows = line.points - 1
-            y = args.y_scale * curve(line, angle)
-            unstable |= path_curves.draw_path(axes, results, at_rows(shown, rows), Column("contact", y), looks[line], first=rows[0],
-                                              step=step)
+                tint(axes, results, history, shown, args.y_scale, looks, step, opened)
+        for line in lasting(without_twins(drawn)):
+            rows, y = line.points - 1, args.y_scale * curve(line, angle)
+            if line.line in opened and not angle:
+                rows, y = np.append(rows[0] - 1, rows), np.append(args.y_scale * opened[line.line], y)
+            look = step_look(looks, line, steps) if steps else looks[line]
+            unstable |= path_curves.draw_path(axes, results, at_rows(shown, rows), Column("contact", y), look, first=rows[0], step=step)
 
             def place(critical, rows=rows, y=y):
                 at = critical.point - 1 - rows[0]
                 return (x[rows[at]], y[at]) if 0 <= at < len(rows) else (np.nan, np.nan)
 
-            texts += path_curves.draw_marks(axes, results, args.mark, place, looks[line]["color"], step=step)
+            for number in steps or [step]:
+                colour = (look(number) if steps else looks[line])["color"]
+                texts += path_curves.draw_marks(axes, results, args.mark, place, colour, step=number)
         contacts = {line.contact: looks[line] for line in drawn}
         used |= {looks[line]["color"] for line in drawn}
         if len(everything) > 1 or published:
             handles.append(Line2D([], [], label=name, **style.look(k)))
         elif len(contacts) > 1:
-            handles += [Line2D([], [], label=contact_name(results, contact), **look) for contact, look in contacts.items()]
+            names = [(contact_name(results, contact), next(line for line in drawn if line.contact == contact)) for contact in contacts]
+            handles += entries(results, names, looks, steps)
+        else:
+            handles += entries(results, end_names(drawn), looks, steps)
     if unstable:
         colour = style.COLOURS[0] if used == {style.COLOURS[0]} else style.INK
         if not handles:
@@ -94,8 +103,8 @@ def main(argv=None) -> int:
         handles.append(Line2D([], [], color=colour, linestyle=path_curves.UNSTABLE, label="unstable"))
     what = "angle" if angle else "arc length"
     name = f"contact {what}" if args.end == "both" else f"{what} at the {args.end} of contact"
-    quantity = Column(name, np.zeros(0), "degree" if angle else "length")
-    style.finish_axes(axes, args, label, captions.column_label(quantity, args.y_scale, args.units))
+    quantity = Column(name, np.zeros(0), "degree" if angle else everything[0].unit("length"))
+    style.finish_axes(axes, args, label, captions.column_label(quantity, args.y_scale))
     style.legend(axes, handles + published, loc="best")
     place_labels(axes, texts)
     return style.save(figure, args, everything, "contact")
@@ -137,6 +146,71 @@ def end_looks(drawn: list[End]) -> dict[End, dict]:
     return {line: style.look(numbers[key]) for line, key in zip(drawn, keys)}
 
 
+def several_steps(results, against: Column, wanted: int | None, looks: dict[End, dict]) -> list[int]:
+    """Numbers of the steps that are told apart by colour: several over the same load factor."""
+    if wanted is not None or against.name != "load_factor":
+        return []
+    found = path_curves.drawn_steps(results)
+    return found if len(found) <= len(style.COLOURS) else []
+
+
+def step_look(looks: dict[End, dict], line: End, steps: list[int]):
+    """The look of an end in every step."""
+    colours = list(dict.fromkeys(look["color"] for look in looks.values()))
+    if len(colours) * len(steps) > MOST_ENTRIES:
+        return lambda step: style.look(steps.index(step) if step in steps else 0)
+    own = colours.index(looks[line]["color"])
+    return lambda step: style.look(own + len(colours) * (steps.index(step) if step in steps else 0))
+
+
+def entries(results, names: list[tuple[str, End]], looks: dict[End, dict], steps: list[int]) -> list[Line2D]:
+    """Legend entries, when there is something to tell apart; of every step, where steps have looks of their own."""
+    if steps and len(names) * len(steps) > MOST_ENTRIES:
+        names = names[:1]
+    if steps:
+        return [Line2D([], [], label=", ".join(([name] if len(names) > 1 else []) + [path_curves.step_name(results, step)]),
+                       **step_look(looks, line, steps)(step)) for step in steps for name, line in names
+                if np.any(results.path["step"].values[line.points - 1] == step)]
+    return [Line2D([], [], label=name, **looks[line]) for name, line in names] if len(names) > 1 else []
+
+
+def between(number: int, drawn: list[End]) -> str:
+    """What lies between both sides of a line when they first differ."""
+    start, end = (next(line for line in drawn if line.line == number and line.side == side) for side in ("start", "end"))
+    common = np.intersect1d(start.points, end.points)
+    apart = [float(end.arc[end.points == point][0] - start.arc[start.points == point][0]) for point in common]
+    if apart and apart[0] == 0.0 and not any(apart):
+        return "contact at a point"
+    differ = next((each for each in apart if each != 0.0), 0.0)
+    return "ends of a gap" if differ < 0.0 else "ends of contact"
+
+
+def end_names(drawn: list[End]) -> list[tuple[str, End]]:
+    """What the lines of a single contact are: one entry for each that has a number of its own."""
+    first: dict[int, End] = {}
+    sides: dict[int, set] = {}
+    for line in drawn:
+        first.setdefault(line.line, line)
+        sides.setdefault(line.line, set()).add(line.side)
+    if len(first) > MOST_COLOURS:
+        return []
+    names = [("contact begins" if sides[line] == {"start"} else "contact ends" if sides[line] == {"end"} else between(line, drawn), end)
+             for line, end in first.items()]
+    count: dict[str, int] = {}
+    found = []
+    for name, end in names:
+        count[name] = count.get(name, 0) + 1
+        found.append((name if count[name] == 1 else f"{name} ({count[name]})", end))
+    return found
+
+
+def lasting(drawn: list[End]) -> list[End]:
+    """Without those that are there at one computed point only, when they are many: at foundations without a load yet, and where
+    contact comes node by node."""
+    long = [line for line in drawn if len(line.points) > 1]
+    return long if long and len(drawn) - len(long) > MOST_COLOURS else drawn
+
+
 def without_twins(drawn: list[End]) -> list[End]:
     """Ends without those that are where the other end of the same region is: contact at one point."""
     starts = {(line.contact, line.points[0], tuple(line.arc)) for line in drawn if line.side == "start"}
@@ -148,7 +222,20 @@ def at_rows(column: Column, rows: np.ndarray) -> Column:
     return replace(column, values=column.values[rows], rate=None if column.rate is None else column.rate[rows])
 
 
-def tint(axes, results, history, shown, scale, looks, wanted):
+def openings(drawn: list[End]) -> dict[int, float]:
+    """Where gaps open inside a region from one point to the next: in the middle of what they are first seen as, at the point before."""
+    found = {}
+    for number in dict.fromkeys(line.line for line in drawn):
+        pair = {line.side: line for line in drawn if line.line == number}
+        if set(pair) != {"start", "end"}:
+            continue
+        start, end = pair["start"], pair["end"]
+        if start.points[0] == end.points[0] > 1 and start.arc[0] > end.arc[0]:
+            found[number] = 0.5 * float(start.arc[0] + end.arc[0])
+    return found
+
+
+def tint(axes, results, history, shown, scale, looks, wanted, opened):
     """The region itself, when it is drawn over something that only grows or falls in a step.
 
     Of steps that go over the same values the last one, when none is `wanted`.
@@ -157,7 +244,7 @@ def tint(axes, results, history, shown, scale, looks, wanted):
     steps = results.path["step"].values if "step" in results.path else np.ones(results.n_points, dtype=int)
     colour = next((look["color"] for line, look in looks.items() if line.contact == history.contact
                    and line.line == history.start_line and line.side == "start"), style.COLOURS[0])
-    points, start, end = joined(history, [line for line in looks if line.contact == history.contact])
+    points, start, end = joined(history, [line for line in looks if line.contact == history.contact], opened)
     for step in np.unique(steps[points - 1]) if wanted is None else [wanted]:
         whole, later, part = x[steps == step], x[steps > step], steps[points - 1] == step
         way = np.diff(whole)
@@ -172,18 +259,20 @@ def tint(axes, results, history, shown, scale, looks, wanted):
                           alpha=0.10, linewidth=0, zorder=1)
 
 
-def joined(history, lines: list[End]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def joined(history, lines: list[End], opened: dict[int, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Points, starts and ends of a stretch, and of the point before (after) it where one of its ends was (will be) there.
 
-    So the parts of a split begin where the whole ends: one end of theirs was there, the other one is new.
+    So the parts of a split begin where the whole ends: one end of theirs was there, the other one is new, and where the gap opens
+    that is known from its line.
     """
     points, start, end = history.points, history.start, history.end
     for beyond, own, place in ((points[-1] + 1, -1, len(points)), (points[0] - 1, 0, 0)):
         there = {line.side: float(line.arc[line.points == beyond][0]) for line in lines if beyond in line.points
                  and line.line == (history.start_line if line.side == "start" else history.end_line)}
         if len(there) == 1:
-            start = np.insert(start, place, there.get("start", history.start[own]))
-            end = np.insert(end, place, there.get("end", history.end[own]))
+            before = opened if beyond < points[0] else {}
+            start = np.insert(start, place, there.get("start", before.get(history.start_line, history.start[own])))
+            end = np.insert(end, place, there.get("end", before.get(history.end_line, history.end[own])))
             points = np.insert(points, place, beyond)
     return points, start, end
 

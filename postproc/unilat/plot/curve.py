@@ -7,7 +7,7 @@ from matplotlib.lines import Line2D
 
 from .. import captions, options
 from ..results import Column, LimitCurve, ResultsError
-from . import path_curves, references, style
+from . import path_curves, references, smooth_curve, style
 from .label_placing import place_labels
 
 DESCRIPTION = """\
@@ -104,7 +104,10 @@ def draw_curve(axes, curve: LimitCurve, args, look: dict) -> list[tuple]:
     y = args.y_scale * options.numbers(curve, args.y).values
     soft = ~curve.rigid
     alone = np.sum(soft) == 1
-    axes.plot(x[soft], y[soft], marker="." if args.points or alone else None, markersize=2.6, zorder=3, **look)
+    smooth_x, smooth_y = smoothed(x[soft], y[soft])
+    axes.plot(smooth_x, smooth_y, zorder=3, **look)
+    if args.points or alone:
+        axes.plot(x[soft], y[soft], marker=".", markersize=2.6, zorder=3, **look | {"linestyle": "none"})
     for value in y[curve.rigid]:
         axes.axhline(value, zorder=2.5, **look, **RIGID)
     texts = []
@@ -112,6 +115,16 @@ def draw_curve(axes, curve: LimitCurve, args, look: dict) -> list[tuple]:
         axes.plot(x[row], y[row], marker=path_curves.MARKERS["TP"], markersize=3.8, color=look["color"], linestyle="none", zorder=6)
         texts.append((x[row], y[row], "TP", look["color"]))
     return texts
+
+
+def smoothed(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A curve without corners through the points; of a parameter over decades, through its logarithm."""
+    if len(x) < 3:
+        return x, y
+    decades = bool(np.all(x > 0.0) and np.log10(x.max() / x.min()) > DECADES)
+    nothing = np.zeros(len(x), dtype=bool)
+    curve_x, curve_y, _ = smooth_curve.through(np.log(x) if decades else x, y, nothing, ~nothing)
+    return (np.exp(curve_x) if decades else curve_x), curve_y
 
 
 def logarithmic(values: np.ndarray, wanted: str, curve: LimitCurve) -> bool:

@@ -14,6 +14,7 @@ from ..results import Column, Path, ResultsError
 from ..results.rod_chains import along_chain, rod_chains
 from ..results.rod_shape import Shape
 from . import style
+from .label_placing import place_labels
 from .obstacle_drawing import draw_obstacle
 
 DESCRIPTION = """\
@@ -35,7 +36,12 @@ UNITS = {"N": "force", "Q": "force", "M": "moment"}
 WORDS = {"N": "normal force N", "Q": "shear force Q", "M": "bending moment M"}
 SIDE = {"N": 1.0, "Q": 1.0, "M": -1.0}      # of the element on which positive values are drawn: left +1
 LARGEST = 0.18       # of the structure's size: the largest value of a diagram on it
+ALIKE = 1e-3         # of the largest value: differences that a reader does not see
 ROUNDING = 1e-6      # of the largest value: not worth a number
+STAIRS = 8           # elements at least
+FLAT = 0.5           # an element's own change beside the jump to the next: less is a step of stairs
+STANDS_OUT = 12.0    # times the usual jump: one of its own
+NARROWEST = 55.0     # [mm] a panel with numbers
 LEGEND_ROW = 4.1     # [mm]
 
 
@@ -71,7 +77,7 @@ def main(argv=None) -> int:
 def over_arc(path: Path, points: list[int], chains, args):
     """A panel a quantity, over the arc length; several rods one after the other."""
     caption, texts = names(path, points, args)
-    columns = int(np.clip(args.width // 24.0, 1, 4))
+    columns = int(np.clip(args.width // style.entry_width(texts), 1, 4))
     below = LEGEND_ROW * (1 - (-len(points) // columns)) + 1.0
     heights = [34.0 if len(args.quantities) > 1 else 58.0] * len(args.quantities) + [below]
     total = args.height or sum(heights) + 12.0
@@ -84,17 +90,17 @@ def over_arc(path: Path, points: list[int], chains, args):
         for chain, start in zip(chains, starts):
             values, arc = along_chain(chain, forces), args.x_scale * (start + chain.arc)
             for axes, quantity in zip(panels, args.quantities):
-                axes.plot(arc.ravel(), args.y_scale * values[:, :, "NQM".index(quantity)].ravel(), color=shade(k, len(points)),
-                          linewidth=1.1, zorder=3)
+                at, value = without_stairs(arc, args.y_scale * values[:, :, "NQM".index(quantity)])
+                axes.plot(at, value, color=shade(k, len(points)), linewidth=1.1, zorder=3)
     for axes, quantity in zip(panels, args.quantities):
         axes.axhline(0.0, color=style.REFERENCE, linewidth=0.5, zorder=1)
         for start in starts[1:-1]:
             axes.axvline(args.x_scale * start, color=style.REFERENCE, linewidth=0.5, linestyle=":", zorder=1)
-        axes.set_ylabel(args.y_label or captions.column_label(Column(quantity, np.zeros(0), UNITS[quantity]), args.y_scale, args.units))
+        axes.set_ylabel(args.y_label or captions.column_label(Column(quantity, np.zeros(0), path.unit(UNITS[quantity])), args.y_scale))
         axes.margins(x=0.0)
         if args.y_range:
             axes.set_ylim(args.y_range)
-    panels[-1].set_xlabel(args.x_label or captions.column_label(Column("arc length", np.zeros(0), "length"), args.x_scale, args.units))
+    panels[-1].set_xlabel(args.x_label or captions.column_label(Column("arc length", np.zeros(0), path.unit("length")), args.x_scale))
     if args.x_range:
         panels[-1].set_xlim(args.x_range)
     if args.title:
@@ -105,6 +111,21 @@ def over_arc(path: Path, points: list[int], chains, args):
                   title_fontsize=8.5, alignment="left", ncol=columns, loc="center", borderaxespad=0.0, borderpad=0.0,
                   frameon=False, handlelength=1.8, columnspacing=1.4)
     return figure
+
+
+def without_stairs(arc: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Places and values of a curve. Where every node takes a part of what changes, as of a foundation at nodes, elements have
+    about one value each: the curve goes through their middles, but for jumps that stand out, as of a load at a node."""
+    inside, jumps = np.abs(np.diff(values, axis=1)[:, 0]), np.abs(values[1:, 0] - values[:-1, 1])
+    usual = np.median(jumps) if len(jumps) else 0.0
+    if len(values) < STAIRS or not np.median(inside) < FLAT * usual:
+        return arc.ravel(), values.ravel()
+    cuts = np.flatnonzero(jumps > STANDS_OUT * usual) + 1
+    at, found = [], []
+    for part in np.split(np.arange(len(values)), cuts):
+        at += [arc[part[0], 0], *arc[part].mean(axis=1), arc[part[-1], 1]]
+        found += [values[part[0], 0], *values[part].mean(axis=1), values[part[-1], 1]]
+    return np.array(at), np.array(found)
 
 
 def on_structure(path: Path, point: int, args):
@@ -119,17 +140,18 @@ def on_structure(path: Path, point: int, args):
                 for quantity in args.quantities
                 for scale in [np.max(np.abs(forces[:, :, "NQM".index(quantity)])) or 1.0]}
     everywhere = np.concatenate([nodes] + [piece for pieces in diagrams.values() for piece in pieces])
-    margin = 0.06 * size
+    margin = 0.14 * size
     limits = np.array((everywhere.min(axis=0) - margin, everywhere.max(axis=0) + margin))
     wide, tall = limits[1] - limits[0]
     n = len(args.quantities)
-    columns = n if tall > 0.6 * wide else 1
+    columns = min(n, max(1, int(args.width // NARROWEST))) if tall > 0.6 * wide else 1
     rows = -(-n // columns)
     panel = (args.width - 3.0 * (columns + 1)) / columns
     total = args.height or rows * (panel * tall / wide + 6.0) + 8.0
     figure = style.new_figure(args.width, total, args.dpi, constrained_layout=True)
     caption, (text,) = names(path, [point], args)
     figure.suptitle(args.title or f"{caption} {text}", fontsize=9.5)
+    texts = []
     for k, (quantity, pieces) in enumerate(diagrams.items()):
         axes = figure.add_subplot(rows, columns, k + 1)
         for obstacle in path.obstacles_at(point):
@@ -140,12 +162,18 @@ def on_structure(path: Path, point: int, args):
             axes.plot(*piece[:half].T, color=style.COLOURS[0], linewidth=0.7, zorder=3)
         for curve in shape.curves():
             axes.plot(*curve.T, color=style.INK, linewidth=1.2, zorder=4)
-        mark_largest(axes, shape, forces[:, :, "NQM".index(quantity)], pieces, args.y_scale)
+        values = args.y_scale * forces[:, :, "NQM".index(quantity)]
+        power = power_of_ten(values)
+        texts.append((axes, largest_values(values / 10.0**power, pieces)))
         axes.set_xlim(limits[:, 0])
         axes.set_ylim(limits[:, 1])
         axes.set_aspect("equal")
         axes.set_axis_off()
-        axes.set_title(WORDS[quantity], pad=2.0)
+        unit = f" {captions.escape(path.unit(UNITS[quantity]))}" if path.units else ""
+        factor = f"$10^{{{power}}}$" if power else ""
+        axes.set_title(WORDS[quantity] + (f" ({(factor + unit).strip()})" if factor or unit else ""), pad=2.0)
+    for axes, values in texts:
+        place_labels(axes, values)
     return figure
 
 
@@ -159,17 +187,27 @@ def diagram(shape: Shape, element: int, offsets: np.ndarray) -> np.ndarray:
     return np.concatenate((axis + ((1.0 - t) * offsets[0] + t * offsets[1])[:, None] * left, axis[::-1]))
 
 
-def mark_largest(axes, shape: Shape, values: np.ndarray, pieces: list[np.ndarray], scale: float):
-    """Largest and least value, written at the diagram."""
-    for at in {int(np.argmax(values)), int(np.argmin(values))}:
+def power_of_ten(values: np.ndarray) -> int:
+    """A factor in thousands that leaves numbers short; 0 where they are."""
+    largest = np.max(np.abs(values), initial=0.0)
+    if largest == 0.0 or 1e-2 <= largest < 1e5:
+        return 0
+    return int(3 * np.floor(np.log10(largest) / 3.0))
+
+
+def largest_values(values: np.ndarray, pieces: list[np.ndarray]) -> list[tuple]:
+    """Largest and least value, to be written at the diagram: (x, y, text, colour)."""
+    found = []
+    flat, largest = values.ravel(), np.max(np.abs(values))
+    for extreme in (np.max(flat), np.min(flat)):
+        alike = np.flatnonzero(np.abs(flat - extreme) <= ALIKE * largest)      # of a rod with one value, in its middle
+        at = int(alike[len(alike) // 2])
         element, end = divmod(at, 2)
         if abs(values[element, end]) <= ROUNDING * np.max(np.abs(values)):
             continue
         tip = pieces[element][0 if end == 0 else 8]
-        away = tip - shape.nodes[shape.elements[element, end]]
-        away = away / (np.hypot(*away) or 1.0)
-        text = f"{scale * values[element, end]:.4g}".replace("-", "\N{MINUS SIGN}")
-        axes.annotate(text, tip, xytext=6.0 * away, textcoords="offset points", ha="center", va="center", fontsize=7.5, zorder=5)
+        found.append((float(tip[0]), float(tip[1]), f"{values[element, end]:.4g}".replace("-", "\N{MINUS SIGN}"), style.INK))
+    return found
 
 
 def quantity_list(text: str) -> list[str]:

@@ -11,6 +11,8 @@ from . import style
 
 DISTANCES = (4.0, 9.0, 15.0, 22.0, 30.0, 40.0, 50.0, 60.0)      # [pt] tried between a label and its mark
 DIRECTIONS = 16
+HIDING = 2.5                                        # what a bit of a curve under a label costs, in points of distance
+TOGETHER = 7.0                                      # [pt] marks with the same label closer than this share it
 FAR = 12.0                                          # [pt] from here on a thin line joins them
 
 
@@ -29,7 +31,7 @@ def place_labels(axes, texts: list[tuple]):
     taken = [axes.get_legend().get_window_extent(renderer)] if axes.get_legend() else []
     point = figure.dpi / 72.0
     frames = []
-    texts = sorted(dict.fromkeys(texts), key=lambda text: -text[1])     # from the top downwards
+    texts = sorted(_merged(axes, list(dict.fromkeys(texts))), key=lambda text: -text[1])     # from the top downwards
     marks = axes.transData.transform(np.array([text[:2] for text in texts]).reshape(-1, 2))
     for x, y, text, colour in texts:
         at = axes.transData.transform((x, y))
@@ -61,6 +63,20 @@ def place_labels(axes, texts: list[tuple]):
                           ).set_in_layout(False)
 
 
+def _merged(axes, texts: list[tuple]) -> list[tuple]:
+    """The same label of marks that lie on each other is written once, with how many they are."""
+    found: list[list] = []
+    for x, y, text, colour in texts:
+        at = axes.transData.transform((x, y))
+        for group in found:
+            if group[2:4] == [text, colour] and np.hypot(*(at - group[4])) < TOGETHER * axes.figure.dpi / 72.0:
+                group[5] += 1
+                break
+        else:
+            found.append([x, y, text, colour, at, 1])
+    return [(x, y, text if n == 1 else f"{text} ({n})", colour) for x, y, text, colour, _, n in found]
+
+
 def _curve_pixels(axes) -> np.ndarray:
     """Points about two pixels apart along all lines of the axes, in pixels."""
     pixels = [np.zeros((0, 2))]
@@ -86,7 +102,7 @@ def _cost(frame: np.ndarray, curve: np.ndarray, taken: list, inside) -> float:
     rim = 0.01 * inside.width
     outside = (left < inside.x0 + rim or right > inside.x1 - rim
                or bottom < inside.y0 + rim or top > inside.y1 - rim)
-    return float(hidden) + 5000.0 * overlaps + 8000.0 * outside
+    return HIDING * float(hidden) + 5000.0 * overlaps + 8000.0 * outside
 
 
 def _misleading(frame: np.ndarray, at: np.ndarray, marks: np.ndarray) -> bool:

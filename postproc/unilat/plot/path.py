@@ -30,6 +30,7 @@ examples:
 """
 
 THINNEST_BAR = 0.002   # of what the path spans along y: half a line's width
+MOST_OF_A_KIND = 4  # labels of the paths of several files
 MOST_NAMED = 8     # branches with a colour and a legend entry of their own
 
 
@@ -61,17 +62,24 @@ def main(argv=None) -> int:
     for k, (results, name) in enumerate(zip(everything, style.names(args, everything))):
         branches = list(results.branches.values()) if args.branches == "all" else []
         branches = [branch for branch in branches if branch.n_points > 0]
-        looks = branch_looks(branches) if len(everything) == 1 else {}
+        steps = diagram.steps(results) if len(everything) == 1 else []
+        others = max(len(steps), 1)      # colours that branches do not have
+        looks = branch_looks(branches, others) if len(everything) == 1 else {}
         look = style.look(k)
-        diagram.draw(results, results, look)
+        by_step = {step: style.look(number) for number, step in enumerate(steps)}
+        diagram.draw(results, results, look, by_step)
         for branch in branches:
-            other = style.look(1) if len(everything) == 1 else look
+            other = style.look(others) if len(everything) == 1 else look
             diagram.draw(results, branch, looks.get(branch.name, other))
         alone = len(everything) == 1 and not published and not args.name
-        handles.append(Line2D([], [], label="main path" if alone and branches else name, **look))
+        if steps:
+            handles += [Line2D([], [], label=path_curves.step_name(results, step), **each) for step, each in by_step.items()]
+        else:
+            handles.append(Line2D([], [], label="main path" if alone and branches else name, **look))
         handles += [Line2D([], [], label=captions.escape(title), **other) for title, other in looks.items()]
         if branches and len(everything) == 1 and not looks:
-            handles.append(Line2D([], [], label="branches", **style.look(1)))
+            handles.append(Line2D([], [], label="branches", **style.look(others)))
+    handles += diagram.crowded(len(everything))
     if len(handles) == 1 and not published:
         handles = [Line2D([], [], color=style.COLOURS[0], label="stable")] if diagram.unstable else []
     if diagram.unstable:
@@ -92,8 +100,24 @@ class Diagram:
         self.x: Column | None = None       # of the first path drawn
         self.y: Column | None = None
 
-    def draw(self, results: Results, path: Path, look: dict):
-        """The path of the steps of a file, or one of its branches, with marks."""
+    def crowded(self, files: int) -> list[Line2D]:
+        """Of several files, labels of one kind that would be a heap are left to their marks; legend entries that say what these are."""
+        kinds = [str(text).split()[0] for _, _, text, _ in self.texts]
+        heaps = [kind for kind in dict.fromkeys(kinds) if files > 1 and kinds.count(kind) > MOST_OF_A_KIND]
+        self.texts = [text for text, kind in zip(self.texts, kinds) if kind not in heaps]
+        return [Line2D([], [], marker=path_curves.MARKERS.get(kind.replace("\N{MINUS SIGN}", "-"), "o"), color=style.INK, linestyle="none", markersize=3.8,
+                       label=kind) for kind in heaps]
+
+    def steps(self, results: Results) -> list[int]:
+        """Numbers of the steps that are told apart: several over the same load factor."""
+        args = self.args
+        names = (args.x or next(iter(results.monitors), "point"), args.y)
+        if args.step is not None or not any(options.numbers(results, name).name == "load_factor" for name in names):
+            return []
+        return path_curves.drawn_steps(results)
+
+    def draw(self, results: Results, path: Path, look: dict, by_step: dict[int, dict] | None = None):
+        """The path of the steps of a file, or one of its branches, with marks; `by_step`: looks of steps that have their own."""
         args = self.args
         step = path_curves.step_number(results, args.step)
         x_name = args.x or next(iter(results.monitors), "point")
@@ -109,7 +133,8 @@ class Diagram:
                 root = tuple(scale * options.numbers(parent, name).values[row]
                              for scale, name in ((args.x_scale, x_name), (args.y_scale, args.y)))
         self.unstable |= path_curves.draw_path(self.axes, path, path_curves.scaled(x, args.x_scale), path_curves.scaled(y, args.y_scale),
-                                               look, root=root, step=step, spans=spans)
+                                               (lambda number: by_step[number]) if by_step else look, root=root, step=step,
+                                               spans=spans)
         if args.points:
             own = path_curves.rows_of_step(path, step)
             self.axes.plot(args.x_scale * x.values[own], args.y_scale * y.values[own], ".", color=look["color"], markersize=2.6,
@@ -128,7 +153,8 @@ class Diagram:
             return factor * critical.load_factor
 
         self.draw_errors(path, x, y, look["color"], step)
-        self.texts += path_curves.draw_marks(self.axes, path, args.mark, place, look["color"], value, step)
+        for number, each in (by_step or {step: look}).items():
+            self.texts += path_curves.draw_marks(self.axes, path, args.mark, place, each["color"], value, number)
 
     def draw_errors(self, path: Path, x: Column, y: Column, colour: str, step: int | None):
         """Error bars at critical points that are not as thin as a line, a band between points that have them."""
@@ -151,12 +177,12 @@ class Diagram:
         self.axes.dataLim.set(limits)
 
 
-def branch_looks(branches: list[Branch]) -> dict[str, dict]:
-    """A look for every name of branches (both sides have the same); none at all when they are too many."""
+def branch_looks(branches: list[Branch], first: int = 1) -> dict[str, dict]:
+    """A look for every name of branches (both sides have the same), from a number on; none at all when they are too many."""
     names = list(dict.fromkeys(branch.name for branch in branches))
     if len(names) > MOST_NAMED:
         return {}
-    return {name: style.look(k + 1) for k, name in enumerate(names)}
+    return {name: style.look(k + first) for k, name in enumerate(names)}
 
 
 def list_quantities(everything) -> int:

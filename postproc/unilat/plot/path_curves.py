@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
+from ..captions import escape
 from ..options import LABELS, Parser, mark_list
 from ..results import Column, Critical, Path, Results, ResultsError
 from . import smooth_curve
@@ -78,30 +80,88 @@ def scaled(column: Column, factor: float) -> Column:
     return replace(column, values=factor * column.values, rate=None if column.rate is None else factor * column.rate)
 
 
-def draw_path(axes, results: Path, x: Column, y: Column, line: dict, first: int = 0,
+def draw_path(axes, results: Path, x: Column, y: Column, line: dict | Callable[[int], dict], first: int = 0,
               root: tuple[float, float] | None = None, step: int | None = None,
               spans: tuple[float, float] = (0.0, 0.0)) -> bool:
     """A curve along the path, stable parts solid, unstable ones dashed; True when there is an unstable part.
 
-    `line` says how it is drawn otherwise (see look). `first` is the row of the first value: the curve may be there for a
-    part of the path only. `root` is where a branch leaves the other path; what joins it to the first point is as stable
-    as the first part of the branch. `step`: only the part of this step. `spans`: see smooth_curve.
+    `line` says how it is drawn otherwise (see look), or gives that for a step. `first` is the row of the first value: the curve
+    may be there for a part of the path only. `root` is where a branch leaves the other path; what joins it to the first point is
+    as stable as the first part of the branch. `step`: only the part of this step. `spans`: see smooth_curve. Over the load factor
+    every step is a curve of its own, from where the step before it ended: its load factor is zero there.
     """
+    unstable = False
+    parts = step_rows(results, "load_factor" in (x.name, y.name), first, len(x.values))
+    for number, rows in parts:
+        if len(parts) > 1 and len(rows) == 1 and rows[0] == first and root is None and first == 0:
+            continue        # a step that only looks for modes begins and ends there
+        if step not in (None, number) and not np.any(rows_of_step(results, step)[rows]):
+            continue
+        if step is not None:
+            rows = rows[rows_of_step(results, step)[rows]]
+        start = root if rows[0] == first else step_start(results, x, y, rows[0], first)
+        here = slice(rows[0] - first, rows[-1] - first + 1)
+        unstable |= _draw_part(axes, results, _part(x, here), _part(y, here), line(number) if callable(line) else line, int(rows[0]), start,
+                               spans)
+    return unstable
+
+
+def step_rows(results: Path, apart: bool, first: int = 0, count: int | None = None) -> list[tuple[int, np.ndarray]]:
+    """Number of the step and its rows, from row `first` on; all rows as those of the first step where steps are not `apart`."""
+    rows = np.arange(first, first + (results.n_points if count is None else count))
+    steps = results.path["step"].values[rows] if "step" in results.path else np.ones(len(rows), dtype=int)
+    if not apart:
+        return [(int(steps[0]), rows)] if len(rows) else []
+    cuts = np.flatnonzero(np.diff(steps)) + 1
+    return [(int(results.path["step"].values[part[0]]) if "step" in results.path else 1, part) for part in np.split(rows, cuts) if len(part)]
+
+
+def drawn_steps(results: Path) -> list[int]:
+    """Numbers of the steps that have a curve, where they are several; those that only look for modes have a point at most."""
+    found = [number for number, rows in step_rows(results, apart=True) if len(rows) > 1 or step_start(
+        results, results.path["load_factor"], results.path["load_factor"], int(rows[0])) is not None]
+    return list(dict.fromkeys(found)) if len(set(found)) > 1 else []
+
+
+def step_start(results: Path, x: Column, y: Column, row: int, first: int = 0) -> tuple[float, float] | None:
+    """Where the step of a row begins: load factor zero, the rest as the step before has left it. None where that is not known."""
+    if row <= first or "step" not in results.path or results.path["step"].values[row] == results.path["step"].values[row - 1]:
+        return None
+    step = int(results.path["step"].values[row])
+    if step in results.loads and results.loads[step].stress_free_start:
+        return None
+    if results.path["load_factor"].values[row] == 0.0:      # the file has it
+        return None
+    return tuple(0.0 if column.name == "load_factor" else float(column.values[row - 1 - first]) for column in (x, y))
+
+
+def step_name(results: Path, step: int) -> str:
+    """What the legend calls a step."""
+    name = results.loads[step].name if step in results.loads else ""
+    return f"step {step}" if name in ("", f"Step-{step}") else f"step {step}: {escape(name)}"
+
+
+def _part(column: Column, rows: slice) -> Column:
+    return replace(column, values=column.values[rows], rate=None if column.rate is None else column.rate[rows])
+
+
+def _draw_part(axes, results: Path, x: Column, y: Column, line: dict, first: int, root: tuple[float, float] | None,
+               spans: tuple[float, float]) -> bool:
+    """One curve without a break; see draw_path."""
     last, unstable = first + len(x.values) - 1, False
     curve_x, curve_y, place = smoothed(results, x, y, first, root, spans)
-    own, pieces = rows_of_step(results, step), stretches(results, "load_factor" in (x.name, y.name))
+    before = 0 if root is None else 1       # points of the curve before x[0]
+    pieces = [(rows[(rows >= first) & (rows <= last)] - first + before, stable)
+              for rows, stable in stretches(results, "load_factor" in (x.name, y.name))]
+    pieces = [(rows, stable) for rows, stable in pieces if rows.size > 1]
     if root is not None:
         stable = pieces[0][1] if pieces else "negative_pivots" not in results.path or \
-            not results.path["negative_pivots"].values[0] > 0
-        if pieces and pieces[0][0][0] == 0:
-            pieces[0] = (np.insert(pieces[0][0], 0, -1), stable)
-        else:
-            pieces.insert(0, (np.array((-1, 0)), stable))
-        own = np.insert(own, 0, own[0])
-    before = 0 if root is None else 1       # points of the curve before x[0]
+            not results.path["negative_pivots"].values[first] > 0
+        pieces.insert(0, (np.array((0, 1)), stable))
+        if len(pieces) > 1 and pieces[1][1] == stable and pieces[1][0][0] == 1:
+            pieces[:2] = [(np.insert(pieces[1][0], 0, 0), stable)]
     for rows, stable in pieces:
-        rows = rows[(rows >= first - before) & (rows <= last) & own[rows + before]] - first + before
-        part = slice(place[rows[0]], place[rows[-1]] + 1) if rows.size > 1 else slice(0)
+        part = slice(place[rows[0]], place[rows[-1]] + 1)
         if not np.any(np.isfinite(curve_x[part] + curve_y[part])):
             continue
         unstable = unstable or not stable

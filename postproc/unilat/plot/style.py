@@ -26,6 +26,7 @@ CONTACT = "#D55E00"
 FORMATS = ("png", "pdf", "svg")
 HINGE = {"marker": "o", "markersize": 3.6, "markerfacecolor": "white", "markeredgewidth": 0.9, "linestyle": "none"}
 STRESS_FREE = {"color": "#666666", "linewidth": 0.6, "linestyle": (0, (5, 3))}
+ENTRY, LETTER = 24.0, 1.35      # [mm] a legend entry at least, one of its letters
 MILLIMETRE = 1.0 / 25.4    # inches
 # Serif text of paper size, thin lines; the same bytes for the same data.
 LOOK = {
@@ -132,7 +133,7 @@ def lay_out(figure):
         figure.set_layout_engine(None)
 
 
-def save(figure, args, everything: list[Results], ending: str) -> int:
+def save(figure, args, everything: list[Results], ending: str, unfinished: bool = True) -> int:
     """Write the picture and say so; the exit code of the script."""
     stem = os.path.splitext(os.path.basename(everything[0].filename))[0]
     output = args.output or f"{stem}-{ending}.{args.format or 'png'}"
@@ -146,7 +147,8 @@ def save(figure, args, everything: list[Results], ending: str) -> int:
     except OSError as problem:
         raise ResultsError(f"{output}: cannot be written: {problem.strerror or problem}") from problem
     print(f"wrote {output}")
-    options.tell_unfinished(everything)
+    if unfinished:
+        options.tell_unfinished(everything)
     return 0
 
 
@@ -159,6 +161,11 @@ def finish_axes(axes, args, x_label: str, y_label: str):
         axes.set_ylim(args.y_range)
     if args.title:
         axes.set_title(args.title)
+
+
+def entry_width(texts: list[str]) -> float:
+    """Width [mm] of a column of legend entries."""
+    return max(ENTRY, LETTER * max(map(len, texts), default=0) + 9.0)
 
 
 def legend(axes, handles, **options):

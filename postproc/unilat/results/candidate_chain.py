@@ -26,6 +26,11 @@ class Chain:
             self.rows = np.append(self.rows, self.rows[0])
             self.home = np.append(self.home, self.home[0] + self.around)
 
+    @property
+    def known_obstacle(self) -> bool:
+        """Whether the file has the obstacle of the contact."""
+        return self.obstacle_name.replace("/", "_") in self.path.obstacles
+
     def obstacle(self, point: int) -> Obstacle:
         """The obstacle of the contact, where it is at a point of the path."""
         for obstacle in self.path.obstacles_at(point):

@@ -15,7 +15,7 @@ class ResultsError(Exception):
 def open_file(filename: str) -> h5py.File:
     """Open a result file for reading, also one that is being written."""
     if not os.path.exists(filename):
-        raise ResultsError(f"{filename}: no such file")
+        raise ResultsError(f"{filename}: no such file; a run writes it: unilat DECK.inp -o {filename}")
     if not os.path.isfile(filename):
         raise ResultsError(f"{filename}: not a file")
     try:

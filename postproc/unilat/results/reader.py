@@ -38,7 +38,9 @@ import numpy as np
 
 from .file import ResultsError, dataset, one_line, open_file, scalar, text
 from .foreign_storage import refuse_foreign
-from .types import FIELD_NAMES, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Results, Units
+from .model_parts import read_loads, read_sets, read_supports
+from .types import FIELD_NAMES, FORCE_LISTS, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Results
+from .units import Units, read_units
 
 PROGRAMS = ("unilat", "opensees")       # that write such files, see unilat.opensees
 
@@ -63,15 +65,17 @@ def _read(file: h5py.File, filename: str) -> Results:
         raise ResultsError(f"{filename}: not a result file of unilat")
     mesh = _mesh(file, filename)
     obstacles = {name: _obstacle(name, item) for name, item in file.get("obstacles", {}).items()}
-    branches = {int(number): _branch(item, filename, mesh, obstacles)
-                for number, item in file.get("branch", {}).items() if "path" in item}
     deck = file.attrs.get("deck")
     if deck is None:
         deck = file["deck"][()] if "deck" in file else ""
+    units = read_units(file)
+    model = {"supports": read_supports(file), "loads": read_loads(file), "units": units}
+    branches = {int(number): _branch(item, filename, mesh, obstacles, model)
+                for number, item in file.get("branch", {}).items() if "path" in item}
     return Results(
-        **_path(file, filename, mesh, obstacles), program=program, title=text(file.attrs.get("title", "")),
+        **_in_units(_path(file, filename, mesh, obstacles), units), **model, sets=read_sets(file), program=program, title=text(file.attrs.get("title", "")),
         version=text(file.attrs.get("version", "")), created=text(file.attrs.get("created", "")),
-        status=text(file.attrs.get("status", "")), deck=text(deck), parameters=_parameters(file), units=_units(file),
+        status=text(file.attrs.get("status", "")), deck=text(deck), parameters=_parameters(file),
         branches=dict(sorted(branches.items())),
         buckling={name: _buckling(name, item, filename) for name, item in file.get("buckling", {}).items()},
         limit_curves={name: _limit_curve(name, item, filename) for name, item in file.get("limit_curve", {}).items()},
@@ -79,9 +83,12 @@ def _read(file: h5py.File, filename: str) -> Results:
         accuracy={name: scalar(item[()]) for name, item in file.get("accuracy", {}).items()})
 
 
-def _units(file: h5py.File) -> Units:
-    """What *UNITS names."""
-    return Units(**{kind: text(file.attrs[f"{kind}_unit"]) for kind in ("length", "force") if f"{kind}_unit" in file.attrs})
+def _in_units(path: dict, units: Units) -> dict:
+    """The members of a path, with columns in the units of the deck."""
+    if units:
+        for name in ("path", "monitors", "errors"):
+            path[name] = {key: replace(column, units=units.of(column.units)) for key, column in path[name].items()}
+    return path
 
 
 def _parameters(file) -> dict:
@@ -113,14 +120,15 @@ def _path(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obs
     if contact is not None:
         contact = _cut(contact, n_points)
     field_points, field_names = _fields(group, n_points)
+    has_lists = all(name in group for name in FORCE_LISTS)
     return dict(filename=filename, group=group.name.strip("/") + "/" if group.name != "/" else "", n_points=n_points,
                 path=path, monitors=monitors, mesh=mesh, contact=contact, critical=_critical(group, path, monitors),
-                obstacles=obstacles, field_points=field_points, field_names=field_names, errors=errors)
+                obstacles=obstacles, field_points=field_points, field_names=field_names, errors=errors, has_force_lists=has_lists)
 
 
-def _branch(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obstacle]) -> Branch:
+def _branch(group: h5py.Group, filename: str, mesh: Mesh, obstacles: dict[str, Obstacle], model: dict) -> Branch:
     numbers = {name: int(scalar(group.attrs[name])) for name in ("step", "of", "bifurcation", "mode", "side", "point")}
-    return Branch(**_path(group, filename, mesh, obstacles), number=int(group.name.rsplit("/", 1)[1]),
+    return Branch(**_in_units(_path(group, filename, mesh, obstacles), model["units"]), **model, number=int(group.name.rsplit("/", 1)[1]),
                   name=text(group.attrs["name"]), **numbers)
 
 
@@ -269,5 +277,5 @@ def _column(item: h5py.Dataset) -> Column:
     values = item[()]
     if values.dtype.kind in "SO":
         values = np.array([text(value) for value in values], dtype=str)
-    return Column(item.name.rsplit("/", 1)[1], values, _units(item.file).of(text(item.attrs.get("units", "1"))),
+    return Column(item.name.rsplit("/", 1)[1], values, text(item.attrs.get("units", "1")),
                   text(item.attrs.get("description", "")))

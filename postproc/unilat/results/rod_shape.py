@@ -12,6 +12,8 @@ import numpy as np
 from .contact_history import presses
 from .types import Contact, Mesh, Path, ResultsError
 
+SLIGHT = np.radians(3.0)       # a turn that is no corner, whatever the next nodes have
+LIKE = 0.2                     # of a node's turn: what one of the next nodes has at least on a smooth curve
 CORNER = np.radians(35.0)      # elements that meet at more than this are not one smooth curve
 SAMPLES = np.linspace(0.0, 1.0, 9)
 
@@ -44,9 +46,9 @@ class Shape:
         return ((1 + 2 * t) * (1 - t) ** 2 * a + t ** 2 * (3 - 2 * t) * b
                 + t * (1 - t) ** 2 * p - t ** 2 * (1 - t) * q)
 
-    def curves(self) -> list[np.ndarray]:
-        """The whole axis: one polyline (n, 2) for each chain of elements."""
-        return join([(element, 0.0, 1.0) for element in range(len(self.elements))], self)
+    def curves(self, pieces: int = len(SAMPLES) - 1) -> list[np.ndarray]:
+        """The whole axis: one polyline (n, 2) for each chain of elements, of so many straight pieces an element."""
+        return join([(element, 0.0, 1.0) for element in range(len(self.elements))], self, pieces)
 
 
 def stress_free_directions(mesh: Mesh) -> np.ndarray:
@@ -63,13 +65,17 @@ def stress_free_directions(mesh: Mesh) -> np.ndarray:
         for end, node in enumerate(nodes):
             meeting.setdefault(node, []).append((element, end))
     turn = np.full((len(angle), 2), np.nan)     # end direction minus chord direction
-    for pair in meeting.values():
-        if len(pair) != 2:
-            continue
-        (e, i), (f, j) = pair
-        onwards = 0.0 if i != j else np.pi      # both elements may start (or end) at the node
-        between = (angle[f] + onwards - angle[e] + np.pi) % (2.0 * np.pi) - np.pi
-        if abs(between) > CORNER:
+    between_of = {}
+    for node, pair in meeting.items():
+        if len(pair) == 2:
+            (e, i), (f, j) = pair
+            onwards = 0.0 if i != j else np.pi      # both elements may start (or end) at the node
+            between_of[node] = (angle[f] + onwards - angle[e] + np.pi) % (2.0 * np.pi) - np.pi
+    for node, between in between_of.items():
+        (e, i), (f, j) = meeting[node]
+        beside = [abs(between_of[other]) for other in (mesh.elements[e, 1 - i], mesh.elements[f, 1 - j]) if other in between_of]
+        # A turn that none of the next nodes has is a corner between straight rods.
+        if abs(between) > CORNER or beside and abs(between) > SLIGHT and max(beside) < LIKE * abs(between):
             continue
         share = length[e] / (length[e] + length[f])
         turn[e, i] = between * share
@@ -80,11 +86,12 @@ def stress_free_directions(mesh: Mesh) -> np.ndarray:
     return angle[:, None] + np.nan_to_num(turn)
 
 
-def join(pieces: list[tuple[int, float, float]], shape: Shape) -> list[np.ndarray]:
+def join(pieces: list[tuple[int, float, float]], shape: Shape, straight: int = len(SAMPLES) - 1) -> list[np.ndarray]:
     """Polylines of pieces (element, from, to); a piece that begins where the last one ended continues it."""
     lines: list[list[np.ndarray]] = []
+    samples = np.linspace(0.0, 1.0, straight + 1)
     for element, t_from, t_to in pieces:
-        points = shape.piece(element, t_from + (t_to - t_from) * SAMPLES)
+        points = shape.piece(element, t_from + (t_to - t_from) * samples)
         if lines and np.array_equal(lines[-1][-1][-1], points[0]):
             lines[-1].append(points[1:])
         else:
@@ -102,8 +109,18 @@ def contact_curves(results: Path, point: int, shape: Shape) -> tuple[list[np.nda
     return join(pieces, shape), spots
 
 
-def contact_pieces(results: Path, point: int, shape: Shape) -> tuple[list[tuple[int, float, float]], np.ndarray]:
-    """The same as parts (element, from, to) of elements, each running from 0 to 1."""
+def idle_pieces(results: Path, point: int, shape: Shape, regions: list | None = None) -> list[tuple[int, float, float]]:
+    """Parts of elements that touch an obstacle without force."""
+    contact = results.contact
+    if contact is None:
+        return []
+    pressing = presses(contact)[point - 1]
+    return sorted({piece for number in range(1, len(contact.points) + 1) if not pressing[number - 1]
+                   for piece in _from_regions(contact, number, point, shape, regions)[0]})
+
+
+def contact_pieces(results: Path, point: int, shape: Shape, regions: list | None = None) -> tuple[list[tuple[int, float, float]], np.ndarray]:
+    """The same as parts (element, from, to) of elements, each running from 0 to 1; `regions` instead of those of the point."""
     contact = results.contact
     if contact is None:
         return [], np.zeros((0, 2))
@@ -119,7 +136,7 @@ def contact_pieces(results: Path, point: int, shape: Shape) -> tuple[list[tuple[
         if reaction is not None and points == "nodes":
             more, single = _from_reactions(contact, number, reaction, shape)
         else:
-            more, single = _from_regions(contact, number, point, shape)
+            more, single = _from_regions(contact, number, point, shape, regions)
         pieces |= set(more)
         spots += single
     return sorted(pieces), np.array(spots).reshape(-1, 2)
@@ -133,8 +150,8 @@ def _from_reactions(contact: Contact, number: int, reaction: np.ndarray, shape: 
     return pieces, [shape.nodes[node] for node in sorted(lone)]
 
 
-def _from_regions(contact: Contact, number: int, point: int, shape: Shape):
-    """Parts of elements between the ends of the regions."""
+def contact_spans(contact: Contact, number: int, shape: Shape) -> list[tuple[int, float, float]]:
+    """Elements that a contact covers, with the arc lengths along it at both ends of each."""
     mine = contact.candidate_contact == number
     along = dict(zip(contact.candidates[mine], contact.arc_length[mine]))
     around = contact.chain_length[number - 1]       # 0: open
@@ -145,8 +162,30 @@ def _from_regions(contact: Contact, number: int, point: int, shape: Shape):
             if around > 0.0 and abs(t - s) > 0.5 * around:      # the element that closes a ring
                 s, t = (s, t + around) if t < s else (s + around, t)
             spans.append((element, s, t))
+    return spans
+
+
+def places_along(contact: Contact, number: int, shape: Shape, arc: np.ndarray) -> np.ndarray:
+    """Where arc lengths (n) along a contact are on a shape, (n, 2)."""
+    spans = contact_spans(contact, number, shape)
+    around = contact.chain_length[number - 1]
+    found = np.full((len(arc), 2), np.nan)
+    for k, at in enumerate(arc):
+        for turn in (0.0, around, -around) if around > 0.0 else (0.0,):
+            distance = [max(min(s, t) - at - turn, at + turn - max(s, t), 0.0) for _, s, t in spans]
+            if distance and (min(distance) <= 1e-9 * max(abs(spans[-1][2]), 1e-300) or around == 0.0):
+                element, s, t = spans[int(np.argmin(distance))]
+                found[k] = shape.piece(element, np.array([np.clip((at + turn - s) / (t - s), 0.0, 1.0)]))[0]
+                break
+    return found
+
+
+def _from_regions(contact: Contact, number: int, point: int, shape: Shape, regions: list | None = None):
+    """Parts of elements between the ends of the regions."""
+    around = contact.chain_length[number - 1]       # 0: open
+    spans = contact_spans(contact, number, shape)
     pieces, spots = [], []
-    for region in contact.regions(point):
+    for region in contact.regions(point) if regions is None else regions:
         if region.contact != number:
             continue
         end = region.end + (around if region.end < region.start else 0.0)

@@ -10,26 +10,15 @@ import numpy as np
 
 from .contact_history import History, follow
 from .file import ResultsError, dataset, open_file
+from .model_parts import Loads, Supports
+from .units import Units
+from .words import brief, column_words, path_table, path_words
 
 FIELD_NAMES = ("displacement", "section_forces", "reaction", "reaction_density", "gap", "contact_point")
+FORCE_LISTS = ("contact_force", "contact_pressure")     # groups with a row a force
 
 
-@dataclass(frozen=True)
-class Units:
-    """What lengths and forces are measured in, from *UNITS; without the card the words stand for themselves."""
-
-    length: str = "length"
-    force: str = "force"
-
-    def of(self, words: str) -> str:
-        """Units in words, such as "force/length", with the deck's names in them."""
-        names = {"length": self.length, "force": self.force}
-        if self.force != "force":
-            names["moment"] = f"{self.force} {self.length}"
-        return re.sub(r"\b(length|force|moment)\b", lambda word: names.get(word[0], word[0]), words)
-
-
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Column:
     """One quantity along the path."""
 
@@ -39,8 +28,10 @@ class Column:
     description: str = ""
     rate: np.ndarray | None = None       # (points) d/d(arc length), NaN where it is not known; None: the file has none
 
+    __repr__ = column_words
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class Mesh:
     coordinates: np.ndarray   # (nodes, 2) stress-free positions
     elements: np.ndarray      # (elements, 2) node rows, from 0
@@ -53,13 +44,15 @@ class Mesh:
     # (rigid bars, 2) node rows: the node that turns a bar, and the node it carries
     links: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), dtype=int))
 
+    __repr__ = brief
+
     @property
     def hinges(self) -> np.ndarray:
         """Node rows of the releases that let ends turn."""
         return self.releases[self.released[:, 2], 0]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Obstacle:
     name: str
     kind: str                 # "line", "circle", "arc", "polyline" or "spline"; "gap": the stops of a *GAP
@@ -74,6 +67,8 @@ class Obstacle:
     surface: np.ndarray | None = None    # arc, polyline, spline: (samples, 2) along it; it goes on straight beyond both ends
     number: int = 0           # in the deck, from 1; the stops of *GAP after the obstacles
     normal: np.ndarray | None = None     # gap: (2) direction in which the stops push
+
+    __repr__ = brief
 
     def moved(self, shift: np.ndarray) -> Obstacle:
         """The obstacle somewhere else."""
@@ -114,7 +109,7 @@ class Region:
     end_corrected: float = np.nan
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Contact:
     """Contact regions: rows are points, columns regions in the order of the file, NaN where there is none."""
 
@@ -135,6 +130,8 @@ class Contact:
     obstacle_force: np.ndarray | None = None     # (points, obstacles, 2) of each on the structure; None: a file from before
     bars: np.ndarray | None = None   # (4, points, regions) error bars of start and end, and these corrected; None: not told
 
+    __repr__ = brief
+
     def regions(self, point: int) -> list[Region]:
         """The regions at a point (from 1)."""
         row = point - 1
@@ -150,7 +147,7 @@ class Contact:
         return self.start, self.end, self.angle_start, self.angle_end
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Path:
     """A path of equilibrium points: that of the steps (see Results), or a branch."""
 
@@ -166,9 +163,23 @@ class Path:
     field_points: np.ndarray  # numbers (from 1) of the points with stored fields, see points_with
     field_names: tuple[str, ...]     # of FIELD_NAMES, those in the file
     errors: dict[str, Column]        # error bars of load_factor and of monitors, where the file has them; NaN: no estimate
+    has_force_lists: bool = False    # the file has the forces of contact spans, see force_list
+    units: Units = Units()                                         # as *UNITS of the deck names them
+    supports: Supports = field(default_factory=Supports)
+    loads: dict[int, Loads] = field(default_factory=dict)          # by step
 
     def column_names(self) -> list[str]:
         return ["point", *self.monitors, *self.path]
+
+    __repr__ = path_words
+    _repr_html_ = path_table
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        """The values of a quantity along the path: results["v"] is results.column("v").values."""
+        return self.column(name).values
+
+    def _ipython_key_completions_(self) -> list[str]:
+        return self.column_names()
 
     def column(self, name: str) -> Column:
         """A quantity along the path by name: `point` (1, 2, ...), a dataset of /path or a monitor.
@@ -179,6 +190,10 @@ class Path:
             return Column("point", np.arange(1, self.n_points + 1), "1", "number of the point")
         return find_column(self.filename, name, self.path, self.monitors, "path quantity or monitor",
                            self.column_names())
+
+    def unit(self, word: str) -> str:
+        """A unit in words, such as "force/length", in the units of the deck where it says them."""
+        return self.units.of(word)
 
     def obstacles_at(self, point: int) -> list[Obstacle]:
         """The obstacles where they are at a point (from 1)."""
@@ -211,6 +226,20 @@ class Path:
             first = item[(slice(len(self.field_points)), *(0,) * (item.ndim - 1))]
         return self.field_points[np.isfinite(first)]
 
+    def force_list(self, name: str, point: int) -> np.ndarray:
+        """`contact_force` or `contact_pressure` of a point, a row each (n, 6): contact, arc length, place, force. See contact_forces."""
+        if not self.has_force_lists:
+            return np.zeros((0, 6))
+        with open_file(self.filename) as file:
+            columns = [dataset(file, f"{self.group}{name}/{column}", self.filename)
+                       for column in ("point", "contact", "arc_length", "place", "force")]
+            rows = min(len(column) for column in columns)
+            mine = np.flatnonzero(columns[0][:rows] == point)
+            if mine.size == 0:
+                return np.zeros((0, 6))
+            part = slice(mine[0], mine[-1] + 1)        # a point's rows follow each other
+            return np.column_stack([column[part] for column in columns[1:]])
+
     def null_vectors(self, critical: Critical) -> np.ndarray:
         """Null vectors (multiplicity, nodes, 3) of a bifurcation of this path; the largest translation is 1."""
         if critical.multiplicity == 0:
@@ -225,7 +254,7 @@ class Path:
             raise ResultsError(f"{self.filename}: field '{name}' is not in the file ({stored})")
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Branch(Path):
     """A path that leaves another one at a bifurcation."""
 
@@ -239,7 +268,7 @@ class Branch(Path):
     point: int                # number of that BP's point on the path it leaves, from 1
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Buckling:
     """The modes of a buckling step."""
 
@@ -251,8 +280,10 @@ class Buckling:
     error: np.ndarray         # (modes) error bars of the load factors; NaN: no estimate
     corrected: np.ndarray     # (modes) load factors less their estimated errors
 
+    __repr__ = brief
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, repr=False)
 class LimitCurve:
     """Limit points of a step while a parameter varies."""
 
@@ -266,6 +297,8 @@ class LimitCurve:
     columns: dict[str, Column]       # parameter, rigid, load_factor, iterations, residual, load_rate, label
     monitors: dict[str, Column]
 
+    __repr__ = brief
+
     def column(self, name: str) -> Column:
         """A quantity along the curve by name, or a monitor; see Path.column."""
         return find_column(self.filename, name, self.columns, self.monitors, "quantity of limit curves or monitor",
@@ -277,7 +310,7 @@ class LimitCurve:
         return self.columns["rigid"].values > 0
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False)
 class Results(Path):
     """A result file. It is the path of the steps; the other things it holds are members."""
 
@@ -293,7 +326,18 @@ class Results(Path):
     performance: dict[str, list] = field(default_factory=dict)     # phase, seconds, calls; counter, value
     accuracy: dict[str, float] = field(default_factory=dict)       # worst values over all points
     parameters: dict[str, float | str] = field(default_factory=dict)    # values of *PARAMETER
-    units: Units = Units()
+    sets: dict[str, np.ndarray] = field(default_factory=dict)      # node rows of the sets
+
+    @property
+    def plot(self):
+        """Pictures that notebooks show: results.plot.path(), results.plot.shape(label="LP"), ..."""
+        from ..pictures import Plots     # needs matplotlib as soon as one is drawn
+        return Plots(self.filename)
+
+    def page(self, **options):
+        """A page with a slider, as `unilat-plot html` writes it."""
+        from ..pictures import page
+        return page(self.filename, options)
 
     @property
     def complete(self) -> bool:

@@ -8,7 +8,8 @@ import os
 from ..results import read_results
 from ..sweep.pool import Progress, run_pool
 from ..sweep.run_folder import RunFolder
-from ..sweep.work import find_program, to_do, whole
+from ..program import find_program
+from ..sweep.work import to_do, whole
 from .map_file import read_map
 from .study_file import read_study
 from .map_table import SHOWN, bars, cells, counts, write_table, wrong_cells

@@ -137,11 +137,12 @@ def draw_histogram(axes, table: dict, picture: dict):
               edgecolor="white", linewidth=0.3, zorder=2)
     low = float(np.quantile(there, SHARES[0]))
     mean = float(np.mean(there))
-    axes.axvline(mean, color=style.INK, linewidth=1.0, label=f"mean {mean:.4g}, deviation {np.std(there):.2g}", zorder=3)
-    axes.axvline(low, color=style.CONTACT, linewidth=1.0, linestyle=(0, (4.5, 1.8)), zorder=3,
+    room = 1.25        # over the tallest bar, for the legend
+    axes.axvline(mean, ymax=1.0 / room, color=style.INK, linewidth=1.0, label=f"mean {mean:.4g}, deviation {np.std(there):.2g}", zorder=3)
+    axes.axvline(low, ymax=1.0 / room, color=style.CONTACT, linewidth=1.0, linestyle=(0, (4.5, 1.8)), zorder=3,
                  label=f"5 % of the runs are below {low:.4g}")
     axes.margins(x=0.03)
-    axes.set_ylim(top=1.25 * axes.get_ylim()[1])        # room for the legend
+    axes.set_ylim(top=room * axes.get_ylim()[1])
     axes.legend(loc="upper left")
     without(axes, len(values) - len(there))
     label(axes, picture, picture["x"], None)
@@ -151,8 +152,8 @@ def draw_histogram(axes, table: dict, picture: dict):
 def without(axes, number: int):
     """Says how many runs are not in the picture."""
     if number:
-        axes.text(0.99, 0.985, f"{number} run{'s' if number > 1 else ''} without a value", transform=axes.transAxes,
-                  ha="right", va="top", fontsize=7.5, color=style.CONTACT)
+        axes.annotate(f"{number} run{'s' if number > 1 else ''} without a value", (1.0, 1.0), xycoords="axes fraction", xytext=(-1.0, 3.0),
+                      textcoords="offset points", ha="right", va="bottom", fontsize=7.5, color=style.CONTACT)
 
 
 def label(axes, picture: dict, x: str, y: str | None):

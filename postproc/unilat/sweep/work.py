@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import io
 import os
-import shutil
 import sys
 
 from .. import command
+from ..program import find_program
 from ..results import ResultsError
 from . import gather, slurm
 from .pool import Progress, run_pool
@@ -76,10 +77,12 @@ def main(argv=None) -> int:
 def make_runs(folder: RunFolder, sweep: Sweep, decks: dict[str, RunDeck], args):
     """The runs that are missing, here or on the cluster."""
     missing = to_do(folder, decks, args.retry)
-    print(f"{sweep.name}: {len(sweep.values)} runs, {len(decks) - len(missing)} finished before", flush=True)
+    quiet = getattr(args, "quiet", False)
+    if not quiet:
+        print(f"{sweep.name}: {len(sweep.values)} runs, {len(decks) - len(missing)} finished before", flush=True)
     if not missing:
         return
-    progress = Progress(len(missing))
+    progress = Progress(len(missing), io.StringIO() if quiet else None)
     if not args.slurm:
         run_pool(folder, missing, args.jobs, sweep.timeout, progress)
         folder.sweep_up()
@@ -91,7 +94,8 @@ def make_runs(folder: RunFolder, sweep: Sweep, decks: dict[str, RunDeck], args):
     for key in before:      # so that every record is a new one
         os.remove(os.path.join(folder.runs, f"{key}.json"))
     job = slurm.submit(os.path.abspath(folder.folder), sweep.name, again, tasks, args.jobs, args.sbatch)
-    print(f"Slurm job array {job}: {tasks} tasks; log files in {folder.folder}", flush=True)
+    if not quiet:
+        print(f"Slurm job array {job}: {tasks} tasks; log files in {folder.folder}", flush=True)
 
     codes: dict[str, int] = {}
 
@@ -152,13 +156,6 @@ def draw(sweep: Sweep, folder: RunFolder) -> int:
         command.complain("unilat-sweep", problem)
         return PICTURE_FAILED
     return 0
-
-
-def find_program(given: str | None) -> str:
-    program = given or os.environ.get("UNILAT") or shutil.which("unilat")
-    if not program:
-        raise ResultsError("the program unilat is not on the PATH; name it with --program")
-    return program
 
 
 def whole(text: str) -> int:

@@ -8,6 +8,7 @@ module point_report
    use contact_regions, only: find_regions
    use span_forces, only: span_totals, node_shares
    use span_regions, only: find_span_regions
+   use span_pushes, only: point_pushes, line_pushes
    use ground_regions, only: ground_reaction, deck_ground_reaction, ground_pressure, foundation_totals
    use deck_nodes, only: deck_displacements, deck_section_forces, deck_contact_gaps, find_node
    use path_record, only: point_t
@@ -97,6 +98,10 @@ contains
          end if
          if (size(problem%model%contact) == 0) return
          if (step%field_reaction .or. step%field_gap) call add_contact_fields()
+         if (step%field_reaction .and. problem%has_spans()) then
+            point%contact_force = point_pushes(problem, state)
+            point%contact_pressure = line_pushes(problem, state)
+         end if
       end associate
 
    contains

@@ -1,0 +1,152 @@
+!> Prints the table of all cards as JSON, for programs that write decks: `unilat --cards=json`.
+module card_json
+   use text, only: word_at, word_count, to_text
+   use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, anywhere, positive, not_negative, not_zero, many_lines, &
+      kind_flag, kind_word, kind_name, kind_integer, kind_label, kind_label_or_set, kind_dof, kind_path, kind_value
+   use card_table, only: all_cards
+   implicit none
+   private
+   public :: write_card_json, quoted
+
+contains
+
+   !> Writes one object: the version of the program, and the cards in the order of the manual.
+   subroutine write_card_json(unit, version)
+      integer, intent(in) :: unit          !! connected for formatted writing
+      character(*), intent(in) :: version  !! of the program
+      type(card_spec_t), allocatable :: table(:)
+      integer :: i
+      table = all_cards()
+      write (unit, '(a)') '{"version": '//quoted(version)//', "cards": ['
+      do i = 1, size(table)
+         write (unit, '(a)') card_object(table(i))//trim(merge('  ', ', ', i == size(table)))
+      end do
+      write (unit, '(a)') ']}'
+   end subroutine write_card_json
+
+   function card_object(card) result(string)
+      type(card_spec_t), intent(in) :: card
+      character(:), allocatable :: string
+      integer :: i
+      string = '{"keyword": '//quoted(card%keyword)//', "where": '//quoted(place(card%where))//', "once": '//truth(card%once)// &
+         & ', "free_text": '//truth(card%free_text)//', "follows": '//quoted(card%follows)// &
+         & ', "meaning": '//quoted(card%meaning)//', "parameters": ['
+      do i = 1, size(card%parameter)
+         if (i > 1) string = string//', '
+         string = string//item_object(card%parameter(i))
+      end do
+      string = string//'], "lines": ['
+      do i = 1, size(card%layout)
+         if (i > 1) string = string//', '
+         string = string//layout_object(card%layout(i))
+      end do
+      string = string//']}'
+   end function card_object
+
+   !> Data lines: the first form whose condition holds counts. No "most": as many as one likes.
+   function layout_object(layout) result(string)
+      type(layout_t), intent(in) :: layout
+      character(:), allocatable :: string
+      integer :: i
+      string = '{"when": '//quoted(layout%when)//', "least": '//to_text(layout%least)//', "last_repeats": '// &
+         & truth(layout%last_repeats)
+      if (layout%most /= many_lines) string = string//', "most": '//to_text(layout%most)
+      string = string//', "fields": ['
+      do i = 1, size(layout%field)
+         if (i > 1) string = string//', '
+         string = string//item_object(layout%field(i))
+      end do
+      string = string//']}'
+   end function layout_object
+
+   !> A parameter or a field.
+   function item_object(item) result(string)
+      type(item_t), intent(in) :: item
+      character(:), allocatable :: string
+      integer :: i
+      string = '{"name": '//quoted(item%name)//', "kind": '//quoted(kind_of(item%kind))//', "required": '//truth(item%required)// &
+         & ', "default": '//quoted(item%default)//', "only": '//quoted(item%only)//', "bound": '//quoted(bound_of(item%bound))// &
+         & ', "unit": '//quoted(item%unit)//', "meaning": '//quoted(item%meaning)//', "words": ['
+      do i = 1, word_count(item%words)
+         if (i > 1) string = string//', '
+         string = string//quoted(word_at(item%words, i))
+      end do
+      string = string//']}'
+   end function item_object
+
+   pure function place(where) result(string)
+      integer, intent(in) :: where
+      character(:), allocatable :: string
+      select case (where)
+      case (in_model)
+         string = 'model'
+      case (in_step)
+         string = 'step'
+      case (anywhere)
+         string = 'anywhere'
+      case default
+         string = 'outside steps'
+      end select
+   end function place
+
+   pure function kind_of(kind) result(string)
+      integer, intent(in) :: kind
+      character(:), allocatable :: string
+      select case (kind)
+      case (kind_flag)
+         string = 'flag'
+      case (kind_word)
+         string = 'word'
+      case (kind_name)
+         string = 'name'
+      case (kind_integer)
+         string = 'integer'
+      case (kind_label)
+         string = 'label'
+      case (kind_label_or_set)
+         string = 'label or set'
+      case (kind_dof)
+         string = 'degrees of freedom'
+      case (kind_path)
+         string = 'path'
+      case (kind_value)
+         string = 'name = value'
+      case default
+         string = 'real'
+      end select
+   end function kind_of
+
+   pure function bound_of(bound) result(string)
+      integer, intent(in) :: bound
+      character(:), allocatable :: string
+      select case (bound)
+      case (positive)
+         string = '> 0'
+      case (not_negative)
+         string = '>= 0'
+      case (not_zero)
+         string = 'not 0'
+      case default
+         string = ''
+      end select
+   end function bound_of
+
+   pure function truth(value) result(string)
+      logical, intent(in) :: value
+      character(:), allocatable :: string
+      string = trim(merge('true ', 'false', value))
+   end function truth
+
+   !> A string of JSON.
+   pure function quoted(text) result(string)
+      character(*), intent(in) :: text
+      character(:), allocatable :: string
+      integer :: i
+      string = '"'
+      do i = 1, len(text)
+         if (text(i:i) == '"' .or. text(i:i) == achar(92)) string = string//achar(92)
+         string = string//text(i:i)
+      end do
+      string = string//'"'
+   end function quoted
+end module card_json

@@ -1,0 +1,152 @@
+!> The parts of the result file that say what holds and loads the structure: supports, springs, loads of the steps, sets of nodes.
+!> A failure stays in the file: see hdf5_file.
+module model_tables
+   use kinds, only: wp
+   use model, only: model_t, step_t
+   use pole_load, only: pole_load_t
+   use columns, only: whole
+   use hdf5_file, only: hdf5_file_t, hdf5_group
+   use hdf5_attributes, only: hdf5_attribute
+   use hdf5_datasets, only: hdf5_write
+   implicit none
+   private
+   public :: write_supports, write_loads, write_sets
+
+   character(*), parameter :: node_rows = 'rows of /mesh/coordinates (from 0)', element_rows = 'rows of /mesh/elements (from 0)'
+
+contains
+
+   !> The group /supports: which nodes are held, and springs.
+   subroutine write_supports(file, model)
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      integer, allocatable :: held(:)
+      integer :: i
+      call hdf5_group(file, '/supports')
+      held = where_any(model%fixed)
+      if (size(held) > 0) then
+         call hdf5_write(file, '/supports/node', held - 1, '1', 'supported nodes: '//node_rows)
+         call hdf5_write(file, '/supports/fixed', reshape(merge(1, 0, model%fixed(:, held)), [3, size(held)]), '1', &
+            & '1 where u, v, rotation of the node are held')
+      end if
+      if (allocated(model%spring)) then
+         held = where_any(model%spring > 0.0_wp)
+         if (size(held) > 0) then
+            call hdf5_write(file, '/supports/spring_node', held - 1, '1', 'nodes with springs to the ground: '//node_rows)
+            call hdf5_write(file, '/supports/spring', model%spring(:, held), 'force/length, force/length, moment/radian', &
+               & 'their stiffness for u, v, rotation')
+         end if
+      end if
+      if (.not. allocated(model%joint_spring)) return
+      associate (spring => model%joint_spring)
+         if (size(spring) == 0) return
+         call hdf5_write(file, '/supports/joint_spring_node', reshape([(spring(i)%node - 1, i=1, size(spring))], &
+            & [2, size(spring)]), '1', 'springs between two nodes: '//node_rows)
+         call hdf5_write(file, '/supports/joint_spring', spring%stiffness, 'force/length, moment/radian', 'their stiffness')
+      end associate
+   end subroutine write_supports
+
+   !> The group /loads, with one group a step: what its load factor multiplies. Only what is not zero is there.
+   subroutine write_loads(file, model)
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      integer :: i
+      call hdf5_group(file, '/loads')
+      do i = 1, size(model%step)
+         call write_step_loads(file, model%step(i), '/loads/'//whole(i))
+      end do
+   end subroutine write_loads
+
+   !> The loads of one step.
+   subroutine write_step_loads(file, step, group)
+      type(hdf5_file_t), intent(inout) :: file
+      type(step_t), intent(in) :: step
+      character(*), intent(in) :: group
+      integer, allocatable :: at(:)
+      real(wp), allocatable :: pole(:, :)
+      integer :: i
+      call hdf5_group(file, group)
+      call hdf5_attribute(file, group, 'name', step%name)
+      call hdf5_attribute(file, group, 'stress_free_start', merge(1, 0, starts_anew(step)))
+      associate (load => step%load)
+         if (.not. allocated(load%node_force)) return
+         at = where_any(abs(load%node_force) > 0.0_wp)
+         if (size(at) > 0) then
+            call hdf5_write(file, group//'/node', at - 1, '1', 'nodes with forces: '//node_rows)
+            call hdf5_write(file, group//'/force', load%node_force(:, at), 'force, force, moment', 'in x, in y, and the couple')
+         end if
+         at = where_any(abs(load%line_force) > 0.0_wp)
+         if (size(at) > 0) then
+            call hdf5_write(file, group//'/element', at - 1, '1', 'elements with dead loads: '//element_rows)
+            call hdf5_write(file, group//'/line_force', load%line_force(:, at), 'force/length', &
+               & 'in x and y, per stress-free length')
+         end if
+         at = pack([(i, i=1, size(load%pressure))], abs(load%pressure) > 0.0_wp)
+         if (size(at) > 0) then
+            call hdf5_write(file, group//'/pressed_element', at - 1, '1', 'elements with pressure: '//element_rows)
+            call hdf5_write(file, group//'/pressure', load%pressure(at), 'force/length', 'to the left of the element, follows it')
+         end if
+         at = pack([(i, i=1, size(load%strain))], abs(load%strain) > 0.0_wp .or. abs(load%curvature) > 0.0_wp)
+         if (size(at) > 0) then
+            call hdf5_write(file, group//'/heated_element', at - 1, '1', 'elements with a change of temperature: '//element_rows)
+            call hdf5_write(file, group//'/strain', load%strain(at), '1', 'strain that it would give a free element')
+            call hdf5_write(file, group//'/curvature', load%curvature(at), '1/length', 'and its change of curvature')
+         end if
+         at = where_any(abs(load%displacement) > 0.0_wp)
+         if (size(at) > 0) then
+            call hdf5_write(file, group//'/displaced_node', at - 1, '1', 'nodes with prescribed displacements: '//node_rows)
+            call hdf5_write(file, group//'/displacement', load%displacement(:, at), 'length, length, radian', &
+               & 'u, v, rotation')
+         end if
+         at = where_any(abs(load%motion) > 0.0_wp)
+         if (size(at) > 0) then
+            call hdf5_write(file, group//'/moved_obstacle', at, '1', 'obstacles that move, from 1')
+            call hdf5_write(file, group//'/motion', load%motion(:, at), 'length', 'how far, in x and y')
+         end if
+         if (load%n_points() == 0) return
+         allocate (pole(4, 0))
+         do i = 1, load%n_points()
+            select type (point => load%point(i)%load)
+            type is (pole_load_t)
+               pole = reshape([pole, real(point%node - 1, wp), point%pole, point%magnitude], [4, size(pole, 2) + 1])
+            end select
+         end do
+         if (size(pole) > 0) call hdf5_write(file, group//'/pole', pole, '1, length, length, force', &
+            & 'forces whose line passes through a fixed point: node (row of /mesh/coordinates, from 0), that point, the force '// &
+            & 'towards it')
+      end associate
+   end subroutine write_step_loads
+
+   !> True for a step that leaves behind what earlier steps did.
+   pure logical function starts_anew(step)
+      type(step_t), intent(in) :: step
+      starts_anew = .false.
+      if (allocated(step%mode_offset)) starts_anew = size(step%mode_offset) > 0
+   end function starts_anew
+
+   !> The group /sets: the nodes of every set.
+   subroutine write_sets(file, model)
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      integer :: i, k
+      character(:), allocatable :: name
+      call hdf5_group(file, '/sets')
+      if (.not. allocated(model%node_set)) return
+      do i = 1, size(model%node_set)
+         name = trim(model%node_set(i)%name)
+         do k = 1, len(name)
+            if (name(k:k) == '/') name(k:k) = '_'
+         end do
+         if (size(model%node_set(i)%node) == 0 .or. name == '.') cycle
+         call hdf5_write(file, '/sets/'//name, model%node_set(i)%node - 1, '1', 'nodes of the set: '//node_rows)
+      end do
+   end subroutine write_sets
+
+   !> The columns of which some entry is true.
+   pure function where_any(mask) result(columns)
+      logical, intent(in) :: mask(:, :)
+      integer, allocatable :: columns(:)
+      integer :: i
+      columns = pack([(i, i=1, size(mask, 2))], any(mask, 1))
+   end function where_any
+end module model_tables

@@ -1,0 +1,82 @@
+!> Where and how hard obstacles push contact spans, for the results: forces at points and at the ends of lines, and what acts along
+!> the lines. Both are lists with six numbers each: contact, arc length along its chain, place (x, y), force (x, y) on the rod;
+!> along lines it is the force per stress-free length.
+module span_pushes
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, candidate_gap, node_position
+   use span_forces, only: end_force, cut_force
+   use span_regions, only: chain_coordinate
+   use conforming_span, only: conforming_forces, rolled_t, rolled, track_joints, node_track, track_sense
+   implicit none
+   private
+   public :: point_pushes, line_pushes
+
+   integer, parameter :: samples = 4        !! of a smooth part of a line in one element, less one
+   real(wp), parameter :: inside = 1.0e-9_wp !! of that part: its ends are looked at there, as the force jumps where tracks join
+
+contains
+
+   !> The forces at touched points and at ends of lines. Those of nodes inside a line are left out: they carry none.
+   function point_pushes(problem, state) result(list)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), allocatable :: list(:, :)   !! (6, forces)
+      real(wp) :: force(2), normal(2), gap, bend, size
+      type(rolled_t) :: roll
+      integer :: c
+      allocate (list(6, 0))
+      do c = 1, problem%candidates%n
+         if (problem%candidates%touch(c) == 0) cycle
+         size = end_force(problem, state, c)
+         if (abs(size) <= 0.0_wp) cycle
+         roll = rolled(problem, state, c)
+         if (problem%candidates%moves(c)) then
+            force = cut_force(problem, state, c)
+         else
+            call candidate_gap(problem, state, c, gap, normal, bend)
+            if (abs(roll%way) > 0.0_wp) normal = roll%normal
+            force = size * normal
+         end if
+         call add(list, problem%candidates%contact(c), chain_coordinate(problem, state, c, 2) + roll%way, &
+            & node_position(state, problem%candidates%node(c)) + roll%arm, force)
+      end do
+   end function point_pushes
+
+   !> The forces per stress-free length along the lines: samples in the order of the elements, a part that is smooth after another.
+   function line_pushes(problem, state) result(list)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), allocatable :: list(:, :)   !! (6, samples)
+      real(wp), allocatable :: part(:)
+      real(wp) :: local(3), place(2), angle, density, sense, tau, at
+      integer :: c, e, k, i
+      allocate (list(6, 0))
+      do c = 1, problem%candidates%n
+         if (problem%candidates%touch(c) == 0) cycle
+         e = problem%candidates%element(2, c)
+         if (e == 0) cycle
+         if (problem%conforms(e) /= c) cycle
+         sense = track_sense(problem, state, c, node_track(problem, state, c))
+         part = [0.0_wp, track_joints(problem, state, e), 1.0_wp]
+         do k = 2, size(part)
+            do i = 0, samples
+               tau = min(max(real(i, wp) / samples, inside), 1.0_wp - inside)
+               tau = part(k - 1) + tau * (part(k) - part(k - 1))
+               call conforming_forces(problem, state, e, tau, local, place, angle, density)
+               at = chain_coordinate(problem, state, c, 2) + tau * state%geometry%element(e)%length
+               ! The free side is on the left of the obstacle's track.
+               call add(list, problem%candidates%contact(c), at, place, sense * density * [-sin(angle), cos(angle)])
+            end do
+         end do
+      end do
+   end function line_pushes
+
+   !> Puts one more at the end of a list.
+   pure subroutine add(list, contact, at, place, force)
+      real(wp), allocatable, intent(inout) :: list(:, :)
+      integer, intent(in) :: contact
+      real(wp), intent(in) :: at, place(2), force(2)
+      list = reshape([list, real(contact, wp), at, place, force], [6, size(list, 2) + 1])
+   end subroutine add
+end module span_pushes
