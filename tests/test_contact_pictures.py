@@ -23,7 +23,6 @@ from unilat.results.force_glyphs import Scales, glyphs
 from unilat.results.model_parts import loads_at
 from unilat.results.motion import Motion
 from unilat.results.types import Obstacle
-from unilat.results.units import deck_units
 
 # A portal frame beside a rigid wall: weight, then a push that brings the far corner to the wall.
 FRAME = """\
@@ -302,7 +301,6 @@ def test_a_deck_says_what_its_lengths_and_forces_are(tmp_path, axes_of):  # noqa
     axes = axes_of("reaction", results.filename, "--rows", "-1")
     assert axes[1].get_ylabel() == "contact force (kN)" and axes[2].get_ylabel() == "gap (m)"
     assert axes_of("forces", results.filename, "--rows", "-1", "--quantities", "M")[0].get_ylabel() == "M (kN m)"
-    assert deck_units("*UNITS\n mm, N\n")["force/length"] == "N/mm" and deck_units("** unit of nothing") == {}
 
 
 def test_a_gap_inside_contact_opens_where_both_ends_meet(axes_of, tmp_path):  # noqa: F811
