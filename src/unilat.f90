@@ -115,7 +115,7 @@ program unilat
       call follow_deck()
       call note_failure('contact is at the nodes of the deck, where errors are not known, because spans do not get on: '//why_nodes)
    end if
-   if (outcome%stop_reasons .and. any(deck_model%contact%along)) &
+   if (outcome%dead_end .and. any(deck_model%contact%along)) &
       & call note_failure('*CONTACT, POINTS=NODES may go on, as well as the elements of the deck can')
    call note_contact_at_nodes()
    if (allocated(outcome%accuracy%bar_words)) call note_failure(outcome%accuracy%bar_words)
@@ -189,7 +189,7 @@ contains
    !> True where what touches at the start has led nowhere; says so, and closes the results.
    logical function begins_again()
       character(*), parameter :: how = 'with contact at the nodes of the deck'
-      begins_again = outcome%sampled .and. outcome%stop_reasons
+      begins_again = outcome%sampled .and. outcome%dead_end
       if (.not. begins_again) return
       call results_close(recorder%results, 'begun again '//how, outcome%accuracy, error)
       if (.not. options%quiet) write (output_unit, '(/a)') 'Contact spans do not get on: '//outcome%why// &

@@ -87,7 +87,7 @@ contains
          if (allocated(outcome%why)) exit steps
          call freeze_loads(problem, run%state)
       end do steps
-      outcome%stop_reasons = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
+      outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
          & outcome%wrong .or. outcome%used_up)
       outcome%sampled = problem%is_sampled()
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))

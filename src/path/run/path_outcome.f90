@@ -16,7 +16,7 @@ module path_outcome
       logical :: home = .false.                  !! stopped where the path comes back to a bifurcation of its own
       logical :: wrong = .false.                 !! stopped at a point that the run's own checks found wrong
       logical :: used_up = .false.               !! stopped after the number of points that the deck allows
-      logical :: stop_reasons = .false.              !! stopped without further increment, for none of the reasons above
+      logical :: dead_end = .false.              !! stopped without further increment, for none of the reasons above
       integer :: deck_line = 0                   !! line of the card if the deck is at fault; 0: not
       character(:), allocatable :: trouble       !! failures beside the path of the steps: branches, limit curves
       type(accuracy_t) :: accuracy               !! worst error bars and checks of the run
