@@ -5,7 +5,7 @@
 build_root=${UNILAT_BUILD_ROOT:-$root/.build}
 cores=$(nproc)  # asked before the next line, which nproc would obey
 export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 MPLBACKEND=Agg
-setup_failed=4  # exit code when the program could not be set up; those of unilat are 0 to 3
+setup_failed=4  # exit code when the program could not be set up; those of unilat are 0 to 3, 5 and 6
 
 say() { echo "$me: $*" >&2; }
 die() { say "$1"; exit "${2:-$setup_failed}"; }  # message, exit code

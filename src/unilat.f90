@@ -2,10 +2,12 @@
 !>
 !> deck -> model -> numbering -> path loop -> results and listing. Exit codes: 0 the path is complete, 1 the deck (or the
 !> command line) has errors (where one shows on the way only the result file holds the path up to there), 2 stopped early with
-!> the path up to there in the result file, 3 internal or system error.
+!> the path up to there in the result file, 3 internal error, 5 the machine does not let it (files, memory), 6 ended from outside
+!> (a signal, the limit of time) with the path up to there in the result file.
 program unilat
    use, intrinsic :: iso_fortran_env, only: input_unit, output_unit, error_unit
    use, intrinsic :: iso_c_binding, only: c_int
+   use kinds, only: wp
    use errors, only: error_t
    use command_line, only: command_line_t, read_command_line, help_text
    use build_info, only: program_version, compiler, lapack_version, hdf5_version
@@ -22,19 +24,28 @@ program unilat
    use deck_summary, only: write_deck_summary
    use load_sums, only: step_load_sums
    use start_support, only: why_deck_unheld
-   use contact_spans, only: choose_spans
    use blas_threads, only: use_one_thread, blas_threads_text
+   use memory, only: can_be_had
+   use run_end, only: watch_for_end, guard_exit, ends_by_itself, has_stack
+   use archive, only: archive_of
+   use checkpoint, only: standing_t
+   use restart_check, only: why_not_with
+   use restart_file, only: restart_t, read_restart
+   use checked_output, only: put_text, open_draft, put_draft
    use model, only: model_t
    use problem, only: problem_t, new_problem
    use path_loop, only: follow_path, outcome_t
    use run_recorder, only: run_recorder_t
-   use results, only: results_open, results_parameter, results_leave, results_close
+   use results, only: results_open, results_parameter, results_leave, results_close, results_note, results_meddled
    use listing, only: listing_open, listing_close
    use progress, only: progress_open, progress_close
    use run_summary, only: failed_checks
    use timing, only: timing_start, timing_stop, phase_reading, phase_numbering, phase_output
    implicit none
-   integer, parameter :: exit_complete = 0, exit_deck_error = 1, exit_stopped = 2, exit_internal = 3
+   integer, parameter :: exit_complete = 0, exit_deck_error = 1, exit_stopped = 2, exit_internal = 3, exit_refused = 5, &
+      & exit_ended = 6
+   real(wp), parameter :: first_memory = 1.6e8_wp !! bytes: OpenBLAS takes 128 MiB at once, and tries for ever where it gets none
+   integer, parameter :: stack = 4000000          !! bytes
    type(command_line_t) :: options
    type(deck_source_t) :: source
    type(diagnostics_t) :: diagnostics
@@ -44,21 +55,30 @@ program unilat
    type(outcome_t) :: outcome
    type(error_t), allocatable :: error
    character(:), allocatable :: result_file, status, checks, why_nodes, why_unheld
+   character(:), allocatable :: lost             !! why standard output cannot be written; empty: it can
+   integer :: draft
+   type(restart_t) :: restart
+   type(standing_t) :: standing
 
+   call guard_exit(exit_refused, exit_internal)
+   if (.not. has_stack(stack)) call stop_with(exit_refused, 'there is not enough memory for the stack (ulimit -s)')
+   if (.not. can_be_had(first_memory)) call stop_with(exit_refused, 'there is not enough memory (ulimit -v)')
    call use_one_thread()
    call read_command_line(options, error)
    if (allocated(error)) call stop_with(exit_deck_error, error%message//' (unilat --help tells the options)')
    if (options%help .or. options%version .or. options%cards .or. options%cards_as_json) then
-      if (options%help .and. options%topic == '') write (output_unit, '(a)', advance='no') help_text()
-      if (options%version) call write_version()
-      if (options%cards .and. options%topic == '') call write_card_manual(output_unit)
-      if (options%cards_as_json) call write_card_json(output_unit, program_version)
-      if (options%cards .and. options%topic /= '') call write_card_help(output_unit, options%topic, error)
-      if (options%help .and. options%topic /= '') call write_help(output_unit, options%topic, error)
+      call open_draft(draft)
+      if (options%help .and. options%topic == '') write (draft, '(a)', advance='no') help_text()
+      if (options%version) call write_version(draft)
+      if (options%cards .and. options%topic == '') call write_card_manual(draft)
+      if (options%cards_as_json) call write_card_json(draft, program_version)
+      if (options%cards .and. options%topic /= '') call write_card_help(draft, options%topic, error)
+      if (options%help .and. options%topic /= '') call write_help(draft, options%topic, error)
       if (allocated(error)) call stop_with(exit_deck_error, error%message)
-      call end_program(exit_complete)
+      call put_draft(draft, lost)
+      call end_after_output()
    end if
-   if (options%deck == '') then
+   if (options%deck == '' .and. options%restart == '' .and. options%template == '') then
       if (is_terminal(standard_input)) then
          write (error_unit, '(a)', advance='no') help_text()
          call stop_with(exit_deck_error, 'no deck is named, and standard input is a terminal')
@@ -67,9 +87,21 @@ program unilat
 
    if (options%template /= '') call write_new_deck()
 
+   call watch_for_end(options%max_seconds)
+
    ! ---- the deck ----
    call timing_start(phase_reading)
-   if (options%deck == '') then
+   if (options%restart /= '') then
+      call read_restart(options%restart, restart, error)
+      if (allocated(error)) call stop_with(exit_deck_error, error%message)
+   end if
+   if (options%restart /= '' .and. options%deck == '') then
+      call open_draft(draft)
+      write (draft, '(a)') restart%deck
+      rewind (draft)
+      call read_source_unit(draft, 'the deck of '//options%restart, source, error)
+      close (draft)
+   else if (options%deck == '') then
       call read_source_unit(input_unit, '<stdin>', source, error)
    else
       call read_source_file(options%deck, source, error)
@@ -79,29 +111,37 @@ program unilat
       call assemble_deck(source, options%set, diagnostics)
       call end_with_errors()
       if (is_terminal(standard_output)) then
-         write (output_unit, '(a)', advance='no') printable_lines(source%expanded)
+         call put_text(printable_lines(source%expanded), lost)
       else
-         write (output_unit, '(a)', advance='no') source%expanded
+         call put_text(source%expanded, lost)
       end if
-      call end_program(exit_complete)
+      call end_after_output()
    end if
    call read_deck(source, deck_model, diagnostics, steps_optional=options%check .or. options%model, settings=options%set)
    call end_with_errors()
    call timing_stop(phase_reading)
    if (options%check) then
-      if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), '', &
+      call open_draft(draft)
+      if (.not. options%quiet) call write_deck_summary(draft, deck_model, program_version, deck_words(), '', &
          & step_load_sums(deck_model))
+      call put_draft(draft, lost)
       why_unheld = why_deck_unheld(deck_model)
       if (why_unheld /= '') call stop_with(exit_deck_error, source%name//': '//why_unheld)
-      call end_program(exit_complete)
+      call end_after_output()
    end if
    result_file = name_of_results()
    if (options%model) then
       if (options%output == '') result_file = result_file(:len(result_file) - 3)//'-model.h5'
       call open_results()
       call results_leave(recorder%results, error)
-      if (allocated(error)) call stop_with(exit_internal, error%message)
+      if (allocated(error)) call stop_with(code_of(error), error%message)
       call end_program(exit_complete)
+   end if
+   if (restart%kind > 0) then
+      standing%kind = restart%kind
+      standing%archive = archive_of(restart%state)
+      standing%changed = options%deck /= '' .or. size(options%set) > 0
+      if (standing%changed) call check_other_deck()
    end if
    if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file, &
       & step_load_sums(deck_model))
@@ -127,9 +167,14 @@ program unilat
    call results_close(recorder%results, status, outcome%accuracy, error)
    call timing_stop(phase_output)
    if (.not. options%quiet) call listing_close(recorder%listing, status, outcome%accuracy)
-   if (allocated(error)) call stop_with(exit_internal, error%message)
+   call finish_listing()
+   if (allocated(error)) call stop_with(code_of(error), error%message)
+   call tell_note()
+   if (results_meddled(recorder%results)) call end_program(exit_refused)
    if (outcome%deck_line > 0) call stop_at_line(outcome%deck_line, outcome%why)
+   if (outcome%ended) call stop_with(exit_ended, status)
    if (.not. outcome%complete) call stop_with(exit_stopped, status)
+   if (lost /= '') call end_program(exit_refused)
    call end_program(exit_complete)
 
 contains
@@ -145,23 +190,69 @@ contains
       call progress_open(recorder%progress, listed=.not. options%quiet)
       if (.not. options%quiet) call listing_open(recorder%listing, output_unit, deck_model)
       call timing_stop(phase_output)
-      call follow_path(path_problem, recorder, outcome)
+      call follow_path(path_problem, recorder, outcome, standing)
       call progress_close(recorder%progress)
       checks = failed_checks(outcome%accuracy)
       if (checks /= '') call note_failure(checks)
    end subroutine follow_deck
 
-   !> Creates the result file with the model and the deck's parameters.
+   !> Opens the result file, or goes on with one, with the model and the deck's parameters.
    subroutine open_results()
       integer :: i
-      call results_open(recorder%results, result_file, deck_model, source%record, program_version, error)
-      if (allocated(error)) call stop_with(exit_internal, error%message)
+      call results_open(recorder%results, result_file, deck_model, source%record, program_version, error, force=options%force, &
+         & restart=restart)
+      if (allocated(error)) call stop_with(code_of(error), error%message)
+      call tell_note()
       do i = 1, size(source%parameter)
          associate (parameter => source%parameter(i))
             call results_parameter(recorder%results, parameter%name, parameter%value, parameter%is_number)
          end associate
       end do
    end subroutine open_results
+
+   !> The exit code of an error that is none of the deck's.
+   pure integer function code_of(error)
+      type(error_t), intent(in) :: error
+      code_of = merge(exit_refused, exit_internal, error%system)
+   end function code_of
+
+   !> Says what the user is to know of the result file.
+   subroutine tell_note()
+      character(:), allocatable :: note
+      call results_note(recorder%results, note)
+      if (note /= '') write (error_unit, '(a)') 'unilat: '//note
+   end subroutine tell_note
+
+   !> Writes the last of the listing and says so where it is not all there: the results are.
+   subroutine finish_listing()
+      lost = ''
+      if (.not. options%quiet) call put_text(new_line('a'), lost)
+      if (lost /= '') write (error_unit, '(a)') 'unilat: the listing cannot be written: '//lost//'; the results are in ' &
+         & //result_file
+   end subroutine finish_listing
+
+   !> Ends after an output that is no listing; it may not have been written (`lost`).
+   subroutine end_after_output()
+      if (lost /= '') call stop_with(exit_refused, 'the output cannot be written: '//lost)
+      call end_program(exit_complete)
+   end subroutine end_after_output
+
+   !> Ends where the run cannot go on with the deck that was given.
+   subroutine check_other_deck()
+      type(deck_source_t) :: old
+      type(model_t) :: old_model
+      type(diagnostics_t) :: old_diagnostics
+      character(:), allocatable :: why
+      call open_draft(draft)
+      write (draft, '(a)') restart%deck
+      rewind (draft)
+      call read_source_unit(draft, options%restart, old, error)
+      close (draft)
+      if (allocated(error)) call stop_with(exit_deck_error, error%message)
+      call read_deck(old, old_model, old_diagnostics)
+      why = why_not_with(old_model, deck_model)
+      if (why /= '') call stop_with(exit_deck_error, options%restart//' cannot go on: '//why)
+   end subroutine check_other_deck
 
    !> The run has come to its end, but not to what the deck asks for.
    subroutine note_failure(words)
@@ -191,6 +282,8 @@ contains
       character(*), parameter :: how = 'with contact at the nodes of the deck'
       begins_again = outcome%sampled .and. outcome%dead_end
       if (.not. begins_again) return
+      restart%kind = 0
+      standing%kind = 0
       call results_close(recorder%results, 'begun again '//how, outcome%accuracy, error)
       if (.not. options%quiet) write (output_unit, '(/a)') 'Contact spans do not get on: '//outcome%why// &
          & '. The path begins again '//how//'.'
@@ -210,10 +303,9 @@ contains
    function name_of_results() result(name)
       character(:), allocatable :: name
       integer :: slash, dot
-      if (options%output /= '') then
-         name = options%output
-         return
-      end if
+      name = options%output
+      if (name == '') name = options%restart
+      if (name /= '') return
       name = 'unilat'
       if (options%deck /= '') then
          slash = index(options%deck, '/', back=.true.)
@@ -243,11 +335,12 @@ contains
    end subroutine write_new_deck
 
    !> Versions of everything that decides about the numbers.
-   subroutine write_version()
-      write (output_unit, '(a)') 'unilat '//program_version
-      write (output_unit, '(a)') 'compiler '//compiler()
-      write (output_unit, '(a)') 'LAPACK '//lapack_version()//blas_threads_text()
-      write (output_unit, '(a)') 'HDF5 '//hdf5_version()
+   subroutine write_version(unit)
+      integer, intent(in) :: unit
+      write (unit, '(a)') 'unilat '//program_version
+      write (unit, '(a)') 'compiler '//compiler()
+      write (unit, '(a)') 'LAPACK '//lapack_version()//blas_threads_text()
+      write (unit, '(a)') 'HDF5 '//hdf5_version()
    end subroutine write_version
 
    !> Ends when the deck has errors, and tells them.
@@ -284,6 +377,7 @@ contains
       end interface
       flush (output_unit)
       flush (error_unit)
+      call ends_by_itself()
       call c_exit(int(code, c_int))
    end subroutine end_program
 end program unilat

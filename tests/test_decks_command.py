@@ -94,8 +94,8 @@ def test_2_nothing_holds_the_structure():
     assert "hold" in run.results.status
 
 
-def test_3_results_cannot_be_written():
-    run = dr.run_deck(dr.on_given_mesh("cantilever"), "-o", os.path.join("no", "such", "folder.h5"), code=3)
+def test_5_results_cannot_be_written():
+    run = dr.run_deck(dr.on_given_mesh("cantilever"), "-o", os.path.join("no", "such", "folder.h5"), code=5)
     assert run.files == ["deck.inp"] and "no/such/folder.h5" in run.stderr
 
 

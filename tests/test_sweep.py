@@ -233,7 +233,7 @@ def test_runs_that_fail_are_listed_with_their_message_and_the_others_go_on(folde
 def test_a_run_that_takes_too_long_and_one_that_is_killed(folder):
     program = folder / "odd"
     program.write_text(f"#!/bin/sh\n[ \"$1\" = --expand ] && exec '{os.environ['UNILAT']}' \"$@\"\n"
-                       f"case \"$*\" in *EI=1*) exec sleep 20;; esac\n[ -e '{folder}/mended' ] || kill -9 $$\nexit 0\n")
+                       f"case \"$*\" in *EI=1*) exec sleep 20;; esac\n[ -e '{folder}/mended' ] || kill -9 $$\nexec '{os.environ['UNILAT']}' \"$@\"\n")
     program.chmod(0o755)
     (folder / "strip.toml").write_text("deck = \"strip.inp\"\ntimeout = 0.3\n[grid]\nturns = 0.25\nEI = [1, 2]\n")
     first, second = table_of(folder, sweep(folder, code=5, program=program))
@@ -258,6 +258,186 @@ def test_interrupted_by_hand(folder):
     os.killpg(running.pid, signal.SIGINT)
     _, said = running.communicate(timeout=30)
     assert running.returncode == 130 and "Traceback" not in said and "run it again" in said
+
+
+# What goes wrong around a sweep
+
+
+def make_plain(folder):
+    """A sweep that is complete; the files of its folder of runs with an ending."""
+    (folder / "strip.toml").write_text(PLAIN)
+    sweep(folder)
+    return lambda ending: sorted((folder / "strip-sweep" / "runs").glob(f"*{ending}"))
+
+
+def test_a_record_without_its_file_is_no_record(folder):
+    files = make_plain(folder)
+    files(".h5")[0].unlink()
+    files(".h5")[-1].unlink()
+    assert f"{N - 2} of {N} runs complete, 2 missing" in sweep(folder, "status", code=1).stdout
+    sweep(folder, "gather", code=1)
+    assert sorted(row["message"] for row in table(folder)) == [""] * (N - 2) + ["missing"] * 2
+    assert f"{N - 2} finished before" in sweep(folder).stdout and len(files(".h5")) == N
+
+
+@pytest.mark.parametrize("content", ["", "{", "[1]", "3", '{"code": 0}', '{"code": "0", "message": "", "seconds": 1.0}', "\0"])
+def test_a_broken_record_is_made_again(folder, content):
+    files = make_plain(folder)
+    files(".json")[1].write_text(content)
+    assert f"{N - 1} of {N} runs complete, 1 missing" in sweep(folder, "status", code=1).stdout
+    assert f"{N - 1} finished before" in sweep(folder).stdout
+
+
+def test_a_damaged_result_stops_nobody_and_is_made_again(folder):
+    files = make_plain(folder)
+    whole = files(".h5")[2].read_bytes()
+    for damaged in (b"", whole[:1000], b"x" * 1000):
+        files(".h5")[2].write_bytes(damaged)
+        sweep(folder, "gather")
+        assert [row["code"] for row in table(folder)].count("-999") == 1
+        assert any("damaged" in row["message"] for row in table(folder))
+        assert f"{N - 1} finished before" in sweep(folder).stdout
+        assert [row["code"] for row in table(folder)] == ["0"] * N
+
+
+def running_programs(name):
+    """Command lines of all processes that have a word."""
+    found = []
+    for process in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (process / "cmdline").read_bytes().decode(errors="replace")
+        except OSError:
+            continue
+        if name in words and "unilat.sweep" not in words:
+            found.append(words)
+    return found
+
+
+@pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="no /proc here")
+@pytest.mark.parametrize("name", ["TERM", "HUP", "INT"])
+def test_what_ends_a_sweep_ends_its_runs(folder, name):
+    program = slow_program(folder, 20)
+    program.write_text(program.read_text().replace("sleep 20", "[ \"$1\" = --expand ] || sleep 20"))
+    running = subprocess.Popen(command(folder, "run", "strip.toml", "-j", "2", program=program), cwd=folder,
+                               env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    while not running_programs(str(program)):
+        assert running.poll() is None
+        time.sleep(0.01)
+    running.send_signal(getattr(signal, f"SIG{name}"))
+    _, said = running.communicate(timeout=30)
+    assert running.returncode == (130 if name == "INT" else 128 + getattr(signal, f"SIG{name}"))
+    assert "run it again" in said and "Traceback" not in said
+    assert not running_programs(str(program))
+    assert not list((folder / "strip-sweep" / "runs").glob("*.json"))
+
+
+def test_a_run_that_was_ended_goes_on(folder):
+    """Not from its beginning, and with the same points."""
+    (folder / "strip.inp").write_text(DECK.replace("0.25\n*CLOAD", "2E-4, 1E-6, 2E-4\n*CONTROLS, POINTS=10000\n*CLOAD"))
+    (folder / "strip.toml").write_text('deck = "strip.inp"\n[grid]\nturns = 0.5\nEI = 1\n[gather]\nturn = "last TURN"\n'
+                                       '[[picture]]\nkind = "histogram"\nx = "turn"\n')
+    sweep(folder, "run", "--folder", folder / "one-go")
+    running = subprocess.Popen(command(folder, "run", "strip.toml"), cwd=folder, env=environment(), stdout=subprocess.DEVNULL,
+                               stderr=subprocess.DEVNULL)
+    runs = folder / "strip-sweep" / "runs"
+    while not list(runs.glob("*.part")):
+        assert running.poll() is None
+        time.sleep(0.01)
+    running.send_signal(signal.SIGTERM)
+    assert running.wait(timeout=60) == 128 + signal.SIGTERM
+    (part,) = runs.glob("*.part")
+    with h5py.File(part) as file:
+        assert file.attrs["status"] == "stopped: ended by SIGTERM" and 1 < len(file["path/load_factor"]) < 5000
+    sweep(folder)
+    assert (folder / "strip-sweep" / "strip.csv").read_bytes() == (folder / "one-go" / "strip.csv").read_bytes()
+    (result,) = runs.glob("*.h5")
+    with h5py.File(result) as file:
+        assert file["performance/value"][0] < len(file["path/load_factor"]) - 1      # it counts its own points
+    assert not list(runs.glob("*.part*"))
+
+
+def test_of_two_sweeps_in_a_folder_one_is_refused(folder):
+    (folder / "strip.toml").write_text(PLAIN)
+    running = subprocess.Popen(command(folder, "run", "strip.toml", "-j", "1", program=slow_program(folder, 0.5)), cwd=folder,
+                               env=environment(), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    while not list((folder / "strip-sweep").glob("runs/*.json")):
+        assert running.poll() is None
+        time.sleep(0.01)
+    second = sweep(folder, code=2, program=folder / "slow")
+    assert f"another unilat-sweep is at work in strip-sweep (process {running.pid} on" in second.stderr and second.stderr.count("\n") == 1
+    assert sweep(folder, "gather", code=1, program=folder / "slow").returncode == 1        # what there is may be gathered
+    running.wait(timeout=60)
+    assert running.returncode == 0
+
+
+@pytest.mark.parametrize("text, message", [
+    ("deck = 3", "deck must be text"), ('deck = "a\\nb.inp"', "control characters"), ('title = 3\ndeck = "strip.inp"', "title must be text"),
+    ('deck = "strip.inp"\ngather = 3', "gather must be a table"), ('deck = "strip.inp"\npicture = 3', "picture must be a list"),
+    ('deck = "strip.inp"\ngrid = 3', "grid must be a table"),
+    ('deck = "strip.inp"\n[grid]\nEI = 2024-01-01\n', "EI: '2024-01-01' is neither a number nor text"),
+    ('deck = "strip.inp"\n[grid]\nEI = [nan]\n', "EI: nan is no number"),
+    ('deck = "strip.inp"\n[grid]\nEI = "a\\nb"\n', "EI: 'a\\nb' has control characters"),
+    ('deck = "strip.inp"\n[list]\nEI = 3\n', "each parameter needs a list"),
+    ('deck = "strip.inp"\n[seeds]\nEI = 1000000000\n', "are the most"),
+    ('deck = "strip.inp"\n[grid]\nEI = {from = 1, to = 2, count = 1000000000}\n', "are the most"),
+    ('deck = "strip.inp"\n[seeds]\nEI = 2000\n[grid]\nturns = {from = 1, to = 2, count = 2000}\n', "are the most")])
+def test_wrong_kinds_are_told(folder, text, message):
+    (folder / "strip.toml").write_text(text)
+    done = sweep(folder, code=2)
+    assert message in done.stderr and done.stderr.count("\n") == 1 and "Traceback" not in done.stderr
+
+
+def test_names_with_newlines_are_refused(folder):
+    name = "x\ntouch pwned\n#.toml"
+    (folder / name).write_text(SWEEP)
+    done = module_run(folder, "unilat.sweep", *options(["run", name], None))
+    assert done.returncode == 2 and "control characters" in done.stderr and not (folder / "pwned").exists()
+
+
+def test_a_plan_says_how_many_how_long_and_how_large(folder):
+    done = sweep(folder, "plan", "-j", "2")
+    assert "6 different runs, 5 of them finished" in done.stdout
+    assert "a run takes " in done.stdout and "the other 1 take about " in done.stdout and "result files: " in done.stdout
+    assert "memory of a run: " in done.stdout
+    assert "6 runs, 5 finished before" in sweep(folder).stdout      # what the plan ran counts
+
+
+def fake_slurm(folder):
+    """sbatch and scontrol that only note what they are given."""
+    place = folder / "fake slurm"
+    place.mkdir()
+    for name in ("sbatch", "scontrol"):
+        (place / name).write_text(f"#!/bin/sh\nprintf '%s\\n' \"$@\" > '{place}/{name}.words'\necho 7\n")
+        (place / name).chmod(0o755)
+    (place / "squeue").write_text("#!/bin/sh\n")
+    (place / "squeue").chmod(0o755)
+    return place
+
+
+def test_a_job_asks_for_what_it_needs_and_quotes_its_names(folder):
+    place = fake_slurm(folder)
+    where = folder / "a 'folder' with $(touch pwned) 5 %"
+    (folder / "strip.toml").write_text(PLAIN.replace("title", "timeout = 100\ntitle"))
+    done = subprocess.run(command(folder, "run", "strip.toml", "--folder", where, "--slurm", "-j", "2", "--sbatch=--partition=short"), cwd=folder,
+                          env=environment() | {"PATH": f"{place}:{os.environ['PATH']}"}, capture_output=True, text=True, check=False)
+    assert "6 missing" in done.stdout and "Traceback" not in done.stderr, done.stdout + done.stderr
+    words = (place / "sbatch.words").read_text().splitlines()
+    assert {"--mem=1000M", "--time=7", "--requeue", "--cpus-per-task=2", "--array=0-0", "--partition=short"} <= set(words)
+    assert words[words.index("--output") + 1] == f"{where}/slurm-%a.log".replace("5 %/", "5 %%/")
+    assert not list(folder.glob("**/pwned"))
+    # The job itself: told that its time is up, it ends its runs and asks for another turn.
+    slow = slow_program(folder, 20)
+    slow.write_text(slow.read_text().replace("sleep 20", "[ \"$1\" = --expand ] || sleep 20"))
+    script = (where / "job.sh").read_text().replace(os.environ["UNILAT"], str(slow))
+    (where / "job.sh").write_text(script)
+    job = subprocess.Popen(["bash", str(where / "job.sh")], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                           env=environment() | {"PATH": f"{place}:{os.environ['PATH']}", "SLURM_ARRAY_JOB_ID": "7", "SLURM_ARRAY_TASK_ID": "0"})
+    while not [words for words in running_programs(str(slow)) if "-o" in words]:
+        assert job.poll() is None
+        time.sleep(0.01)
+    job.send_signal(signal.SIGUSR1)
+    job.wait(timeout=30)
+    assert (place / "scontrol.words").read_text().split() == ["requeue", "7_0"] and not running_programs(str(slow))
 
 
 class Screen(io.StringIO):

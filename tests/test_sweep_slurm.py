@@ -37,7 +37,7 @@ def test_cancelled_half_way_and_resumed_is_the_same_as_on_the_pool(slurm, folder
     program = slow_program(folder, 1.0)
     sweep(folder, "run", "--folder", folder / "pool", program=program)
     here = environment() | slurm.environment | {"PYTHONPATH": environment()["PYTHONPATH"]}
-    words = command(folder, "run", "strip.toml", "--folder", folder / "array", "--slurm", "--tasks", "2", program=program)
+    words = command(folder, "run", "strip.toml", "--folder", folder / "an array, 50 %", "--slurm", "--tasks", "2", program=program)
     running = subprocess.Popen(words, cwd=folder, env=here,
                                stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     told = ""
@@ -47,7 +47,7 @@ def test_cancelled_half_way_and_resumed_is_the_same_as_on_the_pool(slurm, folder
         told += line
     job = re.search(r"Slurm job array (\d+): 2 tasks", told).group(1)
     end = time.monotonic() + 30.0
-    while not list((folder / "array" / "runs").glob("*.json")):
+    while not list((folder / "an array, 50 %" / "runs").glob("*.json")):
         assert time.monotonic() < end and running.poll() is None
         time.sleep(0.02)
     subprocess.run(["scancel", job], env=slurm.environment, check=True)
@@ -82,3 +82,5 @@ def test_a_sweep_from_python_is_the_same_on_the_cluster(slurm, tmp_path, monkeyp
     for name in here.columns:
         assert here[name].tolist() == there[name].tolist()
     assert (tmp_path / "array" / "job.sh").exists()
+    assert (folder / "an array, 50 %" / "strip.csv").read_bytes() == (folder / "pool" / "strip.csv").read_bytes()
+    assert os.path.exists(folder / "an array, 50 %" / "job.sh")

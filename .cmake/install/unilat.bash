@@ -12,11 +12,12 @@ _unilat() {
    local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD - 1]} deck
    COMPREPLY=()
    case $before in
-      -o) _unilat_files h5; return ;;
       --cards)
          # One word each, so that blanks need no quotes.
          COMPREPLY=($(compgen -W "$("${COMP_WORDS[0]}" --cards 2> /dev/null | sed -nE 's/^### `\*([A-Z ]+)`$/\1/p' | tr -d ' ')" -- "${word^^}"))
          return ;;
+      -o | --restart) _unilat_files h5; return ;;
+      --max-seconds) return ;;
       --set)
          # The names on the *PARAMETER cards of the decks that are on the line.
          compopt -o nospace 2> /dev/null
@@ -55,7 +56,7 @@ _unilat_sweep() {
    local word=${COMP_WORDS[COMP_CWORD]}
    COMPREPLY=()
    if ((COMP_CWORD == 1)); then
-      COMPREPLY=($(compgen -W "run status gather draw" -- "$word"))
+      COMPREPLY=($(compgen -W "plan run status gather draw" -- "$word"))
    elif [[ $word == -* ]]; then
       _unilat_options "${COMP_WORDS[0]}"
    else

@@ -1,5 +1,6 @@
 !> The command line: what the user asks for, and the help text.
 module command_line
+   use kinds, only: wp
    use errors, only: error_t, fail
    use printable_text, only: quoted, quoted_path
    implicit none
@@ -11,9 +12,12 @@ module command_line
    !> What the arguments say.
    type :: command_line_t
       character(:), allocatable :: deck    !! file to read; '': standard input
+      character(:), allocatable :: restart !! result file to go on with; '': none
       character(:), allocatable :: output  !! result file; '': after the deck or its job name
       character(:), allocatable :: template !! the deck that `init` writes; '': no init
       character(argument_length), allocatable :: set(:) !! name=value of every --set
+      real(wp) :: max_seconds = 0.0_wp     !! after which the run ends; 0: no limit
+      logical :: force = .false.           !! replace whatever file has the result file's name
       logical :: check = .false.           !! read, check and summarise the deck only
       logical :: model = .false.           !! write the model to the result file, follow no path
       logical :: expand = .false.          !! print the deck with the included ones only
@@ -34,6 +38,7 @@ contains
       options%deck = ''
       options%output = ''
       options%template = ''
+      options%restart = ''
       allocate (argument(command_argument_count()))
       do i = 1, size(argument)
          call get_command_argument(i, argument(i), status=status)
@@ -56,6 +61,7 @@ contains
       options%output = ''
       options%template = ''
       options%topic = ''
+      options%restart = ''
       allocate (options%set(0))
       only_files = .false.
       i = 0
@@ -103,6 +109,30 @@ contains
                   i = i + 1
                   call append(options%set, argument(i))
                end if
+            case ('--restart')
+               if (options%restart /= '') then
+                  call fail(error, '--restart is given twice')
+               else if (i == size(argument)) then
+                  call fail(error, '--restart needs the name of a result file')
+               else if (argument(i + 1) == '' .or. argument(i + 1)(1:1) == '-') then
+                  call fail(error, '--restart needs the name of a result file, not '''//trim(argument(i + 1))//'''')
+               else
+                  i = i + 1
+                  options%restart = trim(argument(i))
+               end if
+            case ('--max-seconds')
+               if (options%max_seconds > 0.0_wp) then
+                  call fail(error, '--max-seconds is given twice')
+               else if (i == size(argument)) then
+                  call fail(error, '--max-seconds needs a number of seconds')
+               else
+                  i = i + 1
+                  options%max_seconds = seconds_of(argument(i))
+                  if (.not. options%max_seconds > 0.0_wp) &
+                     & call fail(error, '--max-seconds needs a positive number of seconds, not '''//trim(argument(i))//'''')
+               end if
+            case ('--force')
+               options%force = .true.
             case ('--expand')
                options%expand = .true.
             case ('--check')
@@ -130,6 +160,7 @@ contains
          end if
          if (allocated(error)) return
       end do
+      if (options%restart /= '' .and. (options%check .or. options%expand)) call fail(error, '--restart with --check or --expand')
       if (options%check .and. options%expand) call fail(error, 'either --check or --expand')
       if (options%model .and. (options%check .or. options%expand)) call fail(error, 'either --model or --check or --expand')
       if (options%expand .and. options%output /= '') call fail(error, '--expand writes no results: leave out -o')
@@ -146,6 +177,15 @@ contains
          options%topic = trim(argument(i))
       end subroutine take_topic
    end subroutine parse_arguments
+
+   !> A number of seconds; zero where the text is none.
+   real(wp) function seconds_of(text)
+      character(*), intent(in) :: text
+      integer :: status
+      status = 1
+      if (verify(trim(text), '0123456789.') == 0) read (text, *, iostat=status) seconds_of
+      if (status /= 0) seconds_of = 0.0_wp
+   end function seconds_of
 
    !> Adds an argument to a list.
    pure subroutine append(list, argument)
@@ -170,6 +210,12 @@ contains
          'beam,'//nl// &
          'column, liner, pipe or ring.'//nl//nl// &
          '  -o FILE     result file (HDF5); default: JOB on *HEADING, else the name of the deck, with .h5'//nl// &
+         '  --force     replace a file of that name even if it is no result of unilat'//nl// &
+         '  --max-seconds N'//nl// &
+         '              end after so many seconds, the path up to there in the result file'//nl// &
+         '  --restart FILE'//nl// &
+         '              go on where the run of a result file stood, with its deck or another one with other'//nl// &
+         '              *STATIC, *CONTROLS, *ACCURACY, *STOP; the file goes on, too, unless -o names another'//nl// &
          '  --set NAME=VALUE'//nl// &
          '              value of a parameter, instead of that on *PARAMETER; may be repeated'//nl// &
          '  --expand    print the deck with the included decks in their place, compute nothing'//nl// &
@@ -186,6 +232,7 @@ contains
          '  --version   print versions of program, compiler and libraries'//nl//nl// &
          'exit codes: 0 path complete, 1 error in the deck or the command, 2 stopped early (the path up to there '// &
          'is'//nl// &
-         'safe in the result file), 3 internal error'//nl
+         'safe in the result file), 3 internal error, 5 the machine does not let it: cannot write, no memory,'//nl// &
+         'another run has the file, 6 ended by a signal or by --max-seconds (the path up to there is safe)'//nl
    end function help_text
 end module command_line

@@ -3,13 +3,16 @@ module hdf5_datasets
    use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_null_char
    use hdf5, only: hid_t, hsize_t, size_t, h5sclose_f, h5dcreate_f, h5dwrite_f, h5dclose_f, h5tcopy_f, h5tclose_f, &
       & h5tset_cset_f, h5tset_size_f, h5tset_strpad_f, h5t_cset_utf8_f, h5t_str_nullpad_f, h5t_fortran_s1, &
-      & h5t_native_double, h5t_native_integer
+      & h5t_native_double, h5t_native_integer, h5pcreate_f, h5pclose_f, h5pset_chunk_f, h5p_dataset_create_f, &
+      & h5dopen_f, h5dset_extent_f, h5screate_simple_f, h5s_unlimited_f
    use kinds, only: wp
-   use hdf5_file, only: hdf5_file_t, hdf5_ok, hdf5_failed
+   use hdf5_file, only: hdf5_file_t, hdf5_ok, hdf5_failed, hdf5_remove, hdf5_has
    use hdf5_attributes, only: hdf5_describe, hdf5_space
    implicit none
    private
-   public :: hdf5_write, hdf5_text_type, padded
+   public :: hdf5_write, hdf5_overwrite, hdf5_text_type, padded
+
+   integer(hsize_t), parameter :: part_of_row = 2048_hsize_t !! of hdf5_overwrite
 
    !> hdf5_write(file, name, value, units, description): a dataset of fixed size. `name` is its full path,
    !> the group must exist.
@@ -127,6 +130,39 @@ contains
       call write_data(file, name, h5t_native_integer, dims, c_loc(value), units, description)
    end subroutine write_integers
 
+   !> A row of integers whose length changes when it is written again: it stays where it is, and leaves no gaps in the file.
+   subroutine hdf5_overwrite(file, name, value, description)
+      type(hdf5_file_t), intent(inout) :: file
+      character(*), intent(in) :: name, description
+      integer, intent(in), contiguous :: value(:)
+      integer(hid_t) :: space, layout, dataset
+      integer :: status
+      if (.not. hdf5_ok(file)) return
+      if (hdf5_has(file, name)) then
+         call h5dopen_f(file%handle, name, dataset, status)
+         if (status >= 0) call h5dset_extent_f(dataset, shape(value, hsize_t), status)
+      else
+         call h5pcreate_f(h5p_dataset_create_f, layout, status)
+         call h5pset_chunk_f(layout, 1, [part_of_row], status)
+         call h5screate_simple_f(1, shape(value, hsize_t), space, status, [h5s_unlimited_f])
+         call h5dcreate_f(file%handle, name, h5t_native_integer, space, dataset, status, layout)
+         if (status >= 0) call hdf5_describe(dataset, '1', description, status)
+         call h5sclose_f(space, status)
+         call h5pclose_f(layout, status)
+      end if
+      if (status >= 0) call write_all(size(value), value)
+      if (status < 0) call hdf5_failed(file, 'write '//name)
+      call h5dclose_f(dataset, status)
+
+   contains
+
+      subroutine write_all(n, copy)
+         integer, intent(in) :: n
+         integer, intent(in), target :: copy(n)
+         call h5dwrite_f(dataset, h5t_native_integer, c_loc(copy), status)
+      end subroutine write_all
+   end subroutine hdf5_overwrite
+
    !> Dataset of any type and rank; a dataset with an empty dimension is created without data.
    subroutine write_data(file, name, data_type, dims, data, units, description)
       type(hdf5_file_t), intent(inout) :: file
@@ -136,6 +172,7 @@ contains
       type(c_ptr), intent(in) :: data
       integer(hid_t) :: space, dataset
       integer :: status, close_status
+      call hdf5_remove(file, name)
       if (.not. hdf5_ok(file)) return
       call hdf5_space(dims, space, status)
       if (status >= 0) then

@@ -1,98 +1,129 @@
 !> A thin layer over the HDF5 library for writing one file.
 !>
+!> The library writes into memory. A flush writes what is there as a whole beside the file of that name and lets it take that file's
+!> place, so whatever ends the program, and whenever: there is what the last flush left, or before the first one what there was
+!> before. Nobody who reads the file can meet a half-written one, and nothing is locked for readers. Of two runs that write the same
+!> file the second one is refused: a lock lies beside the file as long as it is open.
+!>
 !> Handles start invalid and every call is guarded by "if still ok": after the first failure nothing more is done,
 !> the first error text is kept, and the caller asks for it once (`hdf5_error`). Closing the file closes whatever is
 !> open in it.
 !> Array shapes are given the Fortran way; a reader in C or Python sees them reversed.
 module hdf5_file
-   use hdf5, only: hid_t, h5dont_atexit_f, h5open_f, h5eset_auto_f, h5f_acc_trunc_f, h5f_acc_rdonly_f, &
-      & h5f_close_strong_f, h5f_scope_global_f, h5fopen_f, h5fcreate_f, h5fclose_f, h5fflush_f, h5p_file_access_f, &
-      & h5p_group_create_f, h5pcreate_f, h5pset_fclose_degree_f, h5pset_link_creation_order_f, &
-      & h5p_crt_order_tracked_f, h5p_crt_order_indexed_f, h5pclose_f, h5gcreate_f, h5gclose_f
+   use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_ptr
+   use hdf5, only: hid_t, size_t, h5dont_atexit_f, h5open_f, h5eset_auto_f, h5f_acc_trunc_f, h5f_close_strong_f, &
+      & h5f_scope_global_f, h5fcreate_f, h5fclose_f, h5fflush_f, h5fget_file_image_f, h5p_file_access_f, h5p_group_create_f, &
+      & h5pcreate_f, h5pset_fclose_degree_f, h5pset_fapl_core_f, h5pset_link_creation_order_f, h5p_crt_order_tracked_f, &
+      & h5p_crt_order_indexed_f, h5pclose_f, h5gcreate_f, h5gclose_f, h5fopen_f, h5f_acc_rdwr_f, &
+      & h5lexists_f, h5ldelete_f
+   use kinds, only: wp
    use errors, only: error_t, fail
+   use memory, only: can_be_had
+   use posix_files, only: resolved_name, lock_file, unlock_file, put_in_place, what_is_there, error_text, is_locked, is_another, &
+      & is_changed, is_missing, file_mark_t
+   use former_file, only: make_room
    implicit none
    private
-   public :: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_ok, hdf5_failed, hdf5_error
+   public :: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_ok, hdf5_failed, hdf5_error, hdf5_note, hdf5_meddled
+   public :: hdf5_has, hdf5_remove
 
    integer(hid_t), parameter :: no_handle = -1_hid_t
+   integer(size_t), parameter :: memory_step = 131072_size_t  !! bytes by which the file grows in memory
+   real(wp), parameter :: little_memory = 16.0e6_wp   !! bytes: the library fails for want of memory when these cannot be had
 
    !> An open result file. A default-initialised one is closed and not ok: calls on it do nothing.
    type :: hdf5_file_t
       private
       integer(hid_t), public :: handle = no_handle
-      character(:), allocatable :: path
+      character(:), allocatable :: path         !! as it was given
+      character(:), allocatable :: target       !! the file that it leads to
+      integer :: lock = -1                      !! beside it, while the file is open
+      type(file_mark_t) :: mark                 !! what the last flush left there
+      logical :: flushed = .false.              !! there was one
+      logical :: meddled = .false.              !! and somebody else removed or changed it
       character(:), allocatable :: message      !! first failure; not allocated: none so far
+      logical :: system = .false.               !! see error_t
+      character(:), allocatable :: note         !! what the user is to know though nothing failed
    end type hdf5_file_t
 
 contains
 
-   !> Creates a file. A result file of that name is replaced: whoever is reading it keeps the old one. Anything else of
-   !> that name that is not empty is left alone. On failure the error names the path and says why.
-   subroutine hdf5_create(file, path)
+   !> Creates a file. A result file of that name is replaced at the first flush: whoever is reading it keeps the old one. Anything
+   !> else of that name that is not empty is left alone. On failure the error names the path and says why.
+   subroutine hdf5_create(file, path, force, from)
       type(hdf5_file_t), intent(out) :: file
       character(*), intent(in) :: path
+      logical, intent(in), optional :: force    !! whatever file has that name is replaced, default no
+      character(*), intent(in), optional :: from !! a file that it begins with; what is created again replaces what is there
+      character(:), allocatable :: owner, why
       integer(hid_t) :: access
       integer :: status
       file%path = trim(path)
-      ! After a failed write (disk full) the library's own clean-up at the end of the program would crash.
+      ! After a failure the library's own clean-up at the end of the program would crash.
       call h5dont_atexit_f(status)
       call h5open_f(status)
       if (status < 0) file%message = 'the HDF5 library could not be started'
       if (status < 0) return
       call h5eset_auto_f(0, status) ! the library is not to print on its own
-      call remove_old(file)
-      if (allocated(file%message)) return
+      call resolved_name(file%path, file%target, status)
+      if (status == 0) call lock_file(lock_name(file), file%lock, owner, status)
+      if (status /= 0) then
+         why = error_text(status)
+         if (status == is_locked) why = 'another run is writing it ('//owner//')'
+         call refuse(file, 'cannot create the result file '//file%path//': '//why)
+         return
+      end if
+      call make_room(file%target, present_and_true(force), file%note, why)
+      if (why /= '') then
+         call refuse(file, 'cannot create the result file '//file%path//': '//why)
+         call give_lock_back(file)
+         return
+      end if
       call h5pcreate_f(h5p_file_access_f, access, status)
       if (status >= 0) call h5pset_fclose_degree_f(access, h5f_close_strong_f, status)
-      ! The oldest file format on purpose: newer ones carry an "open for writing" mark that a killed run would leave.
-      if (status >= 0) call h5fcreate_f(file%path, h5f_acc_trunc_f, file%handle, status, access_prp=access)
+      if (status >= 0) call h5pset_fapl_core_f(access, memory_step, .false., status)
+      if (status >= 0 .and. present(from)) then
+         call h5fopen_f(from, h5f_acc_rdwr_f, file%handle, status, access_prp=access)
+      else if (status >= 0) then
+         call h5fcreate_f(file%target, h5f_acc_trunc_f, file%handle, status, access_prp=access)
+      end if
       if (status < 0) then
          file%handle = no_handle
-         file%message = 'cannot create the result file '//file%path//': ' &
-            & //reason(file%path, 'the HDF5 library refuses it')
+         call hdf5_failed(file, 'begin')
+         call give_lock_back(file)
       end if
       call h5pclose_f(access, status)
    end subroutine hdf5_create
 
-   !> Deletes the file of a former run. The library would overwrite it before asking whether anyone is using it.
-   subroutine remove_old(file)
-      type(hdf5_file_t), intent(inout) :: file
-      integer(hid_t) :: old
-      integer :: length, unit, status
-      inquire (file=file%path, size=length)
-      if (length <= 0) return
-      call h5fopen_f(file%path, h5f_acc_rdonly_f, old, status)
-      if (status < 0) then
-         file%message = 'cannot create the result file '//file%path//': '//reason(file%path, 'the file of that name ' &
-            & //'is no HDF5 file, is damaged, or is being written by another run; remove it or choose another name')
-         return
-      end if
-      call h5fclose_f(old, status)
-      open (newunit=unit, file=file%path, status='old', action='readwrite', iostat=status)
-      if (status == 0) close (unit, status='delete', iostat=status)
-   end subroutine remove_old
+   !> An argument that may be missing.
+   pure logical function present_and_true(argument)
+      logical, intent(in), optional :: argument
+      present_and_true = .false.
+      if (present(argument)) present_and_true = argument
+   end function present_and_true
 
-   !> Why a file cannot be written, in the words of the Fortran runtime: the HDF5 library has none.
-   function reason(path, otherwise) result(text)
-      character(*), intent(in) :: path
-      character(*), intent(in) :: otherwise     !! the answer when Fortran can write it
-      character(:), allocatable :: text
-      character(300) :: message
-      logical :: existed
-      integer :: unit, status
-      inquire (file=path, exist=existed)
-      open (newunit=unit, file=path, action='readwrite', iostat=status, iomsg=message)
-      if (status /= 0) then
-         text = trim(message)
-      else
-         text = otherwise
-         if (existed) then
-            close (unit)
-         else
-            close (unit, status='delete')
-         end if
-      end if
-   end function reason
+   !> The lock's own file.
+   pure function lock_name(file) result(name)
+      type(hdf5_file_t), intent(in) :: file
+      character(:), allocatable :: name
+      name = file%target//'.lock'
+   end function lock_name
+
+   !> Lets other runs write the file.
+   subroutine give_lock_back(file)
+      type(hdf5_file_t), intent(inout) :: file
+      if (file%lock >= 0) call unlock_file(lock_name(file), file%lock)
+      file%lock = -1
+   end subroutine give_lock_back
+
+   !> The system does not let it.
+   subroutine refuse(file, message)
+      type(hdf5_file_t), intent(inout) :: file
+      character(*), intent(in) :: message
+      if (allocated(file%message)) return
+      file%message = message
+      file%system = .true.
+   end subroutine refuse
 
    !> True while the file is open and nothing has failed.
    pure logical function hdf5_ok(file)
@@ -105,15 +136,52 @@ contains
       type(hdf5_file_t), intent(inout) :: file
       character(*), intent(in) :: what          !! what was tried, e.g. 'write /path/label'
       if (allocated(file%message)) return
-      file%message = 'cannot '//what//' in the result file '//file%path//' (is the disk full?)'
+      file%message = 'cannot '//what//' in the result file '//file%path
+      if (can_be_had(little_memory)) return
+      file%message = file%message//': there is not enough memory'
+      file%system = .true.
    end subroutine hdf5_failed
 
    !> The first failure as an error; not allocated when nothing has failed.
    subroutine hdf5_error(file, error)
       type(hdf5_file_t), intent(in) :: file
       type(error_t), allocatable, intent(out) :: error
-      if (allocated(file%message)) call fail(error, file%message)
+      if (allocated(file%message)) call fail(error, file%message, file%system)
    end subroutine hdf5_error
+
+   !> True where somebody else has removed or changed the file on the way.
+   pure logical function hdf5_meddled(file)
+      type(hdf5_file_t), intent(in) :: file
+      hdf5_meddled = file%meddled
+   end function hdf5_meddled
+
+   !> What the user is to know of the file though nothing failed, once; empty: nothing.
+   subroutine hdf5_note(file, note)
+      type(hdf5_file_t), intent(inout) :: file
+      character(:), allocatable, intent(out) :: note
+      note = ''
+      if (allocated(file%note)) call move_alloc(file%note, note)
+   end subroutine hdf5_note
+
+   !> True for a group or dataset that is there.
+   logical function hdf5_has(file, name)
+      type(hdf5_file_t), intent(in) :: file
+      character(*), intent(in) :: name
+      integer :: status
+      hdf5_has = .false.
+      if (.not. hdf5_ok(file)) return
+      call h5lexists_f(file%handle, name, hdf5_has, status)
+   end function hdf5_has
+
+   !> Removes a group or dataset, if it is there.
+   subroutine hdf5_remove(file, name)
+      type(hdf5_file_t), intent(inout) :: file
+      character(*), intent(in) :: name
+      integer :: status
+      if (.not. hdf5_has(file, name)) return
+      call h5ldelete_f(file%handle, name, status)
+      if (status < 0) call hdf5_failed(file, 'remove '//name)
+   end subroutine hdf5_remove
 
    !> Creates a group, in which readers find the members in the order of their creation; the group above it must exist.
    subroutine hdf5_group(file, name)
@@ -122,6 +190,7 @@ contains
       integer(hid_t) :: group, layout
       integer :: status, close_status
       if (.not. hdf5_ok(file)) return
+      if (hdf5_has(file, name)) return
       call h5pcreate_f(h5p_group_create_f, layout, status)
       if (status >= 0) then
          call h5pset_link_creation_order_f(layout, ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f), status)
@@ -132,22 +201,59 @@ contains
       if (status < 0) call hdf5_failed(file, 'create group '//name)
    end subroutine hdf5_group
 
-   !> Hands everything written so far to the operating system: from here on a killed run leaves it readable.
+   !> Lets everything written so far take the place of the file: from here on it is there, whatever ends the program.
    subroutine hdf5_flush(file)
       type(hdf5_file_t), intent(inout) :: file
+      character(kind=c_char), allocatable, target :: image(:)
+      type(c_ptr) :: place
+      integer(size_t) :: bytes
       integer :: status
       if (.not. hdf5_ok(file)) return
       call h5fflush_f(file%handle, h5f_scope_global_f, status)
+      bytes = 0
+      if (status >= 0) call h5fget_file_image_f(file%handle, place, 0_size_t, status, bytes)
+      if (status >= 0) allocate (image(bytes), stat=status)
+      if (status == 0) then
+         place = c_loc(image)
+         call h5fget_file_image_f(file%handle, place, bytes, status)
+      else
+         status = -1
+      end if
       if (status < 0) call hdf5_failed(file, 'write')
+      if (status < 0) return
+      call look_after(file)
+      if (allocated(file%message)) return
+      call put_in_place(file%target, file%target//'.part', image, file%mark, status)
+      file%flushed = .true.
+      if (status /= 0) call refuse(file, 'cannot write the result file '//file%path//': '//error_text(status))
    end subroutine hdf5_flush
 
-   !> Closes the file and every object open in it, after a failure too. Closing twice does no harm.
+   !> Whether somebody else has meddled with the file. What is missing or cut is written again; another file in its place stays.
+   subroutine look_after(file)
+      type(hdf5_file_t), intent(inout) :: file
+      if (.not. file%flushed) return
+      select case (what_is_there(file%target, file%mark))
+      case (is_another)
+         call refuse(file, 'the result file '//file%path//' was replaced by another file while the run was under way')
+      case (is_changed)
+         file%note = 'the result file '//file%path//' was changed while the run was under way; it was written again'
+         file%meddled = .true.
+      case (is_missing)
+         file%note = 'the result file '//file%path//' was removed while the run was under way; it was written again'
+         file%meddled = .true.
+      end select
+   end subroutine look_after
+
+   !> Flushes what came since the last flush, unless something failed, and closes the file and every object open in it. Closing
+   !> twice does no harm.
    subroutine hdf5_close(file)
       type(hdf5_file_t), intent(inout) :: file
       integer :: status
       if (file%handle == no_handle) return
+      call hdf5_flush(file)
       call h5fclose_f(file%handle, status)
       file%handle = no_handle
       if (status < 0) call hdf5_failed(file, 'write the last data')
+      call give_lock_back(file)
    end subroutine hdf5_close
 end module hdf5_file

@@ -8,18 +8,21 @@ module hdf5_series
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hdf5, only: hid_t, hsize_t, h5pcreate_f, h5pset_chunk_f, h5pset_fill_value_f, h5pclose_f, h5p_dataset_create_f, &
       & h5screate_simple_f, h5sselect_hyperslab_f, h5sclose_f, h5s_unlimited_f, h5s_select_set_f, &
-      & h5dcreate_f, h5dset_extent_f, h5dget_space_f, h5dwrite_f, h5t_native_double, h5t_native_integer
+      & h5dcreate_f, h5dset_extent_f, h5dget_space_f, h5dopen_f, h5sget_simple_extent_dims_f, &
+      & h5dwrite_f, h5t_native_double, h5t_native_integer
    use kinds, only: wp
-   use hdf5_file, only: hdf5_file_t, hdf5_ok, hdf5_failed
+   use hdf5_file, only: hdf5_file_t, hdf5_ok, hdf5_failed, hdf5_remove
    use hdf5_attributes, only: hdf5_describe
    use hdf5_datasets, only: hdf5_text_type, padded
    implicit none
    private
    public :: series_set_t, series_real, series_integer, series_text, series_append, series_write
-   public :: series_buffered, series_row_size
+   public :: series_buffered, series_row_size, series_keep, series_rows, series_length
+
+   character(*), parameter :: nl = new_line('a')
 
    integer, parameter :: chunk_bytes = 32768   !! a chunk is about this large when its rows are long,
-   integer, parameter :: chunk_rows = 256      !! and has this many rows when they are short
+   integer, parameter :: chunk_rows = 64       !! and has this many rows when they are short
    integer(hsize_t), parameter :: chunk_few = 16 !! or this many when not many are expected
    integer, parameter :: ragged_chunk = 4      !! columns of a chunk when the row length may change
    integer, parameter :: bytes_per_real = 8, bytes_per_integer = 4
@@ -45,6 +48,8 @@ module hdf5_series
       integer :: n = 0
       type(series_t), allocatable :: series(:)    !! the first n are in use
       integer :: bytes = 0                        !! in all buffers
+      character(:), allocatable :: kept_name      !! names of series that go on, each between line ends, of a file that began with
+      integer, allocatable :: kept_rows(:)        !! another one, and their rows
    end type series_set_t
 
    !> series_append(set, id, value): one row, into memory only. It must have the size of the series' rows (else the next
@@ -134,7 +139,10 @@ contains
       integer :: rank, status, close_status
       rank = size(series%row) + 1
       series%name = name
-      if (hdf5_ok(file)) then
+      if (kept_series(set, name) > 0) then
+         call go_on(set, file, series)
+      else if (hdf5_ok(file)) then
+         call hdf5_remove(file, name)
          limit = [series%row, h5s_unlimited_f]
          chunk = [series%row, int(max(1, min(chunk_rows, chunk_bytes / max(1, row_bytes))), hsize_t)]
          if (present(few)) then
@@ -159,6 +167,71 @@ contains
       call add(set, series)
       id = set%n
    end subroutine create
+
+   !> Which of the kept series it is, 0: none.
+   pure integer function kept_series(set, name)
+      type(series_set_t), intent(in) :: set
+      character(*), intent(in) :: name
+      integer :: i, at
+      kept_series = 0
+      if (.not. allocated(set%kept_name)) return
+      at = index(set%kept_name, nl//name//nl)
+      if (at > 0) kept_series = count([(set%kept_name(i:i) == nl, i=1, at)])
+   end function kept_series
+
+   !> Goes on with a dataset of the file that this one began with; rows that came later are dropped.
+   subroutine go_on(set, file, series)
+      type(series_set_t), intent(in) :: set
+      type(hdf5_file_t), intent(inout) :: file
+      type(series_t), intent(inout) :: series
+      integer(hsize_t) :: extent(size(series%row) + 1), most(size(series%row) + 1)
+      integer(hid_t) :: space
+      integer :: status, close_status
+      if (.not. hdf5_ok(file)) return
+      call h5dopen_f(file%handle, series%name, series%dataset, status)
+      if (status >= 0) call h5dget_space_f(series%dataset, space, status)
+      if (status >= 0) then
+         call h5sget_simple_extent_dims_f(space, extent, most, status)
+         call h5sclose_f(space, close_status)
+      end if
+      if (status >= 0) then
+         series%row = extent(:size(series%row))
+         if (.not. allocated(series%text)) series%row_size = int(product(series%row))
+         series%n_written = set%kept_rows(kept_series(set, series%name))
+         extent(size(extent)) = series%n_written
+         call h5dset_extent_f(series%dataset, extent, status)
+      end if
+      if (status < 0) call hdf5_failed(file, 'go on with '//series%name)
+   end subroutine go_on
+
+   !> Says which series a file that began with another one goes on with, and how many rows they have.
+   subroutine series_keep(set, names, rows)
+      type(series_set_t), intent(inout) :: set
+      character(*), intent(in) :: names           !! as series_rows gives them
+      integer, intent(in) :: rows(:)
+      set%kept_name = names
+      set%kept_rows = rows
+   end subroutine series_keep
+
+   !> Names of all series and their rows, those that wait in memory too.
+   subroutine series_rows(set, names, rows)
+      type(series_set_t), intent(in) :: set
+      character(:), allocatable, intent(out) :: names !! each between line ends
+      integer, allocatable, intent(out) :: rows(:)
+      integer :: i
+      names = nl
+      do i = 1, set%n
+         names = names//set%series(i)%name//nl
+      end do
+      rows = int(set%series(:set%n)%n_written) + set%series(:set%n)%n_buffered
+   end subroutine series_rows
+
+   !> Rows of a series in the file.
+   pure integer function series_length(set, id)
+      type(series_set_t), intent(in) :: set
+      integer, intent(in) :: id
+      series_length = int(set%series(id)%n_written)
+   end function series_length
 
    !> Puts a series at the end of the set.
    subroutine add(set, series)

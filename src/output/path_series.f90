@@ -10,9 +10,9 @@ module path_series
    use error_text, only: stored_bar, stored_correction
    use force_series, only: force_series_t, open_forces, append_forces
    use columns, only: whole
-   use hdf5_file, only: hdf5_file_t, hdf5_group
+   use hdf5_file, only: hdf5_file_t, hdf5_group, hdf5_has, hdf5_remove
    use hdf5_datasets, only: hdf5_write
-   use hdf5_series, only: series_set_t, series_real, series_integer, series_text, series_append, series_row_size
+   use hdf5_series, only: series_set_t, series_real, series_integer, series_text, series_append, series_row_size, series_length
    implicit none
    private
    public :: path_series_t, open_path_series, append_point, append_critical, write_null_vectors
@@ -69,12 +69,21 @@ contains
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       character(*), intent(in) :: group           !! where they go: '' for the root, else a group that exists
+      integer :: k
       series%group = group
       call open_points(series%path, set, file, model, group//'/path')
       call open_critical(series%critical, set, file, model, group//'/critical')
       if (size(model%contact) > 0) call open_contact(series%contact, set, file, model, group//'/contact')
       call open_fields(series%field, set, file, model, group//'/fields')
       call open_forces(series%force, set, file, model, group)
+      ! Where a file goes on these are the rows that it has; null vectors that came later go.
+      series%n_points = series_length(set, series%path%label)
+      series%n_critical = series_length(set, series%critical%label)
+      k = series%n_critical + 1
+      do while (hdf5_has(file, group//'/critical/null_vector/'//whole(k)))
+         call hdf5_remove(file, group//'/critical/null_vector/'//whole(k))
+         k = k + 1
+      end do
    end subroutine open_path_series
 
    !> Adds one accepted point to every dataset it has a value for.

@@ -1,10 +1,9 @@
 !> The result file: what it holds and when it is written. input/manual/output.md describes its layout.
 !>
-!> The file is complete but for its rows as soon as it is open, with the status "running". Rows are collected in
-!> memory and written in one go, then flushed, by the first point that comes 0.2 s or more after the last flush: every
-!> dataset in the file then has all rows, and a run that is killed loses a few points that took 0.2 s at most to find.
-!> What is not a row (groups of a branch, null vectors, buckling modes) is written and flushed at once, after the rows
-!> that came before. The final status is the last thing written.
+!> Rows are collected in memory. The first point that comes 0.2 s or more after the last flush flushes: what the file of that name
+!> is, every dataset with all its rows, is replaced as a whole (hdf5_file), so a run that is killed loses a few points that took
+!> 0.2 s at most to find. Writing a large file takes longer, and waits longer: writing never takes more than a twentieth of the run.
+!> Until the first flush a former file of that name stays what it was. The status is "running" until the last flush.
 module results
    use kinds, only: wp, i8
    use errors, only: error_t
@@ -16,15 +15,20 @@ module results
    use model_tables, only: write_supports, write_loads, write_sets
    use path_series, only: path_series_t, open_path_series, append_point, append_critical, write_null_vectors
    use limit_series, only: limit_series_t, open_limit_series, append_limit_point
-   use hdf5_file, only: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_error
+   use hdf5_file, only: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_error, &
+      & hdf5_note, hdf5_meddled, hdf5_has, hdf5_remove
    use hdf5_attributes, only: hdf5_attribute
-   use hdf5_series, only: series_set_t, series_write, series_buffered
+   use hdf5_series, only: series_set_t, series_write, series_buffered, series_keep, series_rows
+   use restart_file, only: restart_t, write_restart
    implicit none
    private
    public :: results_t, results_open, results_parameter, results_leave, results_close
+   public :: results_note, results_meddled, results_due, results_state
    public :: results_point, results_critical, results_branch, results_buckling, results_limit_point
 
-   real(wp), parameter :: flush_seconds = 0.2_wp  !! longest time a row waits in memory while points are coming
+   real(wp), parameter :: flush_seconds = 0.2_wp  !! longest time a row waits in memory while points are coming,
+   integer(i8), parameter :: rest_of_flush = 20_i8 !! or so many times what the last flush took
+   integer(i8), parameter :: patience = 5_i8      !! and so many times as long for a place where the run can go on
    integer, parameter :: flush_bytes = 8000000    !! and the most that may wait (fields)
 
    !> An open result file.
@@ -36,24 +40,38 @@ module results
       type(path_series_t) :: path(0:1)            !! that of the steps, and the branch that started last
       integer :: current = 0                      !! which of the two rows go to
       logical :: has_branches = .false., has_parameters = .false.
+      integer :: n_branches = 0                   !! started so far
+      type(restart_t) :: standing                 !! where the run stood last
+      logical :: has_states = .false.             !! flushes come with where the run stands, and wait for that a little
       type(limit_series_t) :: limit_curves
       integer(i8) :: flushed = 0_i8               !! clock at the last flush
       integer(i8) :: flush_ticks = 0_i8           !! flush_seconds in clock ticks
+      integer(i8) :: last_took = 0_i8             !! ticks of the last flush
    end type results_t
 
 contains
 
    !> Creates the result file and writes everything known before the first point.
-   subroutine results_open(results, path, model, deck, version, error)
+   subroutine results_open(results, path, model, deck, version, error, force, restart)
       type(results_t), intent(out) :: results
       character(*), intent(in) :: path            !! name of the file; one that exists is replaced
       type(model_t), intent(in) :: model
       character(*), intent(in) :: deck            !! full text of the deck
       character(*), intent(in) :: version         !! of the program
       type(error_t), allocatable, intent(out) :: error !! names the path and says why
+      logical, intent(in), optional :: force      !! whatever file has that name is replaced, default no
+      type(restart_t), intent(in), optional :: restart !! what the file goes on with, default nothing
       integer(i8) :: rate
+      logical :: goes_on
       results%model = model
-      call hdf5_create(results%file, path)
+      goes_on = .false.
+      if (present(restart)) goes_on = restart%kind > 0
+      if (goes_on) then
+         call hdf5_create(results%file, path, force, restart%path)
+         call series_keep(results%set, restart%series, restart%rows)
+      else
+         call hdf5_create(results%file, path, force)
+      end if
       call write_root(results%file, model, deck, version)
       call write_mesh(results%file, model)
       if (size(model%obstacle) > 0) call write_obstacles(results%file, model)
@@ -64,12 +82,54 @@ contains
       if (size(model%contact) > 0) call write_candidates(results%file, model)
       call open_limit_series(results%limit_curves, results%set, results%file, model)
       if (any(model%step%n_modes > 0)) call hdf5_group(results%file, '/buckling')
-      call hdf5_flush(results%file)
+      if (goes_on) call take_up_branches(results, restart)
       call system_clock(results%flushed, rate)
       results%flush_ticks = int(flush_seconds * real(rate, wp), i8)
       call hdf5_error(results%file, error)
       if (allocated(error)) call hdf5_close(results%file)
    end subroutine results_open
+
+   !> The branches that the file began with: the one that goes on, and none that came later.
+   subroutine take_up_branches(results, restart)
+      type(results_t), intent(inout) :: results
+      type(restart_t), intent(in) :: restart
+      type(branch_start_t) :: start
+      results%has_branches = restart%branches > 0
+      results%n_branches = restart%branches
+      if (restart%on_branch > 0) then
+         start%branch = restart%on_branch
+         results%current = 1
+         call open_path_series(results%path(1), results%set, results%file, results%model, branch_group(start))
+      end if
+      start%branch = restart%branches + 1
+      if (.not. hdf5_has(results%file, '/branch')) return
+      do while (hdf5_has(results%file, branch_group(start)))
+         call hdf5_remove(results%file, branch_group(start))
+         start%branch = start%branch + 1
+      end do
+   end subroutine take_up_branches
+
+   !> True when it is time to write where the run stands.
+   logical function results_due(results)
+      type(results_t), intent(inout) :: results
+      integer(i8) :: now
+      call system_clock(now)
+      results%has_states = .true.
+      results_due = now - results%flushed >= max(results%flush_ticks, rest_of_flush * results%last_took)
+   end function results_due
+
+   !> Keeps where the run stands, with all rows up to there, for the next flush, and flushes when it is time to.
+   subroutine results_state(results, bytes, error)
+      type(results_t), intent(inout) :: results
+      character(1), intent(in) :: bytes(:)
+      type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
+      results%standing%kind = 1
+      results%standing%state = bytes
+      call series_rows(results%set, results%standing%series, results%standing%rows)
+      results%standing%on_branch = merge(results%n_branches, 0, results%current == 1)
+      results%standing%branches = results%n_branches
+      call write_when_due(results, error, .true.)
+   end subroutine results_state
 
    !> Notes a parameter of the deck with its value. A failure shows at the next call.
    subroutine results_parameter(results, name, value, is_number)
@@ -93,7 +153,7 @@ contains
       type(point_t), intent(in) :: point          !! as many monitors and reaction totals as the model has
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
       call append_point(results%path(results%current), results%set, point)
-      call write_when_due(results, error)
+      call write_when_due(results, error, .false.)
    end subroutine results_point
 
    !> Adds one critical point to the present path.
@@ -106,10 +166,8 @@ contains
          if (allocated(critical%null_vector)) then
             call series_write(results%set, results%file)
             call write_null_vectors(path, results%file, critical%null_vector)
-            call write_now(results, error)
-         else
-            call write_when_due(results, error)
          end if
+         call write_when_due(results, error, .false.)
       end associate
    end subroutine results_critical
 
@@ -120,13 +178,14 @@ contains
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
       call series_write(results%set, results%file)
       results%current = min(start%branch, 1)
+      results%n_branches = max(results%n_branches, start%branch)
       if (start%branch > 0) then
          if (.not. results%has_branches) call hdf5_group(results%file, '/branch')
          results%has_branches = .true.
          call write_branch(results%file, start)
          call open_path_series(results%path(1), results%set, results%file, results%model, branch_group(start))
       end if
-      call write_now(results, error)
+      call write_when_due(results, error, .false.)
    end subroutine results_branch
 
    !> Writes the modes of a buckling step.
@@ -136,7 +195,7 @@ contains
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
       call series_write(results%set, results%file)
       call write_buckling(results%file, results%model, buckling)
-      call write_now(results, error)
+      call write_when_due(results, error, .false.)
    end subroutine results_buckling
 
    !> Adds one limit point to its curve.
@@ -145,7 +204,7 @@ contains
       type(limit_point_t), intent(in) :: limit_point !! as many monitors as the model has
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
       call append_limit_point(results%limit_curves, results%set, limit_point)
-      call write_when_due(results, error)
+      call write_when_due(results, error, .false.)
    end subroutine results_limit_point
 
    !> Closes a file that has the model and no path, or not all of it.
@@ -168,32 +227,43 @@ contains
       call series_write(results%set, results%file)
       call write_performance(results%file)
       call write_accuracy(results%file, accuracy)
-      call hdf5_flush(results%file)
+      call write_restart(results%file, results%standing)
       call write_status(results%file, status)
       call hdf5_close(results%file)
       call hdf5_error(results%file, error)
    end subroutine results_close
 
-   !> Writes and flushes when the last flush is long ago or much is waiting.
-   subroutine write_when_due(results, error)
+   !> What the user is to know of the file though nothing failed, once; empty: nothing.
+   subroutine results_note(results, note)
       type(results_t), intent(inout) :: results
-      type(error_t), allocatable, intent(out) :: error
-      integer(i8) :: now
-      call system_clock(now)
-      if (now - results%flushed >= results%flush_ticks .or. series_buffered(results%set) > flush_bytes) then
-         call write_now(results, error)
-      else
-         call hdf5_error(results%file, error)
-      end if
-   end subroutine write_when_due
+      character(:), allocatable, intent(out) :: note
+      call hdf5_note(results%file, note)
+   end subroutine results_note
 
-   !> Writes all rows that wait in memory, and flushes.
-   subroutine write_now(results, error)
+   !> True where somebody else has removed or changed the file on the way.
+   pure logical function results_meddled(results)
+      type(results_t), intent(in) :: results
+      results_meddled = hdf5_meddled(results%file)
+   end function results_meddled
+
+   !> Flushes when the last flush is long ago; rows go to the file in memory when many are waiting.
+   subroutine write_when_due(results, error, with_state)
       type(results_t), intent(inout) :: results
       type(error_t), allocatable, intent(out) :: error
-      call series_write(results%set, results%file)
-      call hdf5_flush(results%file)
-      call system_clock(results%flushed)
+      logical, intent(in) :: with_state           !! where the run stands has just been written
+      integer(i8) :: now, due
+      call system_clock(now)
+      due = max(results%flush_ticks, rest_of_flush * results%last_took)
+      if (results%has_states .and. .not. with_state) due = patience * due
+      if (now - results%flushed >= due) then
+         call series_write(results%set, results%file)
+         call write_restart(results%file, results%standing)
+         call hdf5_flush(results%file)
+         call system_clock(results%flushed)
+         results%last_took = results%flushed - now
+      else if (series_buffered(results%set) > flush_bytes) then
+         call series_write(results%set, results%file)
+      end if
       call hdf5_error(results%file, error)
-   end subroutine write_now
+   end subroutine write_when_due
 end module results

@@ -2,7 +2,8 @@
 module run_recorder
    use errors, only: error_t
    use path_record, only: recorder_t, point_t, critical_t, branch_start_t, buckling_t, limit_point_t
-   use results, only: results_t, results_point, results_critical, results_branch, results_buckling, results_limit_point
+   use results, only: results_t, results_point, results_critical, results_branch, results_buckling, results_limit_point, &
+      & results_due, results_state
    use listing, only: listing_t, listing_point, listing_critical, listing_branch, listing_buckling, listing_limit_point
    use progress, only: progress_t, progress_point
    use timing, only: timing_start, timing_stop, phase_output
@@ -22,6 +23,8 @@ module run_recorder
       procedure :: branch => record_branch
       procedure :: buckling => record_buckling
       procedure :: limit_point => record_limit_point
+      procedure :: wants_state => state_is_due
+      procedure :: state => record_state
    end type run_recorder_t
 
 contains
@@ -82,4 +85,20 @@ contains
       if (.not. self%quiet) call listing_limit_point(self%listing, limit_point)
       call timing_stop(phase_output)
    end subroutine record_limit_point
+
+   !> True when the result file is to be flushed.
+   logical function state_is_due(self)
+      class(run_recorder_t), intent(inout) :: self
+      state_is_due = results_due(self%results)
+   end function state_is_due
+
+   !> Takes where the run stands.
+   subroutine record_state(self, bytes, error)
+      class(run_recorder_t), intent(inout) :: self
+      character(1), intent(in) :: bytes(:)
+      type(error_t), allocatable, intent(out) :: error
+      call timing_start(phase_output)
+      call results_state(self%results, bytes, error)
+      call timing_stop(phase_output)
+   end subroutine record_state
 end module run_recorder

@@ -20,7 +20,7 @@ module path_loop
    use step_control, only: start_control
    use path_events, only: new_test_values
    use point_recording, only: record
-   use path_outcome, only: outcome_t, note_trouble
+   use path_outcome, only: outcome_t, must_end, note_trouble
    use linear_buckling, only: buckle
    use buckling_errors, only: add_buckling_bars
    use error_report, only: note_buckling_bars
@@ -28,7 +28,12 @@ module path_loop
    use tangent_modes, only: bending_stiffness
    use tangent_rounding, only: rounding_cure
    use path_follower, only: follow_points
+   use path_control, only: is_arc_length
    use branches, only: follow_branches
+   use archive, only: archive_t
+   use run_archive, only: exchange_problem_t, exchange_path_state_t
+   use attempt, only: attempt_t
+   use checkpoint, only: standing_t, on_step, on_branch, exchange_step, take_standing
    use limit_curves, only: follow_limit_curves
    use path_record, only: recorder_t, buckling_t
    use timing, only: timing_start, timing_stop, phase_path
@@ -39,26 +44,42 @@ module path_loop
 
 contains
 
-   !> Follows all steps of the deck, until the last step is complete or the run cannot continue.
-   subroutine follow_path(problem, recorder, outcome)
+   !> Follows all steps of the deck. Returns when the last step is complete or nothing helps any more.
+   subroutine follow_path(problem, recorder, outcome, standing)
       type(problem_t), intent(inout) :: problem
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(out) :: outcome
+      type(standing_t), intent(inout) :: standing    !! where it goes on, of the same deck but for its steps
       type(path_state_t) :: run
+      type(attempt_t) :: attempt
+      type(archive_t), target :: frame
       type(critical_points_t), target :: found
       type(increment_t) :: nothing
       type(step_t) :: step
       type(buckling_t) :: buckled(size(problem%model%step))
       type(model_t) :: perfect
-      integer :: k, n_branches
+      integer :: k, n_branches, first, kind
       call timing_start(phase_path)
       n_branches = 0
       perfect = problem%deck
-      call prepare_mesh(problem)
-      run%state = new_state(problem)
-      run%touches = size(problem%touch)
-      run%system = new_system(problem)
-      steps: do k = 1, size(problem%model%step)
+      first = 1
+      if (standing%kind > 0) then
+         call step_again()
+      else
+         call prepare_mesh(problem)
+         run%state = new_state(problem)
+         run%touches = size(problem%touch)
+         run%system = new_system(problem)
+      end if
+      steps: do k = first, size(problem%model%step)
+         if (standing%kind > 0) then
+            step = problem%model%step(k)
+            if (standing%kind == on_step) call follow_points(problem, step, run, recorder, outcome, attempt)
+            if (allocated(outcome%why)) exit steps
+            call finish_step()
+            if (allocated(outcome%why)) exit steps
+            cycle steps
+         end if
          problem%step = k
          if (size(problem%model%step(k)%mode_offset) > 0) call start_anew(perfect, buckled, problem, run, outcome)
          if (allocated(outcome%why)) exit steps
@@ -79,16 +100,17 @@ contains
          run%critical_points => found
          run%home => found
          run%left_at = run%arc_length
+         kind = on_step
+         frame = archive_t()
+         call exchange_step(frame, kind, problem%step, n_branches, perfect, buckled)
+         run%frame => frame
          call follow_points(problem, step, run, recorder, outcome)
          if (allocated(outcome%why)) exit steps
-         call follow_branches(step, found, n_branches, recorder, outcome)
+         call finish_step()
          if (allocated(outcome%why)) exit steps
-         call follow_limit_curves(step, found, recorder, outcome)
-         if (allocated(outcome%why)) exit steps
-         call freeze_loads(problem, run%state)
       end do steps
       outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
-         & outcome%wrong .or. outcome%used_up)
+         & outcome%wrong .or. outcome%used_up .or. outcome%ended)
       outcome%sampled = problem%is_sampled()
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))
       if (allocated(outcome%trouble)) then
@@ -96,6 +118,72 @@ contains
          outcome%why = outcome%trouble
       end if
       call timing_stop(phase_path)
+
+   contains
+
+      !> What comes behind the path of a step.
+      subroutine finish_step()
+         integer :: on, at
+         on = on_branch
+         at = problem%step
+         frame = archive_t()
+         if (size(step%branch) > 0) then
+            call exchange_step(frame, on, at, n_branches, perfect, buckled)
+            call exchange_problem_t(frame, problem)
+            call exchange_path_state_t(frame, run)
+         end if
+         call follow_branches(step, found, n_branches, frame, standing, recorder, outcome)
+         standing%kind = 0
+         if (allocated(outcome%why)) return
+         call follow_limit_curves(step, found, recorder, outcome)
+         if (allocated(outcome%why)) return
+         call freeze_loads(problem, run%state)
+      end subroutine finish_step
+
+      !> Takes up the run where it stood.
+      subroutine step_again()
+         type(step_t), allocatable :: steps(:)
+         integer :: method
+         steps = problem%model%step
+         call exchange_step(standing%archive, kind, first, n_branches, perfect, buckled)
+         standing%kind = kind
+         run%critical_points => found
+         run%home => found
+         if (standing%kind == on_step) then
+            frame = archive_t()
+            call exchange_step(frame, kind, first, n_branches, perfect, buckled)
+            run%frame => frame
+            call take_standing(standing, problem, run, attempt, outcome)
+         else
+            call exchange_problem_t(standing%archive, problem)
+            call exchange_path_state_t(standing%archive, run)
+         end if
+         if (.not. standing%changed .or. allocated(outcome%why)) return
+         method = problem%model%step(first)%method
+         call take_steps(steps, problem%model%step)
+         call take_steps(steps, problem%deck%step)
+         call take_steps(steps, perfect%step)
+         ! Another strategy begins as a step does.
+         if (standing%kind == on_step .and. steps(first)%method /= method) then
+            step = problem%model%step(first)
+            call start_control(problem, step, run)
+            if (allocated(run%control%tangent) .and. is_arc_length(step%method)) deallocate (run%control%tangent)
+            attempt = attempt_t()
+         end if
+      end subroutine step_again
+
+      !> Steps of another deck, with loads as they are on the mesh.
+      subroutine take_steps(new, steps)
+         type(step_t), intent(in) :: new(:)
+         type(step_t), intent(inout) :: steps(:)
+         type(step_t) :: one
+         integer :: i
+         do i = 1, size(steps)
+            one = new(i)
+            one%load = steps(i)%load
+            steps(i) = one
+         end do
+      end subroutine take_steps
    end subroutine follow_path
 
    !> Linearises at the start of a step and checks that supports and contact make the structure stable.
@@ -232,6 +320,7 @@ contains
       step = problem%model%step(problem%step)
       call start_control(problem, step, run)
       do tries = 0, most_meshes
+         if (must_end(outcome)) return
          call buckle(problem, run%state, run%system, step%n_modes, buckling, error)
          if (.not. allocated(error)) then
             if (.not. step%error_bars) exit

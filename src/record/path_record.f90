@@ -108,6 +108,8 @@ module path_record
       procedure(take_branch), deferred :: branch
       procedure(take_buckling), deferred :: buckling
       procedure(take_limit_point), deferred :: limit_point
+      procedure(want_state), deferred :: wants_state
+      procedure(take_state), deferred :: state
    end type recorder_t
 
    abstract interface
@@ -150,5 +152,19 @@ module path_record
          type(limit_point_t), intent(in) :: limit_point
          type(error_t), allocatable, intent(out) :: error
       end subroutine take_limit_point
+
+      !> True when it is time to say where the run stands.
+      logical function want_state(self)
+         import :: recorder_t
+         class(recorder_t), intent(inout) :: self
+      end function want_state
+
+      !> Where the run stands, with all that was recorded up to now: from here it can go on in another program.
+      subroutine take_state(self, bytes, error)
+         import :: recorder_t, error_t
+         class(recorder_t), intent(inout) :: self
+         character(1), intent(in) :: bytes(:)
+         type(error_t), allocatable, intent(out) :: error
+      end subroutine take_state
    end interface
 end module path_record

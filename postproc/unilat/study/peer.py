@@ -22,7 +22,7 @@ class PeerFolder(RunFolder):
     """The folder of a study, where OpenSees is the program."""
 
     def __init__(self, folder: RunFolder, settings: dict):
-        self.folder, self.runs = folder.folder, folder.runs
+        self.folder, self.runs, self.processes = folder.folder, folder.runs, folder.processes
         options = [word for name in SETTINGS if name in settings for word in (f"--{name}", str(settings[name]))]
         self.command = [sys.executable, "-m", "unilat.opensees", *options]
         told = hashlib.sha256("\n".join((importlib.metadata.version("openseespy"), *options)).encode())

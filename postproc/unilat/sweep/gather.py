@@ -27,9 +27,14 @@ def gather(sweep: Sweep, folder: RunFolder, deck: str, keys: list[str]) -> str:
         row = {"code": -999 if record is None else record.code, "message": "missing" if record is None else record.message,
                "seconds": float("nan") if record is None else record.seconds, "points": 0}
         row |= dict.fromkeys(sweep.gather, float("nan"))
-        if record is not None and record.code in (0, 2) and os.path.exists(folder.results(key)):
+        if record is not None and record.code in (0, 2):
             try:
                 results = read_results(folder.results(key))
+            except ResultsError as problem:
+                row |= {"code": -999, "message": f"its result file is damaged, run the sweep again: {problem}"}
+                rows.append(row)
+                continue
+            try:
                 row["points"] = results.n_points
                 row |= {name: quantity.of(results) for name, quantity in sweep.gather.items() if results.n_points}
             except ResultsError as problem:

@@ -7,6 +7,7 @@ import sys
 import time
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 
+from .processes import signals_interrupt
 from .run_deck import RunDeck
 from .run_folder import RunFolder
 
@@ -14,17 +15,21 @@ WIDTH = 30      # characters of the bar
 
 
 def run_pool(folder: RunFolder, decks: dict[str, RunDeck], n: int, timeout: float | None, progress: Progress):
-    """Runs decks (by key), n at a time. Whatever interrupts it, finished runs stay."""
-    with ThreadPoolExecutor(n) as pool:     # each thread only waits for its own process
-        left = iter(decks.items())
-        under_way = {pool.submit(folder.run, key, deck, timeout) for key, deck in itertools.islice(left, n)}
-        while under_way:
-            done, under_way = wait(under_way, return_when=FIRST_COMPLETED)
-            for future in done:
-                progress.add(future.result().code)
-                item = next(left, None)
-                if item is not None:
-                    under_way.add(pool.submit(folder.run, *item, timeout))
+    """Runs decks (by key), n at a time. Whatever interrupts it, finished runs stay, and the others end."""
+    with signals_interrupt(), ThreadPoolExecutor(n) as pool:     # each thread only waits for its own process
+        try:
+            left = iter(decks.items())
+            under_way = {pool.submit(folder.run, key, deck, timeout) for key, deck in itertools.islice(left, n)}
+            while under_way:
+                done, under_way = wait(under_way, return_when=FIRST_COMPLETED)
+                for future in done:
+                    progress.add(future.result().code)
+                    item = next(left, None)
+                    if item is not None:
+                        under_way.add(pool.submit(folder.run, *item, timeout))
+        except BaseException:
+            folder.processes.stop()
+            raise
 
 
 class Progress:

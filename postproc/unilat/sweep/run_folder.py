@@ -10,9 +10,13 @@ import subprocess
 import time
 from dataclasses import dataclass
 
+import h5py
+
 from ..results import ResultsError
+from .processes import Processes
 from .run_deck import RunDeck
 
+REFUSED, ENDED = 5, 6      # exit codes of unilat: a full disk and its like; ended from outside
 TIMED_OUT = 124      # exit code of a run that took too long, as `timeout` has it
 LAST = 2000          # characters of a message
 
@@ -25,6 +29,11 @@ class Record:
     message: str              # of a run that did not end well
     seconds: float
 
+    @property
+    def counts(self) -> bool:
+        """False where it was not the run that failed, but what was around it: a signal, a full disk."""
+        return self.code >= 0 and self.code not in (REFUSED, ENDED)
+
 
 class RunFolder:
     """Runs are known by a key of program, deck and values: the same one is never run twice, and a changed one always."""
@@ -33,6 +42,7 @@ class RunFolder:
         self.folder, self.runs = folder, os.path.join(folder, "runs")
         self.program = os.path.abspath(program)
         self.command = [self.program]
+        self.processes = Processes()
         try:
             os.makedirs(self.runs, exist_ok=True)
             with open(self.program, "rb") as file:
@@ -53,32 +63,49 @@ class RunFolder:
         return os.path.join(self.runs, f"{key}.failed")
 
     def record(self, key: str) -> Record | None:
+        """None: there is none, it is broken, or the result file that belongs to it is gone."""
         try:
             with open(os.path.join(self.runs, f"{key}.json"), encoding="utf-8") as file:
-                return Record(**json.load(file))
-        except FileNotFoundError:
+                record = Record(**json.load(file))
+        except (OSError, ValueError, TypeError):
             return None
+        if not isinstance(record.code, int) or not isinstance(record.message, str):
+            return None
+        return record if record.code not in (0, 2) or os.path.exists(self.results(key)) else None
+
+    def is_whole(self, key: str) -> bool:
+        """True where the result file of a finished run can be opened."""
+        try:
+            with h5py.File(self.results(key), "r", locking=False) as file:
+                return "status" in file.attrs and "path" in file
+        except OSError:
+            return False
 
     def finished(self) -> set[str]:
         """Keys of all runs with a record: one look at the folder."""
         return {name[:-5] for name in os.listdir(self.runs) if name.endswith(".json")}
 
     def run(self, key: str, deck: RunDeck, timeout: float | None) -> Record:
-        """Runs a deck. Files get their names when they are whole, the record last: a kill leaves a run undone, never half."""
+        """Runs a deck. Files get their names when they are whole, the record last: a kill leaves a run undone, never half.
+
+        Raises Stopped when the sweep ends first.
+        """
         mark = f"{socket.gethostname()}-{os.getpid()}"
-        part = os.path.join(self.runs, f"{key}.{mark}.part")
+        part = os.path.join(self.runs, f"{key}.part")
         start = time.perf_counter()
         environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
         try:
-            done = subprocess.run([*self.command, "-o", part, *deck.options], input=deck.text, capture_output=True,
-                                  encoding="utf-8", errors="replace", timeout=timeout, env=environment, check=False)
-            code, said, wrong = done.returncode, done.stdout, done.stderr
+            code = 1
+            if os.path.exists(part):        # a run that was ended: it goes on, unless it has not come so far
+                code, said, wrong = self.processes.run([*self.command, "-o", part, "--restart", part], "", timeout, environment)
+            if code == 1:
+                code, said, wrong = self.processes.run([*self.command, "-o", part, *deck.options], deck.text, timeout, environment)
         except subprocess.TimeoutExpired:
             code, said, wrong = TIMED_OUT, "", f"took longer than {timeout:g} s"
         record = Record(code, _message(code, wrong, said) if code else "", round(time.perf_counter() - start, 4))
         if code in (0, 2) and os.path.exists(part):
             os.replace(part, self.results(key))
-        elif os.path.exists(part):
+        elif os.path.exists(part) and record.counts:
             os.remove(part)
         if code:
             self._write(self.listing(key), f"{deck.text}\n---- {' '.join(deck.settings)}\n---- exit code {code}\n{said}\n{wrong}\n", mark)
@@ -88,7 +115,7 @@ class RunFolder:
     def sweep_up(self):
         """Removes what runs left behind that were killed; only when nothing runs."""
         for name in os.listdir(self.runs):
-            if name.endswith(".part"):
+            if name.endswith((".part", ".part.lock")):
                 os.remove(os.path.join(self.runs, name))
 
     def _write(self, name: str, text: str, mark: str):

@@ -10,6 +10,7 @@ import statistics
 from ..plain_text import control_place, control_words, printable
 from ..results import ResultsError
 
+MOST_RUNS = 1_000_000
 GROUPS = ("grid", "list", "latin", "random", "seeds")
 
 
@@ -36,9 +37,15 @@ def samples(groups: dict[str, dict], name: str) -> list[dict]:
         columns.append(rows)
     if not columns:
         raise ResultsError(f"{name}: no parameters (one of {', '.join(f'[{group}]' for group in GROUPS)} is needed)")
+    if math.prod(len(rows) for rows in columns) > MOST_RUNS:
+        raise ResultsError(f"{name}: {math.prod(len(rows) for rows in columns)} runs, but {MOST_RUNS} are the most")
     return [{key: value for part in parts for key, value in part.items()} for parts in itertools.product(*columns)]
 
 
+def _limit(runs: int):
+    """Asked before so many are made."""
+    if runs > MOST_RUNS:
+        raise ValueError(f"{runs} runs, but {MOST_RUNS} are the most")
 def _check_values(rows: list[dict]):
     """Values are numbers, or text that a line of a deck may have."""
     for row in rows:
@@ -54,6 +61,7 @@ def _check_values(rows: list[dict]):
 
 def _grid(group: dict) -> list[dict]:
     axes = {name: _axis(name, values) for name, values in group.items()}
+    _limit(math.prod(len(values) for values in axes.values()))
     return [dict(zip(axes, values)) for values in itertools.product(*axes.values())]
 
 
@@ -65,13 +73,16 @@ def _axis(name: str, values) -> list:
     if not isinstance(values, dict):
         return [values]
     low, high, count, log = _range(name, values, "count")
-    if count is None or count < 2:
-        raise ValueError(f"{name}: count must be 2 or more")
+    if not isinstance(count, int) or count < 2:
+        raise ValueError(f"{name}: count must be a whole number of 2 or more")
+    _limit(count)
     shares = [k / (count - 1) for k in range(count)]
     return [low, *(_between(low, high, share, log) for share in shares[1:-1]), high]
 
 
 def _list(group: dict) -> list[dict]:
+    if not all(isinstance(values, list) for values in group.values()):
+        raise ValueError("each parameter needs a list of values")
     lengths = {name: len(values) for name, values in group.items()}
     if not lengths or len(set(lengths.values())) != 1 or 0 in lengths.values():
         raise ValueError(f"lists must have the same length ({', '.join(f'{name} {n}' for name, n in lengths.items())})")
@@ -102,6 +113,7 @@ def _seeds(group: dict) -> list[dict]:
     first, last = (wanted["from"], wanted["to"]) if isinstance(wanted, dict) else (1, wanted)
     if not (isinstance(first, int) and isinstance(last, int) and 1 <= first <= last):
         raise ValueError(f"{name} must be a number of seeds, or have whole numbers from and to")
+    _limit(last - first + 1)
     return [{name: seed} for seed in range(first, last + 1)]
 
 
@@ -115,6 +127,7 @@ def _runs(group: dict) -> tuple[int, random.Random]:
         raise ValueError("runs must be a whole number of 1 or more")
     if not group:
         raise ValueError("no parameters")
+    _limit(runs)
     return runs, random.Random(seed)
 
 

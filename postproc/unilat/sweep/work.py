@@ -1,4 +1,4 @@
-"""What unilat-sweep does: run, status, gather, draw."""
+"""What unilat-sweep does: plan, run, status, gather, draw."""
 
 from __future__ import annotations
 
@@ -12,6 +12,8 @@ from .. import command
 from ..program import find_program
 from ..results import ResultsError
 from . import gather, slurm
+from .locks import only_one
+from .plan import make_plan
 from .pool import Progress, run_pool
 from .run_deck import RunDeck, read_decks
 from .run_folder import RunFolder
@@ -22,6 +24,7 @@ Runs a deck with ${parameters} for all their values in a sweep file (TOML), a fe
 gathers all results into NAME.h5 and NAME.csv and draws them. Run it again after a kill: finished runs are not repeated. The manual
 (input/manual/output.md) says what stands in a sweep file.
 
+   plan     says how many runs there are, and from some of them how long they take and how large their files are
    run      makes the runs that are missing, gathers and draws
    status   says how many are finished, and why others are not complete
    gather   gathers what there is
@@ -29,6 +32,7 @@ gathers all results into NAME.h5 and NAME.csv and draws them. Run it again after
 
 EXAMPLES = """\
 examples:
+  unilat-sweep plan column-random.toml -j 4
   unilat-sweep run column-random.toml -j 4
   unilat-sweep run column-random.toml --slurm --sbatch "--time=10 --partition=short"
   unilat-sweep status column-random.toml
@@ -41,7 +45,7 @@ PICTURE_FAILED = 5
 def main(argv=None) -> int:
     parser = argparse.ArgumentParser("unilat-sweep", description=DESCRIPTION, epilog=EXAMPLES,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("what", choices=("run", "status", "gather", "draw"))
+    parser.add_argument("what", choices=("plan", "run", "status", "gather", "draw"))
     parser.add_argument("file", metavar="SWEEP.toml")
     parser.add_argument("--folder", metavar="DIR", help="where everything goes (default: NAME-sweep in the current folder)")
     parser.add_argument("--program", metavar="FILE", help="unilat (default: the variable UNILAT, else on the PATH)")
@@ -62,14 +66,19 @@ def main(argv=None) -> int:
     decks = dict(zip(keys, all_decks))          # equal ones once
     if args.slice is not None:
         return run_slice(folder, sweep, decks, args)
-    if args.what == "run":
+    if args.what in ("plan", "run"):
         try:
-            make_runs(folder, sweep, decks, args)
-        except KeyboardInterrupt:
+            with only_one(os.path.join(folder.folder, "run.lock"), wait=False):
+                if args.what == "plan":
+                    print(make_plan(folder, decks, to_do(folder, decks, args.retry), args.jobs, sweep.timeout).words(args.jobs))
+                    return 0
+                make_runs(folder, sweep, decks, args)
+        except (KeyboardInterrupt, SystemExit):
             print("\nfinished runs stay; run it again to go on", file=sys.stderr)
             raise
     if args.what in ("run", "gather"):
-        print(gather.gather(sweep, folder, all_decks[0].text, keys))
+        with only_one(os.path.join(folder.folder, "gather.lock"), wait=True):
+            print(gather.gather(sweep, folder, all_decks[0].text, keys))
     code = report(folder, sweep, keys)
     return draw(sweep, folder) or code if args.what in ("run", "draw") else code
 
@@ -90,18 +99,19 @@ def make_runs(folder: RunFolder, sweep: Sweep, decks: dict[str, RunDeck], args):
     tasks = slurm.tasks_for(len(missing), args.tasks)
     again = ["run", os.path.abspath(args.file), "--folder", os.path.abspath(folder.folder), "--program", folder.program,
              "-j", str(args.jobs), *(["--retry"] if args.retry else [])]
-    before = {key for key in missing if folder.record(key)}
-    for key in before:      # so that every record is a new one
+    for key in missing.keys() & folder.finished():      # so that every record is a new one
         os.remove(os.path.join(folder.runs, f"{key}.json"))
-    job = slurm.submit(os.path.abspath(folder.folder), sweep.name, again, tasks, args.jobs, args.sbatch)
-    if not quiet:
-        print(f"Slurm job array {job}: {tasks} tasks; log files in {folder.folder}", flush=True)
+    job = slurm.submit(os.path.abspath(folder.folder), sweep.name, again, tasks, args.jobs,
+                       slurm.minutes_for(len(missing), tasks, args.jobs, sweep.timeout), args.sbatch)
+    print(f"Slurm job array {job}: {tasks} tasks; log files in {folder.folder}", flush=True)
 
     codes: dict[str, int] = {}
 
     def look() -> tuple[int, int]:
         for key in (folder.finished() & missing.keys()) - codes.keys():
-            codes[key] = folder.record(key).code
+            record = folder.record(key)
+            if record is not None:
+                codes[key] = record.code
         return len(codes), sum(code != 0 for code in codes.values())
 
     slurm.wait_for(job, look, progress)
@@ -117,14 +127,17 @@ def run_slice(folder: RunFolder, sweep: Sweep, decks: dict[str, RunDeck], args) 
 
 
 def to_do(folder: RunFolder, decks: dict[str, RunDeck], retry: bool) -> dict[str, RunDeck]:
-    """Decks without a record, or whose run was ended by a signal; with `retry` all that are not complete."""
+    """Decks without a record or a whole result file, or whose run was ended by a signal or a full disk; with `retry` all that are
+    not complete."""
     finished = folder.finished()
 
     def again(key: str) -> bool:
         if key not in finished:
             return True
         record = folder.record(key)
-        return record.code < 0 or (retry and record.code != 0)
+        if record is None or not record.counts or (retry and record.code != 0):
+            return True
+        return record.code in (0, 2) and not folder.is_whole(key)
 
     return {key: deck for key, deck in decks.items() if again(key)}
 

@@ -8,6 +8,9 @@ module branches
    use linear_system, only: new_system
    use bordered_system, only: linearise
    use path_control, only: is_arc_length
+   use archive, only: archive_t, archive_reset
+   use attempt, only: attempt_t
+   use checkpoint, only: standing_t, on_branch, exchange_branch, take_standing
    use path_state, only: path_state_t
    use critical_points, only: critical_points_t
    use point_recording, only: record
@@ -24,22 +27,31 @@ module branches
 
 contains
 
-   !> Follows all branches of a step. Failures are noted in outcome%trouble, and the other branches are followed.
-   subroutine follow_branches(step, own, numbered, recorder, outcome)
+   !> Follows all branches of a step. What cannot be found is noted in outcome%trouble; the others are followed still.
+   subroutine follow_branches(step, own, numbered, before, standing, recorder, outcome)
       type(step_t), intent(in) :: step
-      type(critical_points_t), intent(in), target :: own   !! critical points of the step's own path
-      integer, intent(inout) :: numbered             !! number of branches in the results so far
+      type(critical_points_t), intent(inout), target :: own !! of the step's own path
+      integer, intent(inout) :: numbered             !! branches in the results so far
+      type(archive_t), intent(inout), target :: before !! what the path of the step leaves: a branch's frame begins with it
+      type(standing_t), intent(inout) :: standing    !! on_branch: where the branches go on
       class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome      !! why: allocated only if the results cannot be written
+      type(outcome_t), intent(inout) :: outcome      !! why: only when the results cannot be written, or the run is to end
       type(critical_points_t), target :: found(size(step%branch))
       type(critical_points_t), pointer :: left
       type(branch_start_t) :: start
       type(error_t), allocatable :: error
-      integer :: number_in_file(0:size(step%branch)), b, first
+      integer :: number_in_file(0:size(step%branch)), b, first, first_branch, bytes, this
 
       first = numbered
+      first_branch = 1
+      bytes = before%n
       number_in_file = 0
-      do b = 1, size(step%branch)
+      if (standing%kind == on_branch) then
+         call exchange_branch(standing%archive, first_branch, first, own, found)
+         number_in_file(1:) = [(first + b, b=1, size(step%branch))]
+      end if
+      do b = first_branch, size(step%branch)
+         if (allocated(found(b)%list)) deallocate (found(b)%list)
          allocate (found(b)%list(0))
          numbered = first + b
          number_in_file(b) = numbered
@@ -47,7 +59,11 @@ contains
             start%of = number_in_file(branch%of)
             left => own
             if (branch%of > 0) left => found(branch%of)
-            call follow_branch(step, branch, left, start, numbered, found(b), recorder, outcome)
+            this = b
+            call archive_reset(before, bytes)
+            call exchange_branch(before, this, first, own, found)
+            call follow_branch(step, branch, left, start, numbered, before, standing, found(b), recorder, outcome)
+            standing%kind = 0
          end associate
          if (allocated(outcome%why)) return
       end do
@@ -57,14 +73,16 @@ contains
       if (allocated(error)) outcome%why = error%message
    end subroutine follow_branches
 
-   !> Follows one branch.
-   subroutine follow_branch(step, branch, home, start, number, found, recorder, outcome)
+   !> One branch.
+   subroutine follow_branch(step, branch, home, start, number, frame, standing, found, recorder, outcome)
       type(step_t), intent(in) :: step
       type(branch_t), intent(in) :: branch
       type(critical_points_t), intent(in), target :: home  !! critical points of the parent path
       type(branch_start_t), intent(inout) :: start
-      integer, intent(in) :: number                  !! number of the branch in the results
-      type(critical_points_t), intent(inout), target :: found !! critical points of the branch
+      integer, intent(in) :: number                  !! in the results
+      type(archive_t), intent(inout), target :: frame
+      type(standing_t), intent(inout) :: standing    !! on_branch: where this one goes on
+      type(critical_points_t), intent(inout), target :: found !! of the branch
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(problem_t) :: problem
@@ -72,12 +90,25 @@ contains
       type(step_t) :: as_branch
       type(increment_t) :: report, nothing
       type(error_t), allocatable :: error
+      type(attempt_t) :: attempt
       character(:), allocatable :: called
       real(wp) :: distance
       integer :: i, at, passed
 
       outcome%wrong = .false.
       called = 'branch '//trim(branch%name)//trim(merge(' (plus) ', ' (minus)', branch%side > 0))
+      as_branch = step
+      as_branch%stop = branch%stop
+      as_branch%max_points = branch%max_points
+      if (standing%kind == on_branch) then
+         run%critical_points => found
+         call take_standing(standing, problem, run, attempt, outcome)
+         run%home => home
+         run%frame => frame
+         call follow_points(problem, as_branch, run, recorder, outcome, attempt)
+         call note_end()
+         return
+      end if
       at = 0
       passed = 0
       do i = 1, size(home%list)
@@ -112,10 +143,8 @@ contains
          return
       end if
 
-      as_branch = step
-      as_branch%stop = branch%stop
-      as_branch%max_points = branch%max_points
       run%system = new_system(problem)
+      run%frame => frame
       run%branch = number
       run%critical_points => found
       run%state = home%list(at)%state
@@ -126,7 +155,7 @@ contains
       call linearise(problem, run%state, run%state, run%system)
       run%system%negative_pivots = home%list(at)%pivots
       call record(problem, run, run%state, 'BP', nothing, recorder, outcome)
-      call note_wrong()
+      call note_end()
       if (allocated(outcome%why) .or. outcome%wrong) return
       distance = branch%increment
       if (.not. distance > 0.0_wp) then
@@ -139,22 +168,19 @@ contains
          return
       end if
       call record(problem, run, run%state, '', report, recorder, outcome)
-      call note_wrong()
+      call note_end()
       if (allocated(outcome%why) .or. outcome%wrong) return
       run%step_points = 1
       call follow_points(problem, as_branch, run, recorder, outcome)
-      if (allocated(outcome%why)) then
-         call note_trouble(outcome, called//': '//outcome%why)
-         deallocate (outcome%why)
-      end if
+      call note_end()
 
    contains
 
-      !> A point that is no equilibrium ends its branch only.
-      subroutine note_wrong()
-         if (.not. outcome%wrong) return
+      !> What stops a branch does not stop the others, unless it is from outside.
+      subroutine note_end()
+         if (.not. allocated(outcome%why) .or. outcome%ended) return
          call note_trouble(outcome, called//': '//outcome%why)
          deallocate (outcome%why)
-      end subroutine note_wrong
+      end subroutine note_end
    end subroutine follow_branch
 end module branches

@@ -14,12 +14,13 @@ module path_follower
    use step_control, only: begin_arc_length, go_by_load, may_rest, next_increment, shorten_to_stop
    use attempt, only: attempt_t, start_from, leads_on, ended
    use increment_trials, only: try_increment
+   use checkpoint, only: keep_standing
    use step_recovery, only: try_recovery
    use increment_retries, only: retry_refined, retry_by_nodes, retry_closer
    use path_acceptance, only: arrival_t, accept
    use corner_limit, only: report_turned_load
    use remeshing, only: wants_another
-   use path_outcome, only: outcome_t
+   use path_outcome, only: outcome_t, must_end
    use span_changes, only: pass_change, set_changed, go_nearer, other_mesh
    use minima_of_tests, only: note_slopes
    use span_mesh, only: renew_mesh, coarsen_mesh
@@ -32,28 +33,36 @@ module path_follower
 
 contains
 
-   !> Point after point, from where the run stands with its control set, to the stop condition. The last point may be a corner.
-   subroutine follow_points(problem, step, run, recorder, outcome)
+   !> Follows the path from the last accepted point, with the control set, to the stop condition. The state of the run is kept for
+   !> restarts on the way and at the end.
+   subroutine follow_points(problem, step, run, recorder, outcome, before)
       type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
       type(step_t), intent(in) :: step           !! step of the deck, or its copy for a branch
       type(path_state_t), intent(inout) :: run
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      call go_to_end(problem, step, run, recorder, outcome)
-      call report_turned_load(problem, step, run, recorder, outcome)
+      type(attempt_t), intent(in), optional :: before !! what the run, which stands on the way, has tried already
+      type(attempt_t) :: attempt
+      if (present(before)) attempt = before
+      if (.not. attempt%finished) call go_on(problem, step, run, attempt, recorder, outcome)
+      if (.not. outcome%ended) call report_turned_load(problem, step, run, recorder, outcome)
+      call keep_standing(problem, run, attempt, recorder, outcome, .true.)
    end subroutine follow_points
 
-   !> Point after point.
-   subroutine go_to_end(problem, step, run, recorder, outcome)
-      type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
-      type(step_t), intent(in) :: step           !! of the deck, or as a branch has it
+   !> The loop.
+   subroutine go_on(problem, step, run, attempt, recorder, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
+      type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(attempt_t) :: attempt
       integer :: result
       logical :: shorter
       do
+         if (must_end(outcome)) return
+         call keep_standing(problem, run, attempt, recorder, outcome, .false.)
+         if (allocated(outcome%why)) return
          if (run%step_points >= step%max_points) then
             outcome%used_up = size(step%stop) > 0
             if (outcome%used_up) outcome%why = 'the allowed number of points was used up before the stop condition'
@@ -100,7 +109,7 @@ contains
             if (ended(attempt, outcome)) return
          end if
       end do
-   end subroutine go_to_end
+   end subroutine go_on
 
    !> Makes a contact change that, on a new mesh, lies before the last accepted point: at that point.
    subroutine catch_up(problem, step, run, attempt, recorder, outcome)

@@ -13,7 +13,7 @@ module limit_curves
    use linear_system, only: new_system
    use bordered_system, only: linearise
    use critical_points, only: critical_points_t
-   use path_outcome, only: outcome_t, note_trouble
+   use path_outcome, only: outcome_t, must_end, note_trouble
    use span_tests, only: spans_hold
    use second_parameter, only: present_value
    use limit_marks, only: renew_marks
@@ -115,6 +115,7 @@ contains
          turned = .false.
          turned_at = follower%coordinate
          do while (points < curve%max_points)
+            if (must_end(outcome)) return
             place = distance * way
             call shorten_to_values(place, exact, final)
             call look(place, merge([1.0_wp, 0.0_wp], [way(2), -way(1)], exact .or. points == 1))

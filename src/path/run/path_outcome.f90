@@ -3,9 +3,10 @@ module path_outcome
    use kinds, only: wp
    use text, only: to_text
    use run_accuracy, only: accuracy_t
+   use run_end, only: end_wanted, reason_to_end
    implicit none
    private
-   public :: outcome_t, note_trouble, note_bracketed
+   public :: outcome_t, must_end, note_trouble, note_bracketed
 
    !> How a run ended.
    type :: outcome_t
@@ -16,13 +17,23 @@ module path_outcome
       logical :: home = .false.                  !! stopped where the path comes back to a bifurcation of its own
       logical :: wrong = .false.                 !! stopped at a point that the run's own checks found wrong
       logical :: used_up = .false.               !! stopped after the number of points that the deck allows
-      logical :: dead_end = .false.              !! stopped without further increment, for none of the reasons above
-      integer :: deck_line = 0                   !! line of the card if the deck is at fault; 0: not
-      character(:), allocatable :: trouble       !! failures beside the path of the steps: branches, limit curves
-      type(accuracy_t) :: accuracy               !! worst error bars and checks of the run
+      logical :: ended = .false.                 !! stopped because something from outside wanted it: a signal, a limit of time
+      logical :: dead_end = .false.              !! stopped because there is no way on, and not for these reasons
+      integer :: deck_line = 0                   !! and the deck is at fault: the line of the card; 0: it is not
+      character(:), allocatable :: trouble       !! what could not be done beside the path of the steps: branches, limit curves
+      type(accuracy_t) :: accuracy
    end type outcome_t
 
 contains
+
+   !> True where something from outside wants the run to end: what is under way is dropped.
+   logical function must_end(outcome)
+      type(outcome_t), intent(inout) :: outcome  !! gets the reason
+      must_end = end_wanted()
+      if (.not. must_end .or. outcome%ended) return
+      outcome%ended = .true.
+      outcome%why = reason_to_end()
+   end function must_end
 
    !> Appends a failure that does not stop the run.
    subroutine note_trouble(outcome, what)

@@ -1,6 +1,7 @@
 !> State of a path: the last accepted point, its tangent and test values, and the history that later increments need.
 module path_state
    use kinds, only: wp
+   use archive, only: archive_t
    use model, only: method_load, method_displacement
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
@@ -18,8 +19,8 @@ module path_state
    use path_events, only: test_values_t, new_test_values
    implicit none
    private
-   public :: path_state_t, copy_path_state, checkpoint_t, arrived_t, path_tangent_of, test_values_at, keep_critical_point, &
-      & leave_trail, turned_back, forget_mesh, rest_of_mesh
+   public :: path_state_t, recent_path_t, slopes_t, since_change_t, checkpoint_t, arrived_t, copy_path_state
+   public :: path_tangent_of, test_values_at, keep_critical_point, leave_trail, turned_back, forget_mesh, rest_of_mesh
 
    integer, parameter :: rest_of_mesh = 10       !! accepted points after a refinement during which no coarser mesh is tried
 
@@ -108,6 +109,7 @@ module path_state
       type(critical_points_t), pointer :: home => null() !! the critical points of the path that a branch left, or its own
       real(wp) :: left_at = 0.0_wp               !! arc_length where the branch left, or the step began
       type(critical_points_t), pointer :: critical_points => null() !! of this step or branch, in order
+      type(archive_t), pointer :: frame => null() !! what the path that the run is on began with, see checkpoint
    end type path_state_t
 
 contains

@@ -1,0 +1,326 @@
+!> A row of bytes that takes values and gives them back in the same order, to the last bit: the state of a run between two programs.
+!>
+!> One procedure does both ways: in an archive that is loading the values are set, else they are put in. run_archive has such
+!> procedures for all types of a run. What stands in several places (shared) is stored once.
+module archive
+   use kinds, only: wp, i8
+   implicit none
+   private
+   public :: archive_t, archive_of, archive_one, archive_integers, archive_reals, archive_logicals, archive_longs, archive_texts
+   public :: without_zeros, with_zeros
+   public :: archive_text, archive_flag, archive_number, archive_bounds, archive_begin_shared, archive_end_shared, archive_reset
+
+   integer, parameter :: integer_bytes = storage_size(1) / 8, real_bytes = storage_size(1.0_wp) / 8
+   integer, parameter :: logical_bytes = storage_size(.true.) / 8, long_bytes = storage_size(1_i8) / 8
+
+   character(1), parameter :: zero = char(0)
+
+   type :: archive_t
+      logical :: loading = .false.             !! values are taken out, else put in
+      logical :: damaged = .false.             !! more was wanted than there is
+      integer :: n = 0                         !! bytes
+      integer :: at = 0                        !! of them taken out
+      character(1), allocatable :: bytes(:)    !! the first n
+      integer, allocatable :: shared(:, :)     !! (2, blocks) first byte and number of those that may be referred to
+      integer :: n_shared = 0
+   end type archive_t
+
+   !> archive_one(archive, value): a single number, logical or text of fixed length.
+   interface archive_one
+      module procedure one_integer, one_real, one_logical, one_long, one_text
+   end interface archive_one
+
+contains
+
+   !> An archive that gives back what bytes have.
+   function archive_of(bytes) result(a)
+      character(1), intent(in) :: bytes(:)
+      type(archive_t) :: a
+      a%loading = .true.
+      a%n = size(bytes)
+      a%bytes = bytes
+   end function archive_of
+
+   !> Bytes with every row of zeros as a zero and its length: half of a state are zeros.
+   pure function without_zeros(bytes) result(packed)
+      character(1), intent(in) :: bytes(:)
+      character(1), allocatable :: packed(:)
+      integer :: i, n, zeros
+      allocate (packed(2 * size(bytes)))
+      n = 0
+      i = 1
+      do while (i <= size(bytes))
+         n = n + 1
+         packed(n) = bytes(i)
+         i = i + 1
+         if (packed(n) /= zero) cycle
+         zeros = 1
+         do while (i <= size(bytes) .and. zeros < 255)
+            if (bytes(i) /= zero) exit
+            zeros = zeros + 1
+            i = i + 1
+         end do
+         n = n + 1
+         packed(n) = char(zeros)
+      end do
+      packed = packed(:n)
+   end function without_zeros
+
+   !> The bytes that without_zeros has packed.
+   pure function with_zeros(packed) result(bytes)
+      character(1), intent(in) :: packed(:)
+      character(1), allocatable :: bytes(:)
+      integer :: i, n, pass, zeros
+      do pass = 1, 2
+         n = 0
+         i = 1
+         do while (i <= size(packed))
+            zeros = 1
+            if (packed(i) == zero .and. i < size(packed)) zeros = ichar(packed(i + 1))
+            if (pass == 2) bytes(n + 1:n + zeros) = packed(i)
+            n = n + zeros
+            i = i + merge(2, 1, packed(i) == zero)
+         end do
+         if (pass == 1) allocate (bytes(n))
+      end do
+   end function with_zeros
+
+   !> Forgets what was put in behind a number of bytes.
+   subroutine archive_reset(a, n)
+      type(archive_t), intent(inout) :: a
+      integer, intent(in) :: n
+      a%n = n
+      do while (a%n_shared > 0)
+         if (a%shared(1, a%n_shared) <= n) exit
+         a%n_shared = a%n_shared - 1
+      end do
+   end subroutine archive_reset
+
+   !> Puts bytes in.
+   subroutine put(a, bytes)
+      type(archive_t), intent(inout) :: a
+      character(1), intent(in) :: bytes(:)
+      character(1), allocatable :: more(:)
+      if (.not. allocated(a%bytes)) allocate (a%bytes(65536))
+      if (a%n + size(bytes) > size(a%bytes)) then
+         allocate (more(2 * (a%n + size(bytes))))
+         more(:a%n) = a%bytes(:a%n)
+         call move_alloc(more, a%bytes)
+      end if
+      a%bytes(a%n + 1:a%n + size(bytes)) = bytes
+      a%n = a%n + size(bytes)
+   end subroutine put
+
+   !> Place of the next bytes to be taken out; false: there are not so many.
+   logical function take(a, bytes, first)
+      type(archive_t), intent(inout) :: a
+      integer, intent(in) :: bytes
+      integer, intent(out) :: first
+      first = a%at + 1
+      take = .not. a%damaged .and. bytes >= 0 .and. a%at <= a%n - bytes
+      if (take) a%at = a%at + bytes
+      a%damaged = .not. take
+   end function take
+
+   subroutine archive_integers(a, n, x)
+      type(archive_t), intent(inout) :: a
+      integer, intent(in) :: n
+      integer, intent(inout) :: x(n)
+      integer :: first
+      if (.not. a%loading) then
+         call put(a, transfer(x, [zero], n * integer_bytes))
+      else if (take(a, n * integer_bytes, first)) then
+         x = transfer(a%bytes(first:a%at), x, n)
+      end if
+   end subroutine archive_integers
+
+   subroutine archive_reals(a, n, x)
+      type(archive_t), intent(inout) :: a
+      integer, intent(in) :: n
+      real(wp), intent(inout) :: x(n)
+      integer :: first
+      if (.not. a%loading) then
+         call put(a, transfer(x, [zero], n * real_bytes))
+      else if (take(a, n * real_bytes, first)) then
+         x = transfer(a%bytes(first:a%at), x, n)
+      end if
+   end subroutine archive_reals
+
+   subroutine archive_logicals(a, n, x)
+      type(archive_t), intent(inout) :: a
+      integer, intent(in) :: n
+      logical, intent(inout) :: x(n)
+      integer :: first
+      if (.not. a%loading) then
+         call put(a, transfer(x, [zero], n * logical_bytes))
+      else if (take(a, n * logical_bytes, first)) then
+         x = transfer(a%bytes(first:a%at), x, n)
+      end if
+   end subroutine archive_logicals
+
+   subroutine archive_longs(a, n, x)
+      type(archive_t), intent(inout) :: a
+      integer, intent(in) :: n
+      integer(i8), intent(inout) :: x(n)
+      integer :: first
+      if (.not. a%loading) then
+         call put(a, transfer(x, [zero], n * long_bytes))
+      else if (take(a, n * long_bytes, first)) then
+         x = transfer(a%bytes(first:a%at), x, n)
+      end if
+   end subroutine archive_longs
+
+   subroutine archive_texts(a, n, x)
+      type(archive_t), intent(inout) :: a
+      integer, intent(in) :: n
+      character(*), intent(inout) :: x(n)
+      integer :: i
+      do i = 1, n
+         call one_text(a, x(i))
+      end do
+   end subroutine archive_texts
+
+   subroutine one_text(a, x)
+      type(archive_t), intent(inout) :: a
+      character(*), intent(inout) :: x
+      integer :: first, i
+      if (.not. a%loading) then
+         call put(a, transfer(x, [zero], len(x)))
+      else if (take(a, len(x), first)) then
+         do i = 1, len(x)
+            x(i:i) = a%bytes(first + i - 1)
+         end do
+      end if
+   end subroutine one_text
+
+   subroutine one_integer(a, x)
+      type(archive_t), intent(inout) :: a
+      integer, intent(inout) :: x
+      integer :: copy(1)
+      copy = x
+      call archive_integers(a, 1, copy)
+      x = copy(1)
+   end subroutine one_integer
+
+   subroutine one_real(a, x)
+      type(archive_t), intent(inout) :: a
+      real(wp), intent(inout) :: x
+      real(wp) :: copy(1)
+      copy(1) = x
+      call archive_reals(a, 1, copy)
+      x = copy(1)
+   end subroutine one_real
+
+   subroutine one_logical(a, x)
+      type(archive_t), intent(inout) :: a
+      logical, intent(inout) :: x
+      logical :: copy(1)
+      copy(1) = x
+      call archive_logicals(a, 1, copy)
+      x = copy(1)
+   end subroutine one_logical
+
+   subroutine one_long(a, x)
+      type(archive_t), intent(inout) :: a
+      integer(i8), intent(inout) :: x
+      integer(i8) :: copy(1)
+      copy(1) = x
+      call archive_longs(a, 1, copy)
+      x = copy(1)
+   end subroutine one_long
+
+   !> Text of any length, or none at all.
+   subroutine archive_text(a, x)
+      type(archive_t), intent(inout) :: a
+      character(:), allocatable, intent(inout) :: x
+      integer :: length
+      length = -1
+      if (allocated(x)) length = len(x)
+      call one_integer(a, length)
+      if (a%loading) then
+         if (allocated(x)) deallocate (x)
+         if (a%damaged .or. length > a%n) length = -1
+         if (length >= 0) allocate (character(length) :: x)
+      end if
+      if (length >= 0) call one_text(a, x)
+   end subroutine archive_text
+
+   !> Whether something is there.
+   subroutine archive_flag(a, x)
+      type(archive_t), intent(inout) :: a
+      logical, intent(inout) :: x
+      call one_logical(a, x)
+      if (a%damaged) x = .false.
+   end subroutine archive_flag
+
+   !> Which of several it is; 0: none.
+   subroutine archive_number(a, x)
+      type(archive_t), intent(inout) :: a
+      integer, intent(inout) :: x
+      call one_integer(a, x)
+      if (a%damaged) x = 0
+   end subroutine archive_number
+
+   !> Bounds of an array: they are as empty as can be where the archive is damaged.
+   subroutine archive_bounds(a, rank, bounds)
+      type(archive_t), intent(inout) :: a
+      integer, intent(in) :: rank
+      integer, intent(inout) :: bounds(:, :)     !! (>= rank, 2)
+      integer :: k
+      do k = 1, rank
+         call one_integer(a, bounds(k, 1))
+         call one_integer(a, bounds(k, 2))
+         if (a%damaged .or. real(bounds(k, 2), wp) - real(bounds(k, 1), wp) > real(a%n, wp)) bounds(k, :) = [1, 0]
+      end do
+   end subroutine archive_bounds
+
+   !> What follows, up to archive_end_shared, is stored once where it is the same to the bit.
+   subroutine archive_begin_shared(a, mark)
+      type(archive_t), intent(inout) :: a
+      integer, intent(out) :: mark               !! for archive_end_shared
+      integer :: reference
+      reference = 0
+      mark = a%n
+      call one_integer(a, reference)
+      if (.not. a%loading) return
+      mark = 0
+      if (reference == 0) return
+      mark = a%at
+      a%at = min(max(reference, 0), a%n)
+   end subroutine archive_begin_shared
+
+   subroutine archive_end_shared(a, mark)
+      type(archive_t), intent(inout) :: a
+      integer, intent(in) :: mark
+      integer :: first, length, k, reference
+      if (a%loading) then
+         if (mark > 0) a%at = mark
+         return
+      end if
+      first = mark + integer_bytes
+      length = a%n - first
+      do k = 1, a%n_shared
+         if (a%shared(2, k) /= length .or. a%shared(1, k) >= first) cycle
+         if (any(a%bytes(a%shared(1, k) + 1:a%shared(1, k) + length) /= a%bytes(first + 1:a%n))) cycle
+         reference = a%shared(1, k)
+         call archive_reset(a, mark)
+         call one_integer(a, reference)
+         return
+      end do
+      call note_shared(a, first, length)
+   end subroutine archive_end_shared
+
+   subroutine note_shared(a, first, length)
+      type(archive_t), intent(inout) :: a
+      integer, intent(in) :: first, length
+      integer, allocatable :: more(:, :)
+      if (.not. allocated(a%shared)) allocate (a%shared(2, 64))
+      if (a%n_shared == size(a%shared, 2)) then
+         allocate (more(2, 2 * a%n_shared))
+         more(:, :a%n_shared) = a%shared
+         call move_alloc(more, a%shared)
+      end if
+      a%n_shared = a%n_shared + 1
+      a%shared(:, a%n_shared) = [first, length]
+   end subroutine note_shared
+end module archive

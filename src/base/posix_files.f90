@@ -1,0 +1,185 @@
+!> Files as POSIX has them: what a name stands for, locks, a file that takes another one's place, writes that are checked.
+!> posix_files.c does it; here are names with Fortran's texts.
+module posix_files
+   use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_null_char
+   implicit none
+   private
+   public :: resolved_name, look_at, lock_file, unlock_file, put_in_place, what_is_there, rename_file, write_bytes, error_text
+   public :: kind_nothing, kind_empty, kind_file, kind_folder, kind_other, is_locked, is_closed, file_mark_t
+   public :: is_same, is_missing, is_changed, is_another
+
+   integer, parameter :: kind_nothing = 0, kind_empty = 1, kind_file = 2, kind_folder = 3, kind_other = 4
+   integer, parameter :: is_same = 0, is_missing = 1, is_changed = 2, is_another = 3
+   integer, parameter :: longest = 4096           !! name of a file
+   integer, parameter :: is_locked = -1           !! status of lock_file: another process has the lock
+   integer, parameter :: is_closed = -2           !! status of write_bytes: there is no such output
+
+   !> By what a file that was put in place is known again.
+   type :: file_mark_t
+      integer(c_long) :: number(3) = -1_c_long     !! device, inode, bytes
+   end type file_mark_t
+
+   interface
+      integer(c_int) function c_resolve(name, target, size) bind(c, name='unilat_resolve')
+         import :: c_char, c_int, c_long
+         character(kind=c_char), intent(in) :: name(*)
+         character(kind=c_char), intent(out) :: target(*)
+         integer(c_long), value :: size
+      end function c_resolve
+
+      integer(c_int) function c_look_at(name, kind) bind(c, name='unilat_look_at')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: name(*)
+         integer(c_int), intent(out) :: kind
+      end function c_look_at
+
+      integer(c_int) function c_lock(name, descriptor, owner, size) bind(c, name='unilat_lock')
+         import :: c_char, c_int, c_long
+         character(kind=c_char), intent(in) :: name(*)
+         integer(c_int), intent(out) :: descriptor
+         character(kind=c_char), intent(out) :: owner(*)
+         integer(c_long), value :: size
+      end function c_lock
+
+      subroutine c_unlock(name, descriptor) bind(c, name='unilat_unlock')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: name(*)
+         integer(c_int), value :: descriptor
+      end subroutine c_unlock
+
+      integer(c_int) function c_put(name, beside, bytes, count, mark) bind(c, name='unilat_put_in_place')
+         import :: c_char, c_int, c_long
+         character(kind=c_char), intent(in) :: name(*), beside(*), bytes(*)
+         integer(c_long), value :: count
+         integer(c_long), intent(inout) :: mark(3)
+      end function c_put
+
+      integer(c_int) function c_compare(name, mark) bind(c, name='unilat_compare')
+         import :: c_char, c_int, c_long
+         character(kind=c_char), intent(in) :: name(*)
+         integer(c_long), intent(in) :: mark(3)
+      end function c_compare
+
+      integer(c_int) function c_rename(from, to) bind(c, name='unilat_rename')
+         import :: c_char, c_int
+         character(kind=c_char), intent(in) :: from(*), to(*)
+      end function c_rename
+
+      integer(c_int) function c_write_all(descriptor, bytes, count) bind(c, name='unilat_write_all')
+         import :: c_char, c_int, c_long
+         integer(c_int), value :: descriptor
+         character(kind=c_char), intent(in) :: bytes(*)
+         integer(c_long), value :: count
+      end function c_write_all
+
+      subroutine c_error_text(number, text, size) bind(c, name='unilat_error_text')
+         import :: c_char, c_int, c_long
+         integer(c_int), value :: number
+         character(kind=c_char), intent(out) :: text(*)
+         integer(c_long), value :: size
+      end subroutine c_error_text
+   end interface
+
+contains
+
+   !> The file that a name leads to through links; the last one may lead to nothing yet.
+   subroutine resolved_name(name, target, status)
+      character(*), intent(in) :: name
+      character(:), allocatable, intent(out) :: target
+      integer, intent(out) :: status              !! 0, or the number of the system's error
+      character(kind=c_char) :: buffer(longest)
+      status = int(c_resolve(name//c_null_char, buffer, int(longest, c_long)))
+      target = name
+      if (status == 0) target = text_of(buffer)
+   end subroutine resolved_name
+
+   !> What stands there, and whether it may be replaced.
+   subroutine look_at(name, kind, status)
+      character(*), intent(in) :: name
+      integer, intent(out) :: kind                !! kind_...
+      integer, intent(out) :: status              !! 0, or the number of the system's error: it may not be replaced
+      integer(c_int) :: found
+      status = int(c_look_at(name//c_null_char, found))
+      kind = int(found)
+   end subroutine look_at
+
+   !> Takes a lock that ends with the process, whatever ends it.
+   subroutine lock_file(name, descriptor, owner, status)
+      character(*), intent(in) :: name            !! of the lock's own file
+      integer, intent(out) :: descriptor          !! for unlock_file
+      character(:), allocatable, intent(out) :: owner !! who has it, where it is locked
+      integer, intent(out) :: status              !! 0, is_locked, or the number of the system's error
+      character(kind=c_char) :: buffer(longest)
+      integer(c_int) :: opened
+      opened = -1
+      buffer(1) = c_null_char
+      status = int(c_lock(name//c_null_char, opened, buffer, int(longest, c_long)))
+      descriptor = int(opened)
+      owner = text_of(buffer)
+   end subroutine lock_file
+
+   !> Gives a lock back.
+   subroutine unlock_file(name, descriptor)
+      character(*), intent(in) :: name
+      integer, intent(in) :: descriptor           !! of lock_file
+      call c_unlock(name//c_null_char, int(descriptor, c_int))
+   end subroutine unlock_file
+
+   !> Writes a file beside another one and lets it take that one's place. Whatever ends the program on the way: there is the old
+   !> or the new file, and never a part of one.
+   subroutine put_in_place(name, beside, bytes, mark, status)
+      character(*), intent(in) :: name            !! that has the bytes in the end
+      character(*), intent(in) :: beside          !! for the time until they are all there: the same folder
+      character(kind=c_char), intent(in), contiguous :: bytes(:)
+      type(file_mark_t), intent(inout) :: mark    !! of what is there now
+      integer, intent(out) :: status              !! 0, or the number of the system's error: the old file is there
+      status = int(c_put(name//c_null_char, beside//c_null_char, bytes, size(bytes, kind=c_long), mark%number))
+   end subroutine put_in_place
+
+   !> What has become of the file that was put in place last: is_same, is_missing, is_changed or is_another.
+   integer function what_is_there(name, mark)
+      character(*), intent(in) :: name
+      type(file_mark_t), intent(in) :: mark
+      what_is_there = int(c_compare(name//c_null_char, mark%number))
+   end function what_is_there
+
+   !> Gives a file another name.
+   subroutine rename_file(from, to, status)
+      character(*), intent(in) :: from, to
+      integer, intent(out) :: status              !! 0, or the number of the system's error
+      status = int(c_rename(from//c_null_char, to//c_null_char))
+   end subroutine rename_file
+
+   !> Writes text at once, without Fortran's buffers.
+   subroutine write_bytes(descriptor, text, status)
+      integer, intent(in) :: descriptor           !! 1: standard output, 2: standard error
+      character(*), intent(in) :: text
+      integer, intent(out) :: status              !! 0, is_closed, or the number of the system's error
+      status = int(c_write_all(int(descriptor, c_int), text//c_null_char, len(text, kind=c_long)))
+   end subroutine write_bytes
+
+   !> The system's words for an error.
+   function error_text(status) result(text)
+      integer, intent(in) :: status
+      character(:), allocatable :: text
+      character(kind=c_char) :: buffer(300)
+      call c_error_text(int(status, c_int), buffer, size(buffer, kind=c_long))
+      text = text_of(buffer)
+   end function error_text
+
+   !> The text up to the null character that ends it.
+   pure function text_of(buffer) result(text)
+      character(kind=c_char), intent(in) :: buffer(:)
+      character(:), allocatable :: text
+      integer :: n, i
+      n = 0
+      do while (n < size(buffer))
+         if (buffer(n + 1) == c_null_char) exit
+         n = n + 1
+      end do
+      allocate (character(n) :: text)
+      do i = 1, n
+         text(i:i) = buffer(i)
+      end do
+   end function text_of
+end module posix_files

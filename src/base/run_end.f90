@@ -1,0 +1,79 @@
+!> Whether something from outside wants the run to end: a signal, or the limit of time. posix_signals.c takes note of them.
+!>
+!> The program's only state of this kind: a signal belongs to the process.
+module run_end
+   use, intrinsic :: iso_c_binding, only: c_double, c_int, c_long
+   use kinds, only: wp
+   implicit none
+   private
+   public :: watch_for_end, end_wanted, reason_to_end, guard_exit, ends_by_itself, has_stack
+
+   !> As posix_signals.c counts them.
+   character(*), parameter :: reason(7) = [character(60) :: 'ended by SIGTERM', 'ended by SIGINT', 'ended by SIGHUP', &
+      & 'ended by SIGXCPU: the limit of CPU time is used up', 'ended by SIGXFSZ: the limit of file sizes is reached', &
+      & 'ended by SIGPIPE: nobody reads the listing any more', 'the seconds of --max-seconds are used up']
+
+   interface
+      subroutine c_watch(seconds) bind(c, name='unilat_watch')
+         import :: c_double
+         real(c_double), value :: seconds
+      end subroutine c_watch
+
+      integer(c_int) function c_received() bind(c, name='unilat_received')
+         import :: c_int
+      end function c_received
+
+      subroutine c_guard_exit(without_memory, otherwise) bind(c, name='unilat_guard_exit')
+         import :: c_int
+         integer(c_int), value :: without_memory, otherwise
+      end subroutine c_guard_exit
+
+      subroutine c_ends_by_itself() bind(c, name='unilat_ends_by_itself')
+      end subroutine c_ends_by_itself
+
+      integer(c_int) function c_has_stack(bytes) bind(c, name='unilat_has_stack')
+         import :: c_int, c_long
+         integer(c_long), value :: bytes
+      end function c_has_stack
+   end interface
+
+contains
+
+   !> From here on TERM, INT, HUP, XCPU, XFSZ and PIPE do not end the program, but are noted; a second TERM, INT or HUP ends it.
+   subroutine watch_for_end(max_seconds)
+      real(wp), intent(in) :: max_seconds         !! from now on, after which the run ends; 0: no limit
+      call c_watch(real(max_seconds, c_double))
+   end subroutine watch_for_end
+
+   !> True when the run is to end as soon as it can.
+   logical function end_wanted()
+      end_wanted = c_received() > 0
+   end function end_wanted
+
+   !> Why it is to end, in words; empty where it is not.
+   function reason_to_end() result(words)
+      character(:), allocatable :: words
+      integer :: number
+      number = int(c_received())
+      words = ''
+      if (number > 0) words = trim(reason(number))
+   end function reason_to_end
+
+   !> The exit codes of a program that does not end by itself, but by the Fortran runtime.
+   subroutine guard_exit(without_memory, otherwise)
+      integer, intent(in) :: without_memory       !! an array could not be allocated
+      integer, intent(in) :: otherwise
+      call c_guard_exit(int(without_memory, c_int), int(otherwise, c_int))
+   end subroutine guard_exit
+
+   !> The program ends now, with the exit code that it wants.
+   subroutine ends_by_itself()
+      call c_ends_by_itself()
+   end subroutine ends_by_itself
+
+   !> Makes sure of so large a stack; false when the system's limit is below.
+   logical function has_stack(bytes)
+      integer, intent(in) :: bytes
+      has_stack = c_has_stack(int(bytes, c_long)) == 0
+   end function has_stack
+end module run_end

@@ -1,0 +1,123 @@
+!> The group /restart of a result file: where the run stands, for a run that goes on from there.
+!>
+!>    state    the bytes of path/checkpoint without rows of zeros, in integers
+!>    rows     of the datasets that grow, named in the attribute series: what belongs to the state; rows behind are newer. Three
+!>             more: the branch that the run stands on, branches so far, bytes of the state
+!>    attribute layout: of the types that the bytes are made of
+module restart_file
+   use hdf5, only: hid_t, hsize_t, h5eset_auto_f, h5f_acc_rdonly_f, h5open_f, h5fopen_f, h5fclose_f, h5dopen_f, h5dread_f, &
+      & h5dclose_f, h5dget_space_f, h5sget_simple_extent_npoints_f, h5sclose_f, h5oopen_f, h5oclose_f, &
+      & h5t_native_integer, h5lexists_f
+   use errors, only: error_t, fail
+   use archive, only: without_zeros, with_zeros
+   use hdf5_file, only: hdf5_file_t, hdf5_group
+   use hdf5_attributes, only: hdf5_attribute
+   use hdf5_datasets, only: hdf5_overwrite
+   use former_file, only: is_result, text_attribute
+   use run_archive, only: archive_layout
+   implicit none
+   private
+   public :: restart_t, write_restart, read_restart
+
+   integer, parameter :: packed = storage_size(1) / 8 !! bytes in an integer
+
+   !> What a result file says of where its run stood.
+   type :: restart_t
+      integer :: kind = 0                         !! 0: nothing
+      character(:), allocatable :: path           !! of the file
+      character(:), allocatable :: deck           !! its text
+      character(1), allocatable :: state(:)
+      character(:), allocatable :: series         !! see series_rows
+      character(:), allocatable :: written        !! those that are in the file
+      integer, allocatable :: rows(:)
+      integer :: on_branch = 0                    !! the branch that the run stands on, 0: none
+      integer :: branches = 0                     !! started so far
+   end type restart_t
+
+contains
+
+   !> Writes the group, or writes it again, unless there is nothing new to write.
+   subroutine write_restart(file, restart)
+      type(hdf5_file_t), intent(inout) :: file
+      type(restart_t), intent(inout) :: restart   !! its state is forgotten
+      character(1), allocatable :: bytes(:)
+      integer :: i
+      if (restart%kind == 0) return
+      if (.not. allocated(restart%written)) restart%written = ''
+      call hdf5_group(file, '/restart')
+      ! A text that is written again leaves a gap of its length.
+      if (restart%series /= restart%written) then
+         call hdf5_attribute(file, '/restart', 'layout', archive_layout)
+         call hdf5_attribute(file, '/restart', 'series', restart%series)
+         restart%written = restart%series
+      end if
+      bytes = without_zeros(restart%state)
+      call hdf5_overwrite(file, '/restart/rows', [restart%rows, restart%on_branch, restart%branches, size(bytes)], &
+         & 'rows of the series that belong to the state; the branch that the run stands on, 0: none; branches so far; bytes')
+      call hdf5_overwrite(file, '/restart/state', transfer([bytes, (char(0), i=1, packed)], [1], size(bytes) / packed + 1), &
+         & 'where the run stands, for unilat --restart; only the version that wrote it can read it')
+      restart%kind = 0
+   end subroutine write_restart
+
+   !> Reads what a result file says. The error says why nothing can go on from it.
+   subroutine read_restart(path, restart, error)
+      character(*), intent(in) :: path
+      type(restart_t), intent(out) :: restart
+      type(error_t), allocatable, intent(out) :: error
+      integer(hid_t) :: file, place
+      integer, allocatable :: numbers(:)
+      integer :: status, n, bytes
+      logical :: exists
+      restart%path = path
+      call h5open_f(status)
+      call h5eset_auto_f(0, status)
+      inquire (file=path, exist=exists)
+      if (.not. exists) then
+         call fail(error, 'there is no result file '//path)
+      else if (.not. is_result(path)) then
+         call fail(error, path//' is no result file of unilat, or it is damaged')
+      end if
+      if (allocated(error)) return
+      call h5fopen_f(path, h5f_acc_rdonly_f, file, status)
+      call h5oopen_f(file, '/', place, status)
+      restart%deck = text_attribute(place, 'deck')
+      call h5oclose_f(place, status)
+      call h5lexists_f(file, '/restart', exists, status)
+      if (.not. exists) then
+         call fail(error, path//' does not say where its run stood: run its deck again')
+      else
+         call h5oopen_f(file, '/restart', place, status)
+         restart%series = text_attribute(place, 'series')
+         if (text_attribute(place, 'layout') /= archive_layout) &
+            & call fail(error, path//' was written by another version of unilat, which has to go on with it: run its deck again')
+         call h5oclose_f(place, status)
+         call read_integers(file, '/restart/rows', numbers)
+         n = size(numbers)
+         restart%rows = numbers(:n - 3)
+         restart%on_branch = numbers(n - 2)
+         restart%branches = numbers(n - 1)
+         bytes = numbers(n)
+         call read_integers(file, '/restart/state', numbers)
+         if (bytes > packed * size(numbers)) call fail(error, path//' is damaged: where its run stood is not all there')
+         if (.not. allocated(error)) restart%state = with_zeros(transfer(numbers, [' '], bytes))
+         restart%kind = 1
+      end if
+      call h5fclose_f(file, status)
+   end subroutine read_restart
+
+   subroutine read_integers(file, name, numbers)
+      integer(hid_t), intent(in) :: file
+      character(*), intent(in) :: name
+      integer, allocatable, intent(out) :: numbers(:)
+      integer(hid_t) :: dataset, space
+      integer(hsize_t) :: n
+      integer :: status
+      call h5dopen_f(file, name, dataset, status)
+      call h5dget_space_f(dataset, space, status)
+      call h5sget_simple_extent_npoints_f(space, n, status)
+      allocate (numbers(n))
+      call h5dread_f(dataset, h5t_native_integer, numbers, [n], status)
+      call h5sclose_f(space, status)
+      call h5dclose_f(dataset, status)
+   end subroutine read_integers
+end module restart_file

@@ -1,0 +1,51 @@
+!> Whether a run can go on with another deck: only what steps ask for may be another.
+module restart_check
+   use text, only: to_text
+   use archive, only: archive_t
+   use run_archive, only: exchange_model_t
+   use model, only: model_t, step_t
+   implicit none
+   private
+   public :: why_not_with
+
+contains
+
+   !> Why a run of one deck cannot go on with another; empty where it can.
+   function why_not_with(old, new) result(why)
+      type(model_t), intent(in) :: old, new
+      character(:), allocatable :: why
+      why = ''
+      if (size(old%step) /= size(new%step)) then
+         why = 'the deck has '//to_text(size(new%step))//' steps, that of the results has '//to_text(size(old%step))
+      else if (.not. same(structure(old), structure(new))) then
+         why = 'the deck is that of another structure, or has other loads: only *STATIC, *CONTROLS, *ACCURACY, *STOP, *LOCATE, ' &
+            & //'*TURNING POINTS and *FIELD OUTPUT may be others'
+      end if
+   end function why_not_with
+
+   !> All of a model but for how its steps are followed.
+   function structure(model) result(a)
+      type(model_t), intent(in) :: model
+      type(archive_t) :: a
+      type(model_t) :: bare
+      type(step_t) :: nothing
+      integer :: i
+      bare = model
+      if (allocated(bare%title)) deallocate (bare%title)
+      if (allocated(bare%job)) deallocate (bare%job)
+      do i = 1, size(bare%step)
+         bare%step(i) = nothing
+         bare%step(i)%load = model%step(i)%load
+         bare%step(i)%branch = model%step(i)%branch
+         bare%step(i)%limit_curve = model%step(i)%limit_curve
+         bare%step(i)%n_modes = model%step(i)%n_modes
+      end do
+      call exchange_model_t(a, bare)
+   end function structure
+
+   logical function same(a, b)
+      type(archive_t), intent(in) :: a, b
+      same = a%n == b%n
+      if (same) same = all(a%bytes(:a%n) == b%bytes(:b%n))
+   end function same
+end module restart_check

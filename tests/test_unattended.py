@@ -1,0 +1,363 @@
+"""Runs that nobody watches: kills, signals, limits, full disks, readers and other runs at the same time.
+
+Whatever happens, the result file is that of the last flush or, before the first one, what was there before.
+"""
+import contextlib
+import os
+import pathlib
+import random
+import resource
+import shutil
+import signal
+import subprocess
+import time
+
+import h5py
+import pytest
+
+import deck_runner as dr
+
+EVERY_PARAMETER = True
+TESTS = pathlib.Path(__file__).resolve().parent
+REFUSED, ENDED = 5, 6
+# Ends after a million points, or when somebody ends it: minutes later.
+ENDLESS = dr.changed(dr.on_given_mesh("cantilever"), ("*CLOAD", "*CONTROLS, POINTS=1000000\n*CLOAD"), (", JOB=cantilever", ""))
+ENDLESS = "".join("1E-5, 1E-6, 1E-5\n" if before.upper().startswith("*STATIC") else line
+                  for before, line in zip(["", *ENDLESS.splitlines()], ENDLESS.splitlines(keepends=True)))
+SHORT = dr.changed(dr.on_given_mesh("cantilever"), (", JOB=cantilever", ""))
+WAIT = 60.0      # seconds for what takes a fraction of one
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "endless.inp").write_text(ENDLESS)
+    (tmp_path / "short.inp").write_text(SHORT)
+    return tmp_path
+
+
+def start(folder, *arguments, **more):
+    return subprocess.Popen([os.environ["UNILAT"], *arguments], cwd=folder, stdin=subprocess.DEVNULL, text=True,
+                            **{"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, **more})
+
+
+def run(folder, *arguments, **more):
+    process = start(folder, *arguments, **more)
+    out, err = process.communicate(timeout=WAIT)
+    return process.returncode, out, err
+
+
+def lengths(path):
+    """Numbers of rows of all datasets that have a row a point."""
+    with h5py.File(path, "r") as file:
+        file.visititems(lambda name, item: item[()] if isinstance(item, h5py.Dataset) else None)   # every byte can be read
+        sets = [file["path"], file["path/monitor"], file["path/monitor_rate"]]
+        return file.attrs["status"], {len(item) for group in sets for item in group.values() if isinstance(item, h5py.Dataset)}
+
+
+def wait_for(path, process):
+    """Until a run has flushed."""
+    end = time.monotonic() + WAIT
+    while not path.exists():
+        assert time.monotonic() < end and process.poll() is None, process.communicate()
+        time.sleep(0.01)
+
+
+@pytest.fixture(scope="module")
+def shim(tmp_path_factory):
+    """The library that kills; with a C compiler that can make one."""
+    compiler = os.environ.get("UNILAT_CC", "cc")
+    library = tmp_path_factory.mktemp("shim") / "kill_at_write.so"
+    if shutil.which(compiler) is None:
+        pytest.skip("no C compiler here")
+    subprocess.run([compiler, "-shared", "-fPIC", "-o", str(library), str(TESTS / "kill_at_write.c"), "-ldl"], check=True)
+    return library
+
+
+# ---- kills ---------------------------------------------------------------------------------------------------------------
+
+
+def killed_run(folder, shim, at, mode):
+    """A run that is killed at an operation, over an earlier result; the number of operations."""
+    for name in os.listdir(folder):
+        if ".h5" in name or name in ("count", "flushed"):
+            os.remove(folder / name)
+    shutil.copy(folder / "former", folder / "short.h5")
+    environment = {**os.environ, "LD_PRELOAD": str(shim), "KILL_AT": str(at), "KILL_MODE": mode, "KILL_LOG": "count",
+                   "KILL_COPY": "flushed"}
+    code, _, err = run(folder, "--quiet", "short.inp", env=environment)
+    assert code == (0 if at == 0 else -signal.SIGKILL), err
+    return int((folder / "count").read_text())
+
+
+def test_killed_at_every_write(shim, folder):
+    """The file is the one of the last flush to the bit, or the former one; the next run is not in the way of what is left."""
+    assert run(folder, "--quiet", "short.inp")[0] == 0
+    os.replace(folder / "short.h5", folder / "former")
+    former = (folder / "former").read_bytes()
+    total = killed_run(folder, shim, 0, "before")
+    flushes, leftovers = set(), set()
+    for mode in ("before", "half"):
+        for at in range(1, total + 1):
+            killed_run(folder, shim, at, mode)
+            there = (folder / "short.h5").read_bytes()
+            if (folder / "flushed").exists():
+                assert there == (folder / "flushed").read_bytes(), f"{mode} {at}"
+                status, rows = lengths(folder / "short.h5")
+                assert len(rows) == 1 and status in ("running", "complete"), f"{mode} {at}: {rows}"
+                flushes |= rows
+            else:
+                assert there == former, f"{mode} {at}: the former result was lost before the first flush"
+            left = frozenset(name for name in os.listdir(folder) if ".h5" in name)
+            if left not in leftovers:
+                leftovers.add(left)
+                assert run(folder, "--quiet", "short.inp")[0] == 0
+                assert sorted(name for name in os.listdir(folder) if ".h5" in name) == ["short.h5"]
+    assert total > 30 and len(flushes) > 5, f"{total} operations, rows {sorted(flushes)}"
+    assert len(leftovers) > 1
+
+
+@dr.release_only
+def test_killed_at_random(folder):
+    """100 kills at any time: every row that a reader has seen is there."""
+    chance = random.Random(1)
+    result = folder / "endless.h5"
+    seen = 0
+    for _ in range(100):
+        process = start(folder, "--quiet", "endless.inp")
+        time.sleep(chance.uniform(0.0, 0.3))
+        before = max(lengths(result)[1]) if result.exists() else 0
+        process.kill()
+        process.communicate()
+        if result.exists():
+            status, rows = lengths(result)
+            assert len(rows) == 1 and status == "running"
+            seen += before > 0
+        if chance.random() < 0.3:
+            result.unlink(missing_ok=True)
+    assert seen > 10
+
+
+# ---- signals and limits --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["TERM", "INT", "HUP", "XCPU", "XFSZ", "PIPE"])
+def test_signals_end_a_run_with_its_points(folder, name):
+    process = start(folder, "--quiet", "endless.inp")
+    wait_for(folder / "endless.h5", process)
+    process.send_signal(getattr(signal, f"SIG{name}"))
+    _, err = process.communicate(timeout=WAIT)
+    status, rows = lengths(folder / "endless.h5")
+    assert process.returncode == ENDED and f"ended by SIG{name}" in err
+    assert status.startswith(f"stopped: ended by SIG{name}") and len(rows) == 1 and max(rows) > 1
+    assert sorted(os.listdir(folder)) == ["endless.h5", "endless.inp", "short.inp"]
+
+
+def test_ignored_signals_stay_ignored(folder):
+    """As under nohup."""
+    process = start(folder, "--quiet", "--max-seconds", "1", "endless.inp", preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    wait_for(folder / "endless.h5", process)
+    process.send_signal(signal.SIGHUP)
+    process.communicate(timeout=WAIT)
+    assert process.returncode == ENDED and "--max-seconds" in lengths(folder / "endless.h5")[0]
+
+
+def test_seconds_are_limited(folder):
+    before = time.monotonic()
+    code, _, err = run(folder, "--quiet", "--max-seconds", "0.5", "endless.inp")
+    assert code == ENDED and "the seconds of --max-seconds are used up" in err and time.monotonic() - before >= 0.5
+    assert lengths(folder / "endless.h5")[0] == "stopped: the seconds of --max-seconds are used up"
+    for wrong in ("0", "-1", "soon", "1e400", ""):
+        assert run(folder, "--max-seconds", wrong, "endless.inp")[0] == 1
+
+
+def test_branches_end_with_the_run(tmp_path):
+    """What ends the run on a branch is no trouble of that branch: the others do not follow."""
+    text = dr.on_given_mesh("euler")
+    done = dr.run_deck(text, "--max-seconds", "0.000001", code=ENDED)
+    assert done.results.status.endswith("the seconds of --max-seconds are used up")
+
+
+def test_cpu_time_is_limited(folder):
+    code, _, err = run(folder, "--quiet", "endless.inp", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (1, 30)))
+    assert code == ENDED and "the limit of CPU time is used up" in err
+    assert lengths(folder / "endless.h5")[0].startswith("stopped: ended by SIGXCPU")
+
+
+@pytest.mark.parametrize("kilobytes", [1, 60, 200])
+def test_files_are_limited(folder, kilobytes):
+    """The limit stops the file that is to come, and leaves the one that is there."""
+    (folder / "endless.h5").write_bytes(b"")
+    code, _, err = run(folder, "--quiet", "endless.inp",
+                       preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1024 * kilobytes,) * 2))
+    assert code == REFUSED and "cannot write the result file endless.h5: File too large" in err
+    assert (folder / "endless.h5").read_bytes() == b"" or lengths(folder / "endless.h5")[0] == "running"
+    assert not (folder / "endless.h5.part").exists()
+
+
+@pytest.mark.skipif(os.environ.get("UNILAT_CHECKED") == "1", reason="the same in either build")
+@pytest.mark.parametrize("megabytes", [110, 150, 206, 210, 214, 300])
+def test_memory_is_limited(folder, megabytes):
+    """Too little is said at once; nothing hangs."""
+    code, _, err = run(folder, "--quiet", "short.inp",
+                       preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (megabytes << 20,) * 2))
+    assert code in (0, REFUSED), f"{code} {err}"
+    assert code == 0 or "not enough memory" in err
+    assert code == REFUSED or megabytes > 200
+
+
+def test_memory_that_runs_out_is_no_error_of_the_deck(folder):
+    code, _, err = run(folder, "/dev/zero", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (300 << 20,) * 2))
+    assert code == REFUSED, err
+    assert err.endswith("there is not enough memory\n")
+
+
+def test_stack_is_limited(folder):
+    assert run(folder, "--quiet", "short.inp", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, (256 << 10, 64 << 20)))[0] == 0
+    code, _, err = run(folder, "--quiet", "short.inp", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_STACK, (256 << 10,) * 2))
+    assert code == REFUSED and "stack" in err
+
+
+# ---- outputs that cannot be written --------------------------------------------------------------------------------------
+
+
+def test_listing_that_cannot_be_written(folder):
+    with open("/dev/full", "w", encoding="utf-8") as full:
+        code, _, err = run(folder, "short.inp", stdout=full)
+        assert code == REFUSED and "the listing cannot be written: No space left on device" in err
+        assert lengths(folder / "short.h5")[0] == "complete"
+        for words in (["--check", "short.inp"], ["--expand", "short.inp"], ["--cards"], ["--help"], ["--version"]):
+            code, _, err = run(folder, *words, stdout=full)
+            assert code == REFUSED and "cannot be written" in err, words
+
+
+def test_reader_of_the_listing_leaves(folder):
+    """As with `| head -1`: the run ends, and its points are in the result file."""
+    process = start(folder, "endless.inp", stdout=subprocess.PIPE)
+    process.stdout.readline()
+    process.stdout.close()
+    err = process.stderr.read()
+    process.wait(timeout=WAIT)
+    assert process.returncode == ENDED and "SIGPIPE" in err
+    assert lengths(folder / "endless.h5")[0].startswith("stopped: ended by SIGPIPE")
+
+
+def test_no_standard_output_at_all(folder):
+    assert run(folder, "short.inp", preexec_fn=lambda: os.close(1))[0] == 0
+    assert lengths(folder / "short.h5")[0] == "complete"
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 512 kB; for root only."""
+    place = tmp_path / "disk"
+    place.mkdir()
+    done = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=512k", "tmpfs", str(place)], capture_output=True, check=False)
+    if done.returncode != 0:
+        pytest.skip("no file system of its own here")
+    yield place
+    subprocess.run(["umount", str(place)], check=True)
+
+
+def test_full_disk(folder, small_disk):
+    """The run ends, what was flushed is there, and the former result is where nothing was."""
+    code, _, err = run(folder, "--quiet", "-o", str(small_disk / "o.h5"), "endless.inp")
+    assert code == REFUSED and "No space left on device" in err
+    if (small_disk / "o.h5").exists():
+        assert len(lengths(small_disk / "o.h5")[1]) == 1
+    assert set(os.listdir(small_disk)) <= {"o.h5"}
+    with contextlib.suppress(OSError), open(small_disk / "rest", "wb", buffering=0) as file:
+        while True:
+            file.write(b"x" * 4096)
+    before = (small_disk / "o.h5").read_bytes() if (small_disk / "o.h5").exists() else None
+    code, _, err = run(folder, "--quiet", "-o", str(small_disk / "o.h5"), "short.inp")
+    assert code == REFUSED and "No space left on device" in err
+    assert before is None or (small_disk / "o.h5").read_bytes() == before
+
+
+# ---- names ---------------------------------------------------------------------------------------------------------------
+
+
+def test_foreign_files_stay(folder):
+    with h5py.File(folder / "foreign.h5", "w") as file:
+        file["measured"] = [1.0, 2.0]
+    (folder / "notes.h5").write_text("notes")
+    for name, words in (("foreign.h5", "none of unilat's"), ("notes.h5", "no HDF5 file"), ("short.inp", "no HDF5 file")):
+        before = (folder / name).read_bytes()
+        code, _, err = run(folder, "--quiet", "-o", name, "short.inp")
+        assert code == REFUSED and words in err and (folder / name).read_bytes() == before
+    assert run(folder, "--quiet", "--force", "-o", "foreign.h5", "short.inp")[0] == 0
+    assert lengths(folder / "foreign.h5")[0] == "complete"
+
+
+def test_what_is_no_plain_file_stays(folder):
+    os.mkfifo(folder / "fifo.h5")
+    (folder / "folder.h5").mkdir()
+    for name in ("fifo.h5", "folder.h5", "/dev/null", "/dev/full"):
+        code, _, err = run(folder, "--quiet", "--force", "-o", name, "short.inp")
+        assert code == REFUSED and ("not a plain file" in err or "directory" in err)
+
+
+def test_links_are_followed(folder):
+    (folder / "elsewhere").mkdir()
+    os.symlink("elsewhere/real.h5", folder / "link.h5")
+    os.symlink("link.h5", folder / "second.h5")
+    for _ in range(2):      # to nothing yet, then to a result
+        assert run(folder, "--quiet", "-o", "second.h5", "short.inp")[0] == 0
+        assert os.path.islink(folder / "link.h5") and os.path.islink(folder / "second.h5")
+        assert lengths(folder / "elsewhere" / "real.h5")[0] == "complete"
+        os.utime(folder / "elsewhere" / "real.h5", (0, 0))
+    assert os.stat(folder / "elsewhere" / "real.h5").st_mtime == 0
+    assert run(folder, "--quiet", "-o", "second.h5", "short.inp")[0] == 0
+    assert os.stat(folder / "elsewhere" / "real.h5").st_mtime > 0
+
+
+def test_damaged_result_is_kept_and_blocks_nobody(folder):
+    assert run(folder, "--quiet", "short.inp")[0] == 0
+    half = (folder / "short.h5").read_bytes()[:2000]
+    (folder / "short.h5").write_bytes(half)
+    for name in ("short.h5.damaged", "short.h5.damaged-2"):
+        (folder / "short.h5").write_bytes(half)
+        code, _, err = run(folder, "--quiet", "short.inp")
+        assert code == 0 and name in err
+        assert (folder / name).read_bytes() == half and lengths(folder / "short.h5")[0] == "complete"
+
+
+# ---- others at the same time ---------------------------------------------------------------------------------------------
+
+
+def test_of_two_runs_one_is_refused(folder):
+    for locks in ("TRUE", "FALSE"):
+        for _ in range(3):
+            both = [start(folder, "--quiet", "--max-seconds", "0.7", "endless.inp", env={**os.environ, "HDF5_USE_FILE_LOCKING": locks})
+                    for _ in range(2)]
+            told = [process.communicate(timeout=WAIT)[1] for process in both]
+            codes = [process.returncode for process in both]
+            assert sorted(codes) == [REFUSED, ENDED], told
+            assert f"another run is writing it (process {both[codes.index(ENDED)].pid} on" in told[codes.index(REFUSED)]
+
+
+def test_file_can_be_read_at_any_time(folder):
+    """Plain h5py, with locks: no reading fails."""
+    process = start(folder, "--quiet", "--max-seconds", "3", "endless.inp")
+    wait_for(folder / "endless.h5", process)
+    rows, tries = set(), 0
+    while process.poll() is None and tries < 1000:
+        _, found = lengths(folder / "endless.h5")
+        assert len(found) == 1
+        rows |= found
+        tries += 1
+    process.kill()
+    process.communicate()
+    assert tries > 20 and len(rows) > 3
+
+
+def test_file_that_is_removed_or_cut_on_the_way(folder):
+    for meddle, words in ((os.remove, "was removed"), (lambda name: os.truncate(name, 0), "was changed")):
+        process = start(folder, "--quiet", "--max-seconds", "1", "endless.inp")
+        (folder / "endless.h5").unlink(missing_ok=True)
+        wait_for(folder / "endless.h5", process)
+        meddle(folder / "endless.h5")
+        _, err = process.communicate(timeout=WAIT)
+        assert process.returncode == REFUSED and words in err and "it was written again" in err
+        status, rows = lengths(folder / "endless.h5")
+        assert status.startswith("stopped: ") and len(rows) == 1
