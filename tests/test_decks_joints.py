@@ -567,9 +567,10 @@ def test_stiff_joints_in_contact(joint, ground, points):
 
 
 def test_joints_and_lines_of_contact():
-    """By itself the program takes the nodes; to ask for lines is refused."""
+    """By itself the program takes the nodes, with exit code 2; to ask for lines is refused."""
     joint = STIFF["released"]
-    run, nodes = on_floor("", "", *joint), on_floor("", ", POINTS=NODES", *joint)
+    run, nodes = on_floor("", "", *joint, code=2), on_floor("", ", POINTS=NODES", *joint)
+    assert "joint ties node" in run.stderr
     assert run.column("tip")[-1] == nodes.column("tip")[-1]
     assert "joint ties node" in on_floor("", ", POINTS=ALONG", *joint, code=1).stderr
 
@@ -741,7 +742,7 @@ Two cantilevers joined by a hinge, pressed on a table
 3, ENCASTRE
 *OBSTACLE, NAME=T, TYPE=LINE
 0, -1, 200, -1
-*CONTACT, OBSTACLE=T, NSET=R
+*CONTACT, OBSTACLE=T, NSET=R, POINTS=NODES
 *MONITOR, NAME=v
 2, U2
 *MONITOR, NAME=t, OBSTACLE=T

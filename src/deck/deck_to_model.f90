@@ -98,8 +98,8 @@ contains
       call read_branch_cards(deck, names, model, diagnostics)
       call read_limit_curve_cards(deck, names, model, diagnostics)
       if (diagnostics%n == 0) call check_contact_of_tied_nodes(deck, model, diagnostics)
-      if (diagnostics%n == 0) call touch_by_leaders(model)
       if (diagnostics%n == 0) call choose_contact_points(deck, model, diagnostics)
+      if (diagnostics%n == 0) call touch_by_leaders(model)
       if (diagnostics%n == 0) call check_ground_candidates(deck, names, model, diagnostics)
       if (diagnostics%n == 0) call check_placed(deck, names, model, diagnostics)
 

@@ -44,6 +44,8 @@ module ge_element
       real(wp) :: curvature = 0.0_wp, curvature_rate = 0.0_wp !! without stress: k
    end type ge_load_t
 
+   real(wp), parameter :: moment_rounding = 8.0_wp * epsilon(1.0_wp) !! of a force times a length: a sum of eight such products
+
    ! Columns of the local linearisation before condensation.
    integer, parameter :: by_rotation = 1, by_nx = 2, by_ny = 3, by_m = 4, by_residual = 5, by_load = 6, &
       & by_x = 7, by_y = 8, n_by = 8
@@ -115,7 +117,7 @@ contains
       real(wp) :: moved(n_by, 2), dphi(n_by), dend(n_by, 3), dtail(n_by, 3), flexibility(3, 3), end_weight(3)
       real(wp), dimension(ge_columns + 2, 3) :: ends, tails
       real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, span(2), more(2), along, across
-      real(wp) :: free, heat(2, max_stages), g_heat(max_stages), half, tension, turning
+      real(wp) :: free, heat(2, max_stages), g_heat(max_stages), half, largest, rounding
       real(wp) :: moved_direction(2, max_stages) ! rho less that of the stress-free element
       integer :: s, i, j, l, q, stored_by, unknowns
       logical :: stored, founded, singular
@@ -125,7 +127,7 @@ contains
       he = h * compliance%bending
       beta = compliance%axial - compliance%shear
       free = 1.0_wp + load%strain
-      tension = huge(tension)
+      largest = 0.0_wp
       stored = size(z) > 3 + s
       founded = .false.
       if (present(inner)) founded = inner%n > 0
@@ -147,7 +149,7 @@ contains
          nu = [-t(2), t(1)]
          axial = dot_product(nn(:, i), t)
          shear = dot_product(nn(:, i), nu)
-         tension = min(tension, axial)
+         largest = max(largest, abs(nn(1, i)), abs(nn(2, i)))
          moved_direction(:, i) = moved_direction(:, i) + (load%strain + axial * compliance%axial) * t + &
             & (shear * compliance%shear) * nu
          rho(:, i) = (free + axial * compliance%axial) * t + (shear * compliance%shear) * nu
@@ -182,8 +184,8 @@ contains
       if (founded) unknowns = unknowns + inner%n
       allocate (system(unknowns, unknowns), rhs(n_by, unknowns), row_weight(unknowns))
       defect = 0.0_wp
-      ! A moment that is out of balance turns a taut rod against its tension, too: of one with next to no EI it is mere rounding.
-      turning = he / (1.0_wp + max(tension, 0.0_wp) * h * he)
+      ! What forces times lengths leave of a moment by rounding turns a taut rod with next to no EI by much, but only in this measure.
+      rounding = moment_rounding * largest * h
       system = 0.0_wp
       rhs = 0.0_wp
       do i = 1, s
@@ -199,7 +201,7 @@ contains
                rhs(by_load, i) = rhs(by_load, i) + hc * tab%a(i, j) * (tab%c(j) * h) * dot_product(d(:, j), load%line_rate)
             end if
          end do
-         defect(1) = max(defect(1), abs(rhs(by_residual, i)) * turning)
+         defect(1) = max(defect(1), (abs(rhs(by_residual, i)) - rounding) * he)
       end do
       if (stored) call add_force_rows()
       ! Moments beside forces: as forces at a distance of h.
@@ -432,7 +434,7 @@ contains
          end if
          ! As the rotation and the displacement that such forces would make.
          do a = 1, s
-            defect(1) = max(defect(1), maxval(abs(rhs(by_residual, s + 2 * a - 1:s + 2 * a))) * hc * turning)
+            defect(1) = max(defect(1), maxval(abs(rhs(by_residual, s + 2 * a - 1:s + 2 * a))) * hc * he)
          end do
       end subroutine add_force_rows
 

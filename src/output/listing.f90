@@ -304,8 +304,8 @@ contains
       if (listing%n_branches == 1) points = points//', '//whole(listing%n_on_branches)//' of them on a branch'
       if (listing%n_branches > 1) points = points//', '//whole(listing%n_on_branches)//' of them on ' &
          & //whole(listing%n_branches)//' branches'
-      write (listing%unit, '(/a)') painted('Path '//trim(status), merge(green, red, status == 'complete'), listing%coloured)// &
-         & ' ('//points//')'
+      write (listing%unit, '(/a)', advance='no') painted('Path '//trim(status), merge(green, red, status == 'complete'), &
+         & listing%coloured)//' ('//points//')'
       flush (listing%unit)
    end subroutine listing_close
 
