@@ -1,11 +1,11 @@
-!> What each element contributes to the discretisation error of the load factor, of the monitors and of the places of touchdown
-!> points at a point.
+!> Contributions of the elements to the discretisation errors of the load factor, the monitors and the places of touchdown points at
+!> one point of the path.
 !>
-!> The finer element, its inner unknowns eliminated about the collocation polynomial, has a relative end displacement where the
-!> element itself has none, and another end moment. Imposed on the element itself they are forces on the nodes that are out of
-!> balance, and by Betti's theorem a number's change by these is their work on the displacements that belong to that number: one
-!> back-substitution. (The finer element's own forces for that end displacement will not do: of order 2 and 4 its axial stiffness
-!> is another one.)
+!> The enriched element, its internal unknowns eliminated about the collocation polynomial, has a relative end displacement, which
+!> the element itself has not, and another end moment. Imposed on the element itself, both are out-of-balance forces on the nodes.
+!> By Betti's theorem these forces change a number by their work on the dual displacements of that number: one back-substitution for
+!> each number. (The end forces of the enriched element for that end displacement would not do: at orders 2 and 4 its axial
+!> stiffness differs.)
 module error_contributions
    use kinds, only: wp
    use model, only: method_displacement
@@ -30,39 +30,40 @@ module error_contributions
 
    !> Rows: load factor, monitors, places.
    type :: contributions_t
-      real(wp), allocatable :: sum(:)            !! (rows) linear estimate of the error: exact less computed
-      real(wp), allocatable :: size(:)           !! (rows) sum of the sizes of all shares
-      real(wp), allocatable :: rounding(:)       !! (rows) what rounding of displacements and resultants may do
-      real(wp), allocatable :: inside(:)         !! (rows) of the sum, what monitors inside elements err there, and what kinks may
-      !! make of the number that elements of any order do not show
-      real(wp), allocatable :: rest(:)           !! (rows) of the sum, what Newton's method has left
-      real(wp), allocatable :: element(:, :)     !! (rows, elements) sizes of the shares
-      real(wp), allocatable :: watched(:)        !! (elements) the same of a watched displacement
-      real(wp) :: watched_kinks = 0.0_wp         !! what kinks may make of that
-      logical, allocatable :: known(:)           !! (rows) false: not a number that this knows of
-      real(wp) :: unfolding = 0.0_wp             !! force on the null vectors of a bifurcation, beyond what it may err by
+      real(wp), allocatable :: sum(:)            !! (rows) linear estimate of the error: exact minus computed
+      real(wp), allocatable :: size(:)           !! (rows) sum of the absolute contributions
+      real(wp), allocatable :: rounding(:)       !! (rows) estimated effect of rounding of displacements and stress resultants
+      real(wp), allocatable :: inside(:) !! (rows) bound of the error from monitors inside elements and from slope discontinuities
+      !! inside elements, which enriched elements of any order do not show
+      real(wp), allocatable :: rest(:)           !! (rows) part of `sum` from the residuals that the iteration left
+      real(wp), allocatable :: element(:, :)     !! (rows, elements) absolute contributions
+      real(wp), allocatable :: watched(:)        !! (elements) the same for a watched displacement; not allocated: none
+      real(wp) :: watched_kinks = 0.0_wp         !! bound of the error of the watched displacement from slope discontinuities
+      logical, allocatable :: known(:)           !! (rows) false: no estimate for this number
+      real(wp) :: unfolding = 0.0_wp             !! force on the null vectors of a bifurcation, beyond the error of that force
    end type contributions_t
 
-   !> Of true rounding errors the root of the sum of squares below was 0.26 to 148 times in runs of a prototype.
+   !> The root of the sum of squares below was 0.26 to 148 times the true rounding error in runs of a prototype.
    real(wp), parameter :: rounding_factor = 4.0_wp
 
 contains
 
-   !> Shares of all elements at a point.
+   !> Error contributions of all elements at a point.
    subroutine find_contributions(problem, state, system, finer, start, at_start, control, ends, modes, shares, &
       & watched)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! factored there, without inextensible elements (with_stretch)
-      type(problem_t), intent(in) :: finer       !! the finer problem,
-      type(state_t), intent(in) :: start         !! the same point of it
-      type(system_t), intent(in) :: at_start     !! and its system, assembled there
-      type(control_t), intent(in) :: control     !! what is held
-      integer, intent(in) :: ends(:)             !! touchdown points whose places count, see contact_places
-      real(wp), intent(in) :: modes(:, :)        !! (n, multiplicity) bifurcation: null vectors, else none. Nothing that counts
-      !! is along them, but rounding over a vanishing eigenvalue
+      type(system_t), intent(in) :: system !! factored at `state`; its solutions contain the artificial extension of inextensible
+      !! elements (with_stretch)
+      type(problem_t), intent(in) :: finer       !! the enriched problem
+      type(state_t), intent(in) :: start         !! state of the enriched problem at the same point
+      type(system_t), intent(in) :: at_start     !! system of the enriched problem, assembled at `start`
+      type(control_t), intent(in) :: control     !! constraint: the quantity that is prescribed
+      integer, intent(in) :: ends(:)             !! touchdown points whose places are rows, see contact_places
+      real(wp), intent(in) :: modes(:, :) !! (n, multiplicity) null vectors of a bifurcation, else none. Components of displacements
+      !! along them are removed: they are rounding divided by a vanishing eigenvalue
       type(contributions_t), intent(out) :: shares
-      real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) another displacement's derivatives, global axes
+      real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) gradient of the watched number, global axes
       type(functional_t) :: number(2 + size(problem%model%monitor) + size(ends)) ! the last one: watched
       type(inside_t) :: inside, held
       real(wp) :: way(size(ends)), kink(problem%model%mesh%n_elements)
@@ -113,13 +114,13 @@ contains
             w = number(m)%by_force + w
             rest = dot_product(number(m)%by_force, system%residual - system%raw)
          end if
-         ! What Newton's method has left is not the elements'.
+         ! The residual that Newton's method left is no error of the elements.
          rest = rest + dot_product(w, merge(0.0_wp, system%residual, system%fixed))
          share = shares_by(dual)
          shares%known(m) = .true.
          shares%element(m, :) = abs(share)
-         ! A monitor that is held is held at its own value: where it stands between the nodes finer polynomials have another one
-         ! there, and all numbers go along with what makes up for that.
+         ! A prescribed monitor has the prescribed value on the element's own polynomial: between nodes the enriched polynomial
+         ! differs there, and all numbers change with the correction of that difference.
          change = -along_load / along * held%change
          call share_inside(m, held, abs(along_load / along))
          shares%inside(m) = shares%inside(m) + sum(work_of_kinks())
@@ -131,7 +132,7 @@ contains
             inside = look_inside(problem, state, finer, start, at_start, m - 1)
             change = change + inside%change
             call share_inside(m, inside, 1.0_wp)
-            ! Of a displacement look_inside has the defect.
+            ! For displacements look_inside contains the defect.
             if (allocated(number(m)%by_force)) rest = rest + number(m)%defect
          end if
          shares%rest(m) = rest
@@ -147,7 +148,8 @@ contains
 
    contains
 
-      !> All numbers, and what the structure answers to each: that of the load factor to the row of what is held.
+      !> Lists all numbers, and solves for the response of the structure to the gradient of each; for the load factor (row 1) this
+      !> is the gradient of the constraint.
       subroutine list_numbers()
          real(wp), dimension(system%n, size(ends)) :: by_unknown
          real(wp) :: by_load(size(ends))
@@ -183,11 +185,11 @@ contains
          end do
       end subroutine list_numbers
 
-      !> What a monitor errs by inside its elements is theirs, in all numbers that hang on it.
+      !> Adds the error of a monitor inside its elements to their contributions, for a number that depends on the monitor.
       subroutine share_inside(row, inside, rate)
-         integer, intent(in) :: row               !! the number
+         integer, intent(in) :: row               !! row of the number
          type(inside_t), intent(in) :: inside
-         real(wp), intent(in) :: rate             !! of the number with the monitor
+         real(wp), intent(in) :: rate             !! derivative of the number by the monitor, absolute value
          integer :: i
          if (.not. allocated(inside%element)) return
          shares%inside(row) = shares%inside(row) + rate * inside%most
@@ -198,14 +200,15 @@ contains
          end do
       end subroutine share_inside
 
-      !> The part of forces that free unknowns answer, and not along null vectors.
+      !> Forces on the free unknowns, without their components along null vectors.
       function free_force(force) result(free)
          real(wp), intent(in) :: force(:)
          real(wp) :: free(size(force))
          free = merge(0.0_wp, free_of(problem, modes, merge(0.0_wp, force, system%fixed)), system%fixed)
       end function free_force
 
-      !> The curvature that kinks make inside elements works on the dual moments there, at the most those of their ends.
+      !> Bounds the error from slope discontinuities inside elements by their work on the dual moments there, which are at most
+      !> those at the element ends.
       function work_of_kinks() result(work)
          real(wp) :: work(size(kink))
          integer, parameter :: moments(2) = [3, 6]
@@ -217,11 +220,11 @@ contains
          end do
       end function work_of_kinks
 
-      !> The dual displacements of a number, what is held included. At a limit point both parts are without bounds, and rounding
-      !> leaves little of their difference: there it is refined by what it leaves of the equations and of the load.
+      !> Dual displacements of a number, including the effect of the constraint. At a limit point both parts are unbounded and their
+      !> difference loses digits: there it is corrected by the residuals of the equations and of the load.
       subroutine combine(functional, answer)
          type(functional_t), intent(in) :: functional
-         real(wp), intent(in) :: answer(:)        !! (n) displacements by it
+         real(wp), intent(in) :: answer(:)        !! (n) response to the gradient of the number
          real(wp) :: lost, given, of_path, left(system%n), more(system%n)
          along_load = dot_product(functional%by_unknown, tangent) + functional%by_load
          given = functional%by_load + dot_product(functional%by_unknown, known)
@@ -229,7 +232,7 @@ contains
          w = along_load * of_load - answer
          of_path = along_load / along
          w = w + (given - dot_product(push, w) - of_path * corner) * of_load
-         ! The band alone is not all of a stiffness that ground adds to.
+         ! The band matrix does not contain the stiffness of coupled ground.
          if (maxval(abs(w)) > lost .or. system%coupling%n > 0) return
          call band_times(system%k, w, left)
          left = free_force(of_path * number(1)%by_unknown - functional%by_unknown - left)
@@ -238,8 +241,8 @@ contains
          w = w + more + (given - dot_product(push, w + more) - of_path * corner) * of_load
       end subroutine combine
 
-      !> Force on a null vector. What finer elements make of it may err by all of their shares, and the directions of the
-      !> elements' forces are rounded.
+      !> Force on a null vector, as far as it exceeds its own error: the sum of the absolute contributions of the elements, the
+      !> rounding of the contributions, and that of the directions of the elements' forces.
       real(wp) function force_on(mode) result(excess)
          real(wp), intent(in) :: mode(:)
          integer, parameter :: forces(4) = [1, 2, 4, 5], moments(2) = [3, 6]
@@ -259,14 +262,14 @@ contains
          excess = max(excess, 0.0_wp)
       end function force_on
 
-      !> What the elements contribute, by the work of what is out of balance on their nodes' dual displacements.
+      !> Contributions of the elements: work of their out-of-balance forces on the dual displacements of their nodes.
       function shares_by(dual) result(by)
          real(wp), intent(in) :: dual(:, :)       !! (6, elements)
          real(wp) :: by(problem%model%mesh%n_elements)
          by = sum(dual * force, dim=1)
       end function shares_by
 
-      !> The unknowns of all elements' nodes.
+      !> (6, elements) unknowns of the nodes of each element.
       function nodal_all(x) result(local)
          real(wp), intent(in) :: x(:)
          real(wp) :: local(6, problem%model%mesh%n_elements)
@@ -276,7 +279,8 @@ contains
          end do
       end function nodal_all
 
-      !> Rounding of displacements, chords and resultants of all elements, weighed as their errors are.
+      !> Estimated rounding error of a number: the rounding of displacements, chords and stress resultants of all elements, weighted
+      !> like their errors.
       real(wp) function rounding_of(dual)
          real(wp), intent(in) :: dual(:, :)       !! (6, elements)
          real(wp) :: resultant(3)
@@ -291,8 +295,9 @@ contains
       end function rounding_of
    end subroutine find_contributions
 
-   !> Sizes of what the elements contribute to the error of an eigenvalue, the state held: what the finer ones make of its modes'
-   !> deformations. How they compare is what counts; of order 2 and 4 they are too large, see above.
+   !> Absolute contributions of the elements to the error of an eigenvalue at a fixed state: the change of the quadratic form of its
+   !> modes due to the stiffness of the enriched elements. Only their ratios are used; at orders 2 and 4 they are too large, see
+   !> above.
    function eigenvalue_shares(problem, system, finer, modes) result(share)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system, finer
@@ -309,18 +314,18 @@ contains
       end do
    end function eigenvalue_shares
 
-   !> The forces on the free unknowns that go with a unit of the load factor, those of moving supports included.
+   !> Forces on the free unknowns per unit of the load factor, including those of moving supports.
    function path_load(system, known) result(force)
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: known(:)           !! (n) what the fixed unknowns go by
+      real(wp), intent(in) :: known(:)           !! (n) change of the fixed unknowns per unit of the load factor
       real(wp) :: force(system%n)
       force = 0.0_wp
       if (any(abs(known) > 0.0_wp)) call band_times(system%k, known, force)
       force = merge(0.0_wp, system%load - force, system%fixed)
    end function path_load
 
-   !> Forces of an element on its nodes that are out of balance by what the finer element says of it. Node axes. Of either end the
-   !> same, so that it does not matter where an element begins.
+   !> Out-of-balance forces of an element on its nodes, due to the enriched element. Node axes. The mean of the results for either
+   !> end, so that they do not depend on the direction of the element.
    function unbalanced(problem, system, finer, e) result(force)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system, finer
@@ -337,9 +342,10 @@ contains
 
    contains
 
-      !> What one end would have to move by, the other one held, gives the finer element its forces there.
+      !> Out-of-balance forces from the displacement of one end that, with the other end held, gives the enriched element the force
+      !> difference at the held end.
       subroutine by_displacement(held, moved, forces, singular)
-         integer, intent(in) :: held, moved      !! rows before those of the end
+         integer, intent(in) :: held, moved      !! numbers of rows before those of the held end and of the moved end
          real(wp), intent(out) :: forces(6)
          logical, intent(out) :: singular
          real(wp) :: stiffness(3, 3), gap(1, 3), weight(3)

@@ -1,7 +1,8 @@
-!> A row of bytes that takes values and gives them back in the same order, to the last bit: the state of a run between two programs.
+!> A sequence of bytes that stores values and returns them in the same order, to the last bit: the state of a run between two
+!> programs.
 !>
-!> One procedure does both ways: in an archive that is loading the values are set, else they are put in. run_archive has such
-!> procedures for all types of a run. What stands in several places (shared) is stored once.
+!> The same procedures store and load: in an archive with `loading` they set the values, otherwise they append them. run_archive has
+!> such procedures for all types of a run. Equal values stored in several places (shared) are stored once.
 module archive
    use kinds, only: wp, i8
    implicit none
@@ -15,24 +16,25 @@ module archive
 
    character(1), parameter :: zero = char(0)
 
+   !> A sequence of bytes to which values are appended, or from which they are loaded.
    type :: archive_t
-      logical :: loading = .false.             !! values are taken out, else put in
-      logical :: damaged = .false.             !! more was wanted than there is
-      integer :: n = 0                         !! bytes
-      integer :: at = 0                        !! of them taken out
-      character(1), allocatable :: bytes(:)    !! the first n
-      integer, allocatable :: shared(:, :)     !! (2, blocks) first byte and number of those that may be referred to
+      logical :: loading = .false.             !! true: values are loaded; false: values are stored
+      logical :: damaged = .false.             !! more bytes were requested than the archive has
+      integer :: n = 0                         !! number of bytes
+      integer :: at = 0                        !! number of bytes loaded so far
+      character(1), allocatable :: bytes(:)    !! `n` bytes, followed by unused space
+      integer, allocatable :: shared(:, :)     !! (2, blocks) number of bytes before a shared block, and its number of bytes
       integer :: n_shared = 0
    end type archive_t
 
-   !> archive_one(archive, value): a single number, logical or text of fixed length.
+   !> archive_one(archive, value): stores or loads a single number, logical or text of fixed length.
    interface archive_one
       module procedure one_integer, one_real, one_logical, one_long, one_text
    end interface archive_one
 
 contains
 
-   !> An archive that gives back what bytes have.
+   !> An archive from which the values in the bytes are loaded.
    function archive_of(bytes) result(a)
       character(1), intent(in) :: bytes(:)
       type(archive_t) :: a
@@ -41,7 +43,8 @@ contains
       a%bytes = bytes
    end function archive_of
 
-   !> Bytes with every row of zeros as a zero and its length: half of a state are zeros.
+   !> Compresses bytes: each sequence of zeros, up to 255, becomes a zero and its length. About half of the bytes of a state are
+   !> zeros.
    pure function without_zeros(bytes) result(packed)
       character(1), intent(in) :: bytes(:)
       character(1), allocatable :: packed(:)
@@ -66,7 +69,7 @@ contains
       packed = packed(:n)
    end function without_zeros
 
-   !> The bytes that without_zeros has packed.
+   !> Restores the bytes that without_zeros has compressed.
    pure function with_zeros(packed) result(bytes)
       character(1), intent(in) :: packed(:)
       character(1), allocatable :: bytes(:)
@@ -85,7 +88,7 @@ contains
       end do
    end function with_zeros
 
-   !> Forgets what was put in behind a number of bytes.
+   !> Discards all bytes behind the first n.
    subroutine archive_reset(a, n)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: n
@@ -96,7 +99,7 @@ contains
       end do
    end subroutine archive_reset
 
-   !> Puts bytes in.
+   !> Appends bytes.
    subroutine put(a, bytes)
       type(archive_t), intent(inout) :: a
       character(1), intent(in) :: bytes(:)
@@ -111,7 +114,7 @@ contains
       a%n = a%n + size(bytes)
    end subroutine put
 
-   !> Place of the next bytes to be taken out; false: there are not so many.
+   !> Position of the next bytes to be loaded; false if the archive has fewer bytes left, which marks it as damaged.
    logical function take(a, bytes, first)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: bytes
@@ -122,6 +125,7 @@ contains
       a%damaged = .not. take
    end function take
 
+   !> Stores or loads n integers.
    subroutine archive_integers(a, n, x)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: n
@@ -134,6 +138,7 @@ contains
       end if
    end subroutine archive_integers
 
+   !> Stores or loads n reals.
    subroutine archive_reals(a, n, x)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: n
@@ -146,6 +151,7 @@ contains
       end if
    end subroutine archive_reals
 
+   !> Stores or loads n logicals.
    subroutine archive_logicals(a, n, x)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: n
@@ -158,6 +164,7 @@ contains
       end if
    end subroutine archive_logicals
 
+   !> Stores or loads n 64-bit integers.
    subroutine archive_longs(a, n, x)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: n
@@ -170,6 +177,7 @@ contains
       end if
    end subroutine archive_longs
 
+   !> Stores or loads n texts of fixed length.
    subroutine archive_texts(a, n, x)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: n
@@ -229,7 +237,7 @@ contains
       x = copy(1)
    end subroutine one_long
 
-   !> Text of any length, or none at all.
+   !> Stores or loads an allocatable text.
    subroutine archive_text(a, x)
       type(archive_t), intent(inout) :: a
       character(:), allocatable, intent(inout) :: x
@@ -245,7 +253,7 @@ contains
       if (length >= 0) call one_text(a, x)
    end subroutine archive_text
 
-   !> Whether something is there.
+   !> Stores or loads a flag, for example whether a component is allocated; false if the archive is damaged.
    subroutine archive_flag(a, x)
       type(archive_t), intent(inout) :: a
       logical, intent(inout) :: x
@@ -253,7 +261,7 @@ contains
       if (a%damaged) x = .false.
    end subroutine archive_flag
 
-   !> Which of several it is; 0: none.
+   !> Stores or loads a choice among several; 0: none, also if the archive is damaged.
    subroutine archive_number(a, x)
       type(archive_t), intent(inout) :: a
       integer, intent(inout) :: x
@@ -261,7 +269,7 @@ contains
       if (a%damaged) x = 0
    end subroutine archive_number
 
-   !> Bounds of an array: they are as empty as can be where the archive is damaged.
+   !> Stores or loads the bounds of an array; those of an empty array if the archive is damaged.
    subroutine archive_bounds(a, rank, bounds)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: rank
@@ -274,7 +282,7 @@ contains
       end do
    end subroutine archive_bounds
 
-   !> What follows, up to archive_end_shared, is stored once where it is the same to the bit.
+   !> Begins a block of values, up to archive_end_shared, that is stored as a reference if an equal block has been stored already.
    subroutine archive_begin_shared(a, mark)
       type(archive_t), intent(inout) :: a
       integer, intent(out) :: mark               !! for archive_end_shared
@@ -289,6 +297,7 @@ contains
       a%at = min(max(reference, 0), a%n)
    end subroutine archive_begin_shared
 
+   !> Ends a block of values: if an equal block was stored before, a reference replaces the new one.
    subroutine archive_end_shared(a, mark)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: mark

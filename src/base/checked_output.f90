@@ -1,8 +1,8 @@
-!> Standard output with an eye on failures: the Fortran runtime loses what cannot be written (a full disk, a reader that has left)
-!> without a word.
+!> Standard output with detection of failures: the Fortran runtime loses output that cannot be written (a full disk, a closed pipe)
+!> without a message.
 !>
-!> Short texts are written at once and whole. A listing is written line by line by Fortran, and its very last byte by put_text:
-!> where there was no room for what came before there is none for that either.
+!> Short texts are written at once as a whole. A listing is written line by line by Fortran, and its last byte by put_text: if the
+!> previous lines could not be written, the last byte cannot be written either.
 module checked_output
    use, intrinsic :: iso_fortran_env, only: output_unit
    use posix_files, only: write_bytes, error_text, is_closed
@@ -12,10 +12,10 @@ module checked_output
 
 contains
 
-   !> Writes text behind what Fortran has written.
+   !> Writes text to standard output, after everything that Fortran has written there.
    subroutine put_text(text, why)
       character(*), intent(in) :: text
-      character(:), allocatable, intent(out) :: why !! it, or what came before, cannot be written; empty: all is well
+      character(:), allocatable, intent(out) :: why !! why output cannot be written; empty: no failure
       integer :: status
       flush (output_unit)
       call write_bytes(1, text, status)
@@ -23,15 +23,15 @@ contains
       if (status /= 0 .and. status /= is_closed) why = error_text(status)
    end subroutine put_text
 
-   !> A unit for formatted output that put_draft writes.
+   !> Opens a unit for formatted output, which put_draft writes to standard output.
    subroutine open_draft(unit)
       integer, intent(out) :: unit
       open (newunit=unit, status='scratch', access='stream', form='formatted')
    end subroutine open_draft
 
-   !> Writes what was written to a draft to standard output, and closes the draft.
+   !> Writes the text of a draft to standard output, and closes the draft.
    subroutine put_draft(unit, why)
-      integer, intent(in) :: unit                 !! of open_draft
+      integer, intent(in) :: unit                 !! unit from open_draft
       character(:), allocatable, intent(out) :: why !! as in put_text
       character(:), allocatable :: text
       character(1) :: letter

@@ -1,4 +1,4 @@
-!> What a name in the file system stands for, as far as reading it could never end, or never begin.
+!> Checks that a name of the file system is a file whose reading can begin and end.
 module file_kind
    use, intrinsic :: iso_c_binding, only: c_ptr, c_char, c_int, c_long, c_null_char, c_associated
    use errors, only: error_t, fail
@@ -26,10 +26,10 @@ module file_kind
 
 contains
 
-   !> Refuses folders and pipes. Names of what the shell has opened already may stand for a pipe: unilat <(command).
+   !> Rejects folders and pipes. Names of files that the shell has opened are accepted, since they may be pipes: unilat <(command).
    subroutine check_file(path, error)
-      character(*), intent(in) :: path                 !! of what is to be read
-      type(error_t), allocatable, intent(out) :: error !! it is a folder or a pipe; what does not exist is no error
+      character(*), intent(in) :: path                 !! name of the file to be read
+      type(error_t), allocatable, intent(out) :: error !! the name is a folder or a pipe; a missing file is no error
       logical :: there
       integer :: bytes
       inquire (file=path//'/.', exist=there)
@@ -43,8 +43,8 @@ contains
       if (is_pipe(path)) call fail(error, quoted_path(path)//' is empty, or a pipe; a deck from a pipe is read from standard input')
    end subroutine check_file
 
-   !> True for a pipe, and for what has no bytes and may not be opened for update. Opened so, a pipe does not wait for its other
-   !> end; that it has no position says what it is.
+   !> True for a pipe, and for an empty file that may not be opened for update. Opened for update, a pipe does not wait for its
+   !> other end, and its position cannot be determined.
    logical function is_pipe(path)
       character(*), intent(in) :: path
       type(c_ptr) :: stream

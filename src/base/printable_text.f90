@@ -1,21 +1,21 @@
-!> Text of a deck as messages and listings may show it: no control characters, and not longer than one wants to read.
+!> Text of a deck for messages and listings: without control characters, and shortened.
 !>
-!> A terminal obeys control characters: a deck that somebody else wrote must not colour, move or name the window of who reads a
-!> message about it.
+!> A terminal executes control characters: a deck from somebody else must not change colours, cursor or window title of the terminal
+!> that shows a message about the deck.
 module printable_text
    implicit none
    private
    public :: printable, printable_lines, shortened, quoted, quoted_path, character_end, control_place, control_words
 
-   integer, parameter :: longest_quote = 80 !! [bytes] of a field that a message shows, the longest name
-   integer, parameter :: longest_path = 300 !! [bytes] of the name of a file
-   character(*), parameter :: picture = char(226)//char(144)        !! of U+2400 to U+243F, first two of three bytes
-   character(*), parameter :: no_text = char(239)//char(191)//char(189) !! U+FFFD, which stands for bytes that are no text
+   integer, parameter :: longest_quote = 80 !! [bytes] longest quotation of a field in a message: the longest name
+   integer, parameter :: longest_path = 300 !! [bytes] longest file name in a message
+   character(*), parameter :: picture = char(226)//char(144)        !! first two of the three bytes of U+2400 to U+243F
+   character(*), parameter :: no_text = char(239)//char(191)//char(189) !! U+FFFD, the replacement of bytes that are not UTF-8
 
 contains
 
-   !> A text in which each control character but the tab is its picture (U+2400 and what follows), and each byte that is no UTF-8,
-   !> and each of the control characters U+0080 to U+009F, the sign U+FFFD. Every character stays one character.
+   !> Text with every control character except the tab replaced by its picture (U+2400 and following), and every byte that is not
+   !> UTF-8 and every control character U+0080 to U+009F by U+FFFD. The number of characters stays.
    pure function printable(string) result(shown)
       character(*), intent(in) :: string !! any bytes
       character(:), allocatable :: shown
@@ -41,7 +41,7 @@ contains
       shown = shown(:n)
    end function printable
 
-   !> The same for a text of lines: what ends them stays.
+   !> The same for a text of several lines: line feeds stay.
    pure function printable_lines(string) result(shown)
       character(*), intent(in) :: string !! any bytes
       character(:), allocatable :: shown, line
@@ -60,19 +60,19 @@ contains
       shown = shown(:n)
    end function printable_lines
 
-   !> Adds a piece to a text that has room.
+   !> Appends a piece to a text, which must have room for it.
    pure subroutine put(text, n, piece)
       character(*), intent(inout) :: text
-      integer, intent(inout) :: n          !! bytes so far
+      integer, intent(inout) :: n          !! number of bytes so far
       character(*), intent(in) :: piece
       text(n + 1:n + len(piece)) = piece
       n = n + len(piece)
    end subroutine put
 
-   !> A text cut to a number of bytes at most, between characters, "..." in the place of what its middle lost.
+   !> Text shortened to a number of bytes at most, between characters, with " ... " in place of its middle.
    pure function shortened(string, most) result(short)
       character(*), intent(in) :: string
-      integer, intent(in) :: most        !! 20 or more
+      integer, intent(in) :: most        !! [bytes] largest length, 20 or more
       character(:), allocatable :: short
       integer :: first, last
       short = string
@@ -82,7 +82,7 @@ contains
       short = string(:first)//' ... '//string(last:)
    end function shortened
 
-   !> What a message quotes of a deck: as it stands there; of a long text the first characters, and how many bytes it has.
+   !> Quotation of a deck in a message: the text itself, or the first characters of a long text and its number of bytes.
    pure function quoted(string) result(quote)
       character(*), intent(in) :: string
       character(:), allocatable :: quote
@@ -97,27 +97,27 @@ contains
       quote = printable(string(:first))//'... ('//trim(number)//' characters)'
    end function quoted
 
-   !> The name of a file, as messages show it: of a long one the beginning and the end.
+   !> File name in a message: beginning and end of a long one.
    pure function quoted_path(path) result(quote)
       character(*), intent(in) :: path
       character(:), allocatable :: quote
       quote = printable(shortened(path, longest_path))
    end function quoted_path
 
-   !> Where the character ends that a byte belongs to.
+   !> Position of the last byte of the character to which a byte belongs.
    pure integer function character_end(string, place) result(last)
       character(*), intent(in) :: string
-      integer, intent(in) :: place       !! of the byte
+      integer, intent(in) :: place       !! position of the byte
       integer :: i
       last = place
-      do i = 1, 3                        ! no character has more bytes
+      do i = 1, 3                        ! a character has at most four bytes
          if (last == len(string)) return
          if (.not. inside_character(string(last + 1:last + 1))) return
          last = last + 1
       end do
    end function character_end
 
-   !> Position of the first control character but the tab; 0 when there is none.
+   !> Position of the first control character other than the tab; 0: none.
    pure integer function control_place(string) result(place)
       character(*), intent(in) :: string
       do place = 1, len(string)
@@ -129,7 +129,7 @@ contains
       place = 0
    end function control_place
 
-   !> What the character at a place of a text is, in words: "a line feed".
+   !> Name of a control character in words: "a line feed".
    pure function control_words(letter) result(words)
       character(1), intent(in) :: letter !! a control character
       character(:), allocatable :: words
@@ -149,7 +149,7 @@ contains
       end select
    end function control_words
 
-   !> Number of bytes of the UTF-8 character that a text begins with; 0: none, or one of the control characters U+0080 to U+009F.
+   !> Number of bytes of the UTF-8 character at the beginning of a text; 0: not UTF-8, or a control character U+0080 to U+009F.
    pure integer function character_length(bytes) result(length)
       character(*), intent(in) :: bytes !! 1 to 4
       integer :: i
@@ -178,13 +178,13 @@ contains
       inside_character = iand(iachar(byte), 192) == 128
    end function inside_character
 
-   !> True for the control characters of ASCII but the tab.
+   !> True for the control characters of ASCII except the tab.
    pure logical function is_control(letter)
       character(1), intent(in) :: letter
       is_control = (iachar(letter) < 32 .or. iachar(letter) == 127) .and. letter /= achar(9)
    end function is_control
 
-   !> The characters that may stay as they are, all that most texts have.
+   !> Characters that need no replacement: those of most texts.
    pure function plain() result(letters)
       character(96) :: letters
       integer :: i

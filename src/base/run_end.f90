@@ -1,6 +1,6 @@
-!> Whether something from outside wants the run to end: a signal, or the limit of time. posix_signals.c takes note of them.
+!> Detects that a signal or a time limit requires the run to end; posix_signals.c records both.
 !>
-!> The program's only state of this kind: a signal belongs to the process.
+!> This is the only global state of the program: signals belong to the process.
 module run_end
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_long
    use kinds, only: wp
@@ -8,7 +8,7 @@ module run_end
    private
    public :: watch_for_end, end_wanted, reason_to_end, guard_exit, ends_by_itself, has_stack
 
-   !> As posix_signals.c counts them.
+   !> Reasons in the numbering of posix_signals.c.
    character(*), parameter :: reason(7) = [character(60) :: 'ended by SIGTERM', 'ended by SIGINT', 'ended by SIGHUP', &
       & 'ended by SIGXCPU: the limit of CPU time is used up', 'ended by SIGXFSZ: the limit of file sizes is reached', &
       & 'ended by SIGPIPE: nobody reads the listing any more', 'the seconds of --max-seconds are used up']
@@ -39,18 +39,19 @@ module run_end
 
 contains
 
-   !> From here on TERM, INT, HUP, XCPU, XFSZ and PIPE do not end the program, but are noted; a second TERM, INT or HUP ends it.
+   !> From this call on, the signals TERM, INT, HUP, XCPU, XFSZ and PIPE are recorded and do not end the program; a second TERM, INT
+   !> or HUP ends it.
    subroutine watch_for_end(max_seconds)
-      real(wp), intent(in) :: max_seconds         !! from now on, after which the run ends; 0: no limit
+      real(wp), intent(in) :: max_seconds         !! seconds from this call until the run ends; 0: no limit
       call c_watch(real(max_seconds, c_double))
    end subroutine watch_for_end
 
-   !> True when the run is to end as soon as it can.
+   !> True if the run must end as soon as possible.
    logical function end_wanted()
       end_wanted = c_received() > 0
    end function end_wanted
 
-   !> Why it is to end, in words; empty where it is not.
+   !> Message why the run must end; empty if it need not.
    function reason_to_end() result(words)
       character(:), allocatable :: words
       integer :: number
@@ -59,19 +60,19 @@ contains
       if (number > 0) words = trim(reason(number))
    end function reason_to_end
 
-   !> The exit codes of a program that does not end by itself, but by the Fortran runtime.
+   !> Sets the exit codes for the case that the Fortran runtime ends the program.
    subroutine guard_exit(without_memory, otherwise)
-      integer, intent(in) :: without_memory       !! an array could not be allocated
+      integer, intent(in) :: without_memory       !! exit code if an array could not be allocated
       integer, intent(in) :: otherwise
       call c_guard_exit(int(without_memory, c_int), int(otherwise, c_int))
    end subroutine guard_exit
 
-   !> The program ends now, with the exit code that it wants.
+   !> Announces that the program ends by itself: the exit codes of guard_exit no longer apply.
    subroutine ends_by_itself()
       call c_ends_by_itself()
    end subroutine ends_by_itself
 
-   !> Makes sure of so large a stack; false when the system's limit is below.
+   !> Ensures a stack of at least the given size; false if the system's limit is smaller.
    logical function has_stack(bytes)
       integer, intent(in) :: bytes
       has_stack = c_has_stack(int(bytes, c_long)) == 0

@@ -1,7 +1,8 @@
-!> What of the output is read on a terminal, and colours for it.
+!> Detects terminals, and colours text for them.
 !>
-!> Colours are escape sequences (ECMA-48, SGR). A terminal gets them unless the environment has NO_COLOR (no-color.org) or calls it
-!> dumb; FORCE_COLOR asks for them where the output only passes on to a terminal. Either counts when it is not empty.
+!> Colours are escape sequences (ECMA-48, SGR). A terminal gets them unless the environment has NO_COLOR (no-color.org) or its TERM
+!> is empty or "dumb"; FORCE_COLOR requests colours also if the output is passed on to a terminal. NO_COLOR and FORCE_COLOR do not
+!> count if they are empty.
 module terminal
    use, intrinsic :: iso_c_binding, only: c_int
    implicit none
@@ -16,7 +17,7 @@ module terminal
    end enum
 
    interface
-      !> POSIX: 1 when a file descriptor is a terminal.
+      !> POSIX: 1 if a file descriptor is a terminal.
       integer(c_int) function c_isatty(descriptor) bind(c, name='isatty')
          import :: c_int
          integer(c_int), value :: descriptor
@@ -25,13 +26,13 @@ module terminal
 
 contains
 
-   !> True when a descriptor is a terminal.
+   !> True if a file descriptor is a terminal.
    logical function is_terminal(descriptor)
       integer, intent(in) :: descriptor !! standard_...
       is_terminal = c_isatty(int(descriptor, c_int)) == 1
    end function is_terminal
 
-   !> True when a descriptor is to get colours.
+   !> True if output to a file descriptor is coloured.
    logical function has_colours(descriptor)
       integer, intent(in) :: descriptor !! standard_output or standard_error
       character(4) :: kind
@@ -45,11 +46,11 @@ contains
       has_colours = length > 0 .and. .not. (kind == 'dumb' .and. length == 4)
    end function has_colours
 
-   !> Text in a colour, or as it is.
+   !> Text in a colour, or unchanged.
    pure function painted(text, colour, wanted) result(string)
       character(*), intent(in) :: text
       integer, intent(in) :: colour  !! bold, red or green
-      logical, intent(in) :: wanted  !! from has_colours; false: as it is
+      logical, intent(in) :: wanted  !! result of has_colours; false: text unchanged
       character(:), allocatable :: string
       character(*), parameter :: escape = achar(27)//'['
       character(2) :: code

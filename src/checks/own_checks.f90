@@ -1,4 +1,4 @@
-!> The verdict of a run's own checks on one point: a point that fails is no equilibrium, and none is to follow it.
+!> Verdict of the independent checks on one point: a point that fails is no equilibrium and is the last point of its path.
 module own_checks
    use kinds, only: wp
    use run_accuracy, only: accuracy_t, worst_t, place_t
@@ -7,15 +7,15 @@ module own_checks
    private
    public :: failed_words
 
-   ! What no converged point comes near to.
-   real(wp), parameter :: unbalanced = 1.0e-4_wp     !! over the largest force
-   real(wp), parameter :: misplaced = 1.0e-7_wp      !! over the size
+   ! Bounds far above the values of converged points.
+   real(wp), parameter :: unbalanced = 1.0e-4_wp     !! relative to the largest force
+   real(wp), parameter :: misplaced = 1.0e-7_wp      !! relative to the size of the structure
 
 contains
 
-   !> Which checks a point fails, by how much and where; '' where it passes all of them.
+   !> Names of the checks that a point fails, with value and place; '' if the point passes all checks.
    pure function failed_words(here) result(text)
-      type(accuracy_t), intent(in) :: here       !! of that point alone
+      type(accuracy_t), intent(in) :: here       !! worst values of that point alone
       character(:), allocatable :: text
       text = ''
       call look('balance of forces', here%force_balance, unbalanced)

@@ -18,22 +18,23 @@ module point_checks
    private
    public :: check_point
 
-   !> Rounding over the stiffness along the path that gives a warning: limit points move by this part of an increment, their loads
-   !> by its square.
+   !> Smallest ratio of rounding to the stiffness along the path that gives a warning: limit points are shifted by this fraction of
+   !> an increment, their loads by its square.
    real(wp), parameter :: told_rounding = 0.1_wp
 
 contains
 
-   !> Raises the worst values by those of a point, which gets a warning where mesh or numbers begin to carry too little.
+   !> Updates the worst values by those of a point, and adds a warning to the point if mesh or number representation become
+   !> inadequate.
    subroutine check_point(problem, state, system, at, touches_in, point, accuracy, wrong)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       type(system_t), intent(in) :: system       !! assembled and factored at `state`
       type(place_t), intent(in) :: at            !! place of the point in the run
       integer, intent(in) :: touches_in          !! element in which a contact span begins at this point; 0: none
-      type(point_t), intent(inout) :: point      !! with its residual
+      type(point_t), intent(inout) :: point      !! recorded point, with its residual
       type(accuracy_t), intent(inout) :: accuracy
-      character(:), allocatable, intent(out) :: wrong !! why the point is no equilibrium; '': it is one
+      character(:), allocatable, intent(out) :: wrong !! message why the point is no equilibrium; '': it passes the checks
       type(accuracy_t) :: here
       type(verdict_t) :: verdict
       associate (step => problem%model%step(problem%step))
@@ -52,7 +53,7 @@ contains
 
    contains
 
-      !> In a rod that may roll every displacement is one of a family.
+      !> Warns if the rod can roll: its displacements are one solution of a family.
       subroutine check_rolling()
          character(:), allocatable :: names, where
          integer :: m
@@ -74,7 +75,7 @@ contains
       !> previous point, or with bending.
       subroutine check_rounding()
          real(wp) :: stiffness, rounding, scale
-         ! The path does not depend on the tangent of such a start, see stiffness_homotopy.
+         ! The path does not depend on the tangent of a start with a stiffness homotopy, see stiffness_homotopy.
          if (is_stress_free(state) .and. followed_part(problem) < 1.0_wp) return
          call path_stiffness(problem, state, system, stiffness, rounding)
          scale = max(stiffness, accuracy%stiffness, bending_stiffness(problem))
@@ -86,7 +87,7 @@ contains
             & rounding_cure(problem, state), accuracy%rounding_words)
       end subroutine check_rounding
 
-      !> Adds a warning the first time, at the point as well.
+      !> Keeps the first warning of its kind, and adds it to the point.
       subroutine warn(what, words, kept)
          character(*), intent(in) :: what, words
          character(:), allocatable, intent(inout) :: kept

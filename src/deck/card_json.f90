@@ -43,7 +43,8 @@ contains
       string = string//']}'
    end function card_object
 
-   !> Data lines: the first form whose condition holds counts. No "most": as many as one likes.
+   !> One form of the data lines of a card; the first form whose condition is satisfied applies. Without "most" the number of lines
+   !> is not limited.
    function layout_object(layout) result(string)
       type(layout_t), intent(in) :: layout
       character(:), allocatable :: string
@@ -59,7 +60,7 @@ contains
       string = string//']}'
    end function layout_object
 
-   !> A parameter or a field.
+   !> A parameter or field as a JSON object.
    function item_object(item) result(string)
       type(item_t), intent(in) :: item
       character(:), allocatable :: string
@@ -137,7 +138,7 @@ contains
       string = trim(merge('true ', 'false', value))
    end function truth
 
-   !> A string of JSON.
+   !> A text as a JSON string.
    pure function quoted(text) result(string)
       character(*), intent(in) :: text
       character(:), allocatable :: string

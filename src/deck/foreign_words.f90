@@ -1,4 +1,4 @@
-!> Words of Abaqus and CalculiX that decks of unilat do not have: what stands for each of them here, or that nothing does.
+!> Words of Abaqus and CalculiX that unilat decks do not have, each with its equivalent here or a message that there is none.
 module foreign_words
    use text, only: word_index
    implicit none
@@ -16,9 +16,9 @@ module foreign_words
 
 contains
 
-   !> What stands for a keyword; '' when nothing is known of it.
+   !> Equivalent of a foreign keyword; '' if the keyword is unknown.
    pure function foreign_card(keyword) result(answer)
-      character(*), intent(in) :: keyword !! without the star; case and blanks do not count
+      character(*), intent(in) :: keyword !! keyword without the star; case and blanks do not matter
       character(:), allocatable :: answer
       answer = ''
       call take(answer, keyword, 'PART|END PART|ASSEMBLY|END ASSEMBLY|INSTANCE|END INSTANCE', one_structure)
@@ -62,10 +62,10 @@ contains
       call take(answer, keyword, 'USER ELEMENT|MATRIX INPUT|SUBSTRUCTURE PROPERTY|SUPER ELEMENT', 'not available')
    end function foreign_card
 
-   !> What stands for a parameter of a card; '' when nothing is known of it.
+   !> Equivalent of a foreign parameter of a card; '' if the parameter is unknown.
    pure function foreign_parameter(keyword, name) result(answer)
-      character(*), intent(in) :: keyword !! of the card, as the table spells it
-      character(*), intent(in) :: name    !! of the parameter; case and blanks do not count
+      character(*), intent(in) :: keyword !! keyword of the card, as in the card table
+      character(*), intent(in) :: name    !! name of the parameter; case and blanks do not matter
       character(:), allocatable :: answer
       answer = ''
       call take_of(answer, keyword, name, '', 'OP', &
@@ -98,10 +98,10 @@ contains
          'here OBSTACLE, NSET, and FOUNDATION on *OBSTACLE')
    end function foreign_parameter
 
-   !> What stands for the value of a parameter or field; '' when nothing is known of it.
+   !> Equivalent of a foreign value of a parameter or field; '' if the value is unknown.
    pure function foreign_value(name, typed) result(answer)
-      character(*), intent(in) :: name    !! of the parameter or field, as the table spells it
-      character(*), intent(in) :: typed   !! the word; case and blanks do not count
+      character(*), intent(in) :: name    !! name of the parameter or field, as in the card table
+      character(*), intent(in) :: typed   !! the value; case and blanks do not matter
       character(:), allocatable :: answer
       answer = ''
       call take_of(answer, name, typed, 'TYPE', &
@@ -136,28 +136,28 @@ contains
       call take_of(answer, name, typed, 'dof', 'ZSYMM|XASYMM|YASYMM|ZASYMM', plane)
    end function foreign_value
 
-   !> What is to be said of a field that data lines of a card have there but not here; '' when nothing is known of it.
+   !> Message about a field that a data line has in Abaqus but not here; '' if there is none.
    pure function foreign_field(keyword, field) result(answer)
-      character(*), intent(in) :: keyword !! of the card, as the table spells it
-      integer, intent(in) :: field        !! its number on the line
+      character(*), intent(in) :: keyword !! keyword of the card, as in the card table
+      integer, intent(in) :: field        !! number of the field on the line
       character(:), allocatable :: answer
       answer = ''
       if (keyword == 'NODE' .and. field == 4) answer = 'a third coordinate is '//plane
    end function foreign_field
 
-   !> Gives the answer where a word is one of some.
+   !> Sets the answer if a word is one of a list.
    pure subroutine take(answer, typed, words, why)
       character(:), allocatable, intent(inout) :: answer
       character(*), intent(in) :: typed
-      character(*), intent(in) :: words, why         !! between bars, and their answer
+      character(*), intent(in) :: words, why         !! list of words, separated by bars, and its answer
       if (word_index(words, typed) > 0) answer = why
    end subroutine take
 
-   !> The same for words that mean something in one place only.
+   !> The same for words that have this meaning at one place only.
    pure subroutine take_of(answer, place, typed, of, words, why)
       character(:), allocatable, intent(inout) :: answer
-      character(*), intent(in) :: place, typed       !! a card, parameter or field, and what stands there
-      character(*), intent(in) :: of, words, why     !! the place that the words belong to, '': any
+      character(*), intent(in) :: place, typed       !! card, parameter or field, and the word given there
+      character(*), intent(in) :: of, words, why     !! place of the words; '': any
       if (of == '' .or. of == place) call take(answer, typed, words, why)
    end subroutine take_of
 end module foreign_words

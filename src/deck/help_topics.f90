@@ -1,4 +1,4 @@
-!> Answers about one word: a card, an option, a parameter or a word of a card, or a word that other programs' decks have.
+!> Help about one word: a card, an option, a parameter or word of a card, or a word of other programs' decks.
 module help_topics
    use text, only: squeeze, nearest_word, word_index
    use errors, only: error_t, fail
@@ -18,8 +18,8 @@ contains
    !> Writes the reference of one card.
    subroutine write_card_help(unit, topic, error)
       integer, intent(in) :: unit                      !! connected for formatted writing
-      character(*), intent(in) :: topic                !! its keyword; star, case and blanks do not count
-      type(error_t), allocatable, intent(out) :: error !! there is no such card; says what may be meant
+      character(*), intent(in) :: topic                !! keyword of the card; star, case and blanks do not matter
+      type(error_t), allocatable, intent(out) :: error !! there is no such card; the message suggests a similar one
       type(card_spec_t), allocatable :: table(:)
       integer :: i
       table = all_cards()
@@ -31,11 +31,11 @@ contains
       end if
    end subroutine write_card_help
 
-   !> Writes what the program knows of a word.
+   !> Writes all help about a word.
    subroutine write_help(unit, topic, error)
       integer, intent(in) :: unit                      !! connected for formatted writing
-      character(*), intent(in) :: topic                !! the word; case and blanks do not count
-      type(error_t), allocatable, intent(out) :: error !! nothing is known of it; says what may be meant
+      character(*), intent(in) :: topic                !! the word; case and blanks do not matter
+      type(error_t), allocatable, intent(out) :: error !! the word is unknown; the message suggests a similar one
       type(card_spec_t), allocatable :: table(:)
       character(:), allocatable :: words, near
       integer :: i, k, f
@@ -49,7 +49,7 @@ contains
          call write_card(unit, table(i))
          found = .true.
       end if
-      ! Parameters, and the words that stand for values.
+      ! Parameters, and the words that are values of parameters and fields.
       words = ''
       do i = 1, size(table)
          words = words//'|*'//table(i)%keyword
@@ -77,7 +77,7 @@ contains
       end if
    end subroutine write_help
 
-   !> The lines of the help that are about an option.
+   !> Writes the lines about an option from the help text.
    subroutine write_option(unit, topic, found)
       integer, intent(in) :: unit
       character(*), intent(in) :: topic
@@ -102,7 +102,7 @@ contains
       end do
    end subroutine write_option
 
-   !> The option that a line of the help begins with.
+   !> Name of the option with which a line of the help text begins.
    pure function option_name(line) result(name)
       character(*), intent(in) :: line
       character(:), allocatable :: name
@@ -110,12 +110,12 @@ contains
       if (index(name, ' ') > 0) name = name(:index(name, ' ') - 1)
    end function option_name
 
-   !> A line about a parameter or field that has a name, or takes a word.
+   !> Writes a line about a parameter or field if the topic is one of its values, or its name.
    subroutine write_item(unit, topic, place, item, named, found)
       integer, intent(in) :: unit
       character(*), intent(in) :: topic, place
       type(item_t), intent(in) :: item
-      logical, intent(in) :: named               ! it counts that the item has this name
+      logical, intent(in) :: named               ! true: the name of the item counts, too
       logical, intent(inout) :: found
       logical :: is_it
       is_it = word_index(item%words, topic) > 0
@@ -125,7 +125,7 @@ contains
       found = .true.
    end subroutine write_item
 
-   !> What stands for a word of other programs, wherever decks of them have it.
+   !> Writes the equivalents of a word of other programs for all places at which their decks have the word.
    subroutine write_foreign(unit, topic, table, found)
       integer, intent(in) :: unit
       character(*), intent(in) :: topic
@@ -159,7 +159,7 @@ contains
       end subroutine answer_with
    end subroutine write_foreign
 
-   !> A keyword without the star.
+   !> Removes the star of a keyword.
    pure function without_star(topic) result(keyword)
       character(*), intent(in) :: topic
       character(:), allocatable :: keyword

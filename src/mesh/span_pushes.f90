@@ -1,6 +1,6 @@
-!> Where and how hard obstacles push contact spans, for the results: forces at points and at the ends of lines, and what acts along
-!> the lines. Both are lists with six numbers each: contact, arc length along its chain, place (x, y), force (x, y) on the rod;
-!> along lines it is the force per stress-free length.
+!> Contact forces of contact spans for the results: forces at points and at the ends of line contacts, and pressures along line
+!> contacts. Both are lists of six numbers each: contact, arc length along its chain, place (x, y), force (x, y) on the rod; along
+!> line contacts the force is per stress-free length.
 module span_pushes
    use kinds, only: wp
    use problem, only: problem_t
@@ -12,12 +12,14 @@ module span_pushes
    private
    public :: point_pushes, line_pushes
 
-   integer, parameter :: samples = 4        !! of a smooth part of a line in one element, less one
-   real(wp), parameter :: inside = 1.0e-9_wp !! of that part: its ends are looked at there, as the force jumps where tracks join
+   integer, parameter :: samples = 4        !! intervals between samples of each smooth part of a line contact in an element
+   real(wp), parameter :: inside = 1.0e-9_wp !! relative distance of the first and last sample from the ends of the part, as the
+   !! pressure jumps where tracks join
 
 contains
 
-   !> The forces at touched points and at ends of lines. Those of nodes inside a line are left out: they carry none.
+   !> Forces at point contacts and at the ends of line contacts. Nodes inside a line contact carry no concentrated force and are
+   !> left out.
    function point_pushes(problem, state) result(list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -43,7 +45,7 @@ contains
       end do
    end function point_pushes
 
-   !> The forces per stress-free length along the lines: samples in the order of the elements, a part that is smooth after another.
+   !> Forces per stress-free length along the line contacts: samples in the order of the elements, one smooth part after another.
    function line_pushes(problem, state) result(list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -72,7 +74,7 @@ contains
       end do
    end function line_pushes
 
-   !> Puts one more at the end of a list.
+   !> Appends a force to a list.
    pure subroutine add(list, contact, at, place, force)
       real(wp), allocatable, intent(inout) :: list(:, :)
       integer, intent(in) :: contact

@@ -1,6 +1,6 @@
 !> Monitors as functionals: displacements, reactions of supports and springs, forces of stops and of contact spans.
 !>
-!> The reaction of a support is the residual of the unknown that it holds; that of a spring follows its displacement.
+!> The reaction of a support is the residual of its fixed unknown; the force of a spring is proportional to its displacement.
 module monitor_functional
    use kinds, only: wp
    use model, only: quantity_displacement, quantity_contact
@@ -19,7 +19,7 @@ module monitor_functional
 
 contains
 
-   !> A monitor, linearised. `known` is false for contact forces that are not those of contact spans alone.
+   !> A monitor with its linearisation. `known` is false for contact forces that include forces other than those of contact spans.
    function new_monitor_functional(problem, state, system, m) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -46,11 +46,11 @@ contains
             if (.not. number%known) return
             call contact_sum_gradient(problem, state, system, m, number%by_unknown, number%by_load, number%by_force, &
                & number%by_element)
-            ! Touchdown points carry the sum: forces at nodes are known, not polynomials between them.
+            ! The sum consists of nodal forces at touchdown points: the polynomials between nodes do not enter.
             number%defect = contact_sum_defect(problem, state, system, m)
             return
          end if
-         ! The reaction of a support is what is out of balance there; that of a spring is its displacement's.
+         ! The reaction of a support is the residual of its fixed unknown; the force of a spring follows from its displacement.
          spring = 0.0_wp
          do i = 1, size(monitor%node)
             node = problem%mesh_node(monitor%node(i))
@@ -70,7 +70,7 @@ contains
 
    contains
 
-      !> What is out of balance is the unknowns', the load's and the elements'.
+      !> Linearises the residual by the unknowns, the load factor and the end forces of the elements.
       subroutine through_equations()
          integer :: e
          call band_times(system%k, number%by_force, number%by_unknown)
@@ -82,7 +82,7 @@ contains
       end subroutine through_equations
    end function new_monitor_functional
 
-   !> True for a monitor of the force of stops.
+   !> True for a monitor of the contact force of stops.
    pure logical function watches_stops(problem, m)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: m                   !! index into model%monitor

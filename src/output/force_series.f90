@@ -1,5 +1,5 @@
-!> Growing tables of what obstacles push contact spans with, a row a force: those at points and at ends of lines, and samples of
-!> those along lines. Only stored points have rows.
+!> Growing tables of the contact forces on contact spans: one row for each force at a point or at the end of a line contact, and for
+!> each sample of the pressure along line contacts. Only stored points of the path have rows.
 module force_series
    use kinds, only: wp
    use model, only: model_t
@@ -24,13 +24,13 @@ module force_series
 
 contains
 
-   !> Creates both tables where some step stores reactions and contact is anywhere along the rods.
+   !> Creates both tables if a step stores reactions and the deck has contact along rods.
    subroutine open_forces(series, set, file, model, group)
       type(force_series_t), intent(out) :: series
       type(series_set_t), intent(inout) :: set
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
-      character(*), intent(in) :: group           !! that of the path: '' for the root
+      character(*), intent(in) :: group           !! group of the path; '': root
       if (.not. any(model%contact%along)) return
       if (.not. any(model%step%field_every > 0 .and. model%step%field_reaction)) return
       call open_table(series%single, '/contact_force', 'force', 'force (x, y) on the structure at a point or the end of a line', &
@@ -57,7 +57,7 @@ contains
       end subroutine open_table
    end subroutine open_forces
 
-   !> Adds what one point has.
+   !> Appends the contact forces of one point.
    subroutine append_forces(series, set, point, row)
       type(force_series_t), intent(in) :: series
       type(series_set_t), intent(inout) :: set

@@ -1,5 +1,5 @@
-!> What may become of a file that has the name of a result file: results of unilat are replaced, damaged ones step aside, and
-!> everything else stays.
+!> Decides about an existing file with the name of a result file: results of unilat may be replaced, damaged files are renamed, and
+!> all other files stay.
 module former_file
    use, intrinsic :: iso_c_binding, only: c_loc, c_ptr, c_char, c_null_char, c_f_pointer, c_associated, c_null_ptr
    use hdf5, only: hid_t, h5f_acc_rdonly_f, h5fopen_f, h5fclose_f, h5fis_hdf5_f, h5oopen_f, h5oclose_f, h5aexists_f, h5aopen_f, &
@@ -9,19 +9,19 @@ module former_file
    private
    public :: make_room, is_result, text_attribute
 
-   !> What an HDF5 file turns out to be.
+   !> Contents of a file.
    enum, bind(c)
       enumerator :: is_ours = 1, is_foreign, is_damaged, is_no_hdf5
    end enum
 
 contains
 
-   !> Looks whether a result file may take a name, and moves a damaged file away.
+   !> Checks whether a result file may have a name, and renames a damaged file of that name.
    subroutine make_room(name, force, note, why)
-      character(*), intent(in) :: name            !! links are followed already
-      logical, intent(in) :: force                !! whatever file is there may be replaced
-      character(:), allocatable, intent(inout) :: note !! says what was moved away
-      character(:), allocatable, intent(out) :: why !! it may not; empty: it may
+      character(*), intent(in) :: name            !! name of the file, symbolic links resolved
+      logical, intent(in) :: force                !! true: any plain file may be replaced
+      character(:), allocatable, intent(inout) :: note !! receives a message if a file was renamed
+      character(:), allocatable, intent(out) :: why !! message why the name cannot be used; empty: it can
       character(:), allocatable :: aside
       integer :: kind, status
       why = ''
@@ -47,7 +47,7 @@ contains
       end if
    end subroutine make_room
 
-   !> A name for what is damaged that nothing has yet.
+   !> An unused name for a damaged file.
    function free_name(name) result(free)
       character(*), intent(in) :: name
       character(:), allocatable :: free
@@ -70,7 +70,7 @@ contains
       is_result = content(name) == is_ours
    end function is_result
 
-   !> What a file is that is not empty.
+   !> Contents of a file that is not empty: is_ours, is_foreign, is_damaged or is_no_hdf5.
    integer function content(name)
       character(*), intent(in) :: name
       integer(hid_t) :: file, root
@@ -94,7 +94,7 @@ contains
       call h5fclose_f(file, close_status)
    end function content
 
-   !> A text attribute of variable length; empty where it is none, or cannot be read.
+   !> Value of a text attribute of variable length; empty if the attribute is missing, of another type, or unreadable.
    function text_attribute(place, name) result(text)
       integer(hid_t), intent(in) :: place
       character(*), intent(in) :: name

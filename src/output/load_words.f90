@@ -1,4 +1,4 @@
-!> Loads and supports in words, for the first part of the listing: what acts where, so that a load on a wrong node is seen at once.
+!> Loads and supports in words for the first part of the listing, so that a load on a wrong node is noticed at once.
 module load_words
    use kinds, only: wp
    use model, only: model_t, load_t
@@ -8,8 +8,8 @@ module load_words
    private
    public :: words_t, load_lines, support_lines, spring_lines
 
-   integer, parameter :: most_labels = 6        !! of nodes that are listed one by one
-   integer, parameter :: most_lines = 12        !! of one kind
+   integer, parameter :: most_labels = 6        !! largest number of node labels listed one by one
+   integer, parameter :: most_lines = 12        !! largest number of lines of one kind
 
    !> A line of words.
    type :: words_t
@@ -18,7 +18,7 @@ module load_words
 
 contains
 
-   !> All loads of a step at load factor 1, one line for those that are alike, and their sums.
+   !> All loads of a step at load factor 1, one line for equal loads, and their sum.
    function load_lines(model, load, total) result(lines)
       type(model_t), intent(in) :: model
       type(load_t), intent(in) :: load
@@ -43,7 +43,7 @@ contains
          & '), moment about the origin '//brief(total(3)))]
    end function load_lines
 
-   !> The supports, one line for nodes that are held alike.
+   !> The supports, one line for all nodes with the same fixed unknowns.
    function support_lines(model) result(lines)
       type(model_t), intent(in) :: model
       type(words_t), allocatable :: lines(:)
@@ -65,20 +65,20 @@ contains
       end do
    end function support_lines
 
-   !> The springs to the ground, one line for nodes that have the same.
+   !> The springs to the ground, one line for all nodes with equal springs.
    function spring_lines(model) result(lines)
       type(model_t), intent(in) :: model        !! with springs
       type(words_t), allocatable :: lines(:)
       lines = node_lines(model, model%spring, any(model%spring > 0.0_wp, 1), 'spring', 'rotation')
    end function spring_lines
 
-   !> Values at nodes, one line for nodes that have the same.
+   !> Values at nodes, one line for all nodes with equal values.
    function node_lines(model, value, has, what, turn) result(lines)
       type(model_t), intent(in) :: model
       real(wp), intent(in) :: value(:, :)       !! (3, nodes)
-      logical, intent(in) :: has(:)             !! (nodes) there is one
-      character(*), intent(in) :: what          !! it is
-      character(*), intent(in) :: turn          !! and what its third component is
+      logical, intent(in) :: has(:)             !! (nodes) true: the node has a value
+      character(*), intent(in) :: what          !! name of the value
+      character(*), intent(in) :: turn          !! name of its third component
       type(words_t), allocatable :: lines(:)
       logical :: left(size(has)), alike(size(has))
       integer :: node, i
@@ -97,7 +97,7 @@ contains
       end do
    end function node_lines
 
-   !> What acts along elements, one line for those that have the same.
+   !> Loads along elements, one line for all elements with equal loads.
    function element_lines(load) result(lines)
       type(load_t), intent(in) :: load
       type(words_t), allocatable :: lines(:)
@@ -131,7 +131,7 @@ contains
    !> "node 3 at (150, 0)", "nodes 1, 5, 9", "nodes 1, 2, 3, 4, 5, 6 and 20 more".
    function nodes_text(model, node) result(text)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: node(:)            !! one at least
+      integer, intent(in) :: node(:)            !! at least one node
       character(:), allocatable :: text
       integer :: i
       associate (label => model%mesh%node_label(node), x => model%mesh%x(:, node(1)))
@@ -148,10 +148,10 @@ contains
       end associate
    end function nodes_text
 
-   !> What is not zero of two components along the axes and one that turns.
+   !> Components that are not zero: two along the axes, and a rotation or moment.
    pure function vector_text(value, turn) result(text)
       real(wp), intent(in) :: value(3)
-      character(*), intent(in) :: turn          !! what that is
+      character(*), intent(in) :: turn          !! name of the third component
       character(:), allocatable :: text
       text = ''
       if (any(abs(value(1:2)) > 0.0_wp)) text = '('//brief(value(1))//', '//brief(value(2))//')'

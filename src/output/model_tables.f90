@@ -1,5 +1,4 @@
-!> The parts of the result file that say what holds and loads the structure: supports, springs, loads of the steps, sets of nodes.
-!> A failure stays in the file: see hdf5_file.
+!> Writes supports, springs, loads of the steps and node sets to the result file. A failure is kept in the file, see hdf5_file.
 module model_tables
    use kinds, only: wp
    use model, only: model_t, step_t
@@ -16,7 +15,7 @@ module model_tables
 
 contains
 
-   !> The group /supports: which nodes are held, and springs.
+   !> Writes the group /supports: fixed unknowns and springs.
    subroutine write_supports(file, model)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
@@ -46,7 +45,7 @@ contains
       end associate
    end subroutine write_supports
 
-   !> The group /loads, with one group a step: what its load factor multiplies. Only what is not zero is there.
+   !> Writes the group /loads, one group for each step: the loads that its load factor multiplies, without zeros.
    subroutine write_loads(file, model)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
@@ -57,7 +56,7 @@ contains
       end do
    end subroutine write_loads
 
-   !> The loads of one step.
+   !> Writes the loads of one step.
    subroutine write_step_loads(file, step, group)
       type(hdf5_file_t), intent(inout) :: file
       type(step_t), intent(in) :: step
@@ -117,14 +116,14 @@ contains
       end associate
    end subroutine write_step_loads
 
-   !> True for a step that leaves behind what earlier steps did.
+   !> True for a step that starts from the stress-free structure, without the results of earlier steps.
    pure logical function starts_anew(step)
       type(step_t), intent(in) :: step
       starts_anew = .false.
       if (allocated(step%mode_offset)) starts_anew = size(step%mode_offset) > 0
    end function starts_anew
 
-   !> The group /sets: the nodes of every set.
+   !> Writes the group /sets: the nodes of each set.
    subroutine write_sets(file, model)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
@@ -142,7 +141,7 @@ contains
       end do
    end subroutine write_sets
 
-   !> The columns of which some entry is true.
+   !> Indices of the columns with at least one true entry.
    pure function where_any(mask) result(columns)
       logical, intent(in) :: mask(:, :)
       integer, allocatable :: columns(:)

@@ -1,9 +1,9 @@
-!> The group /restart of a result file: where the run stands, for a run that goes on from there.
+!> The group /restart of a result file: the checkpoint of a run, from which another run can continue.
 !>
-!>    state    the bytes of path/checkpoint without rows of zeros, in integers
-!>    rows     of the datasets that grow, named in the attribute series: what belongs to the state; rows behind are newer. Three
-!>             more: the branch that the run stands on, branches so far, bytes of the state
-!>    attribute layout: of the types that the bytes are made of
+!>    state    bytes of the checkpoint (path/following/checkpoint), compressed by without_zeros, as integers
+!>    rows     numbers of rows, at the checkpoint, of the series named in the attribute series; later rows are newer than the
+!>             checkpoint. Three more numbers: branch being followed, branches so far, bytes of the state
+!>    attribute layout: layout of the types of which the bytes consist
 module restart_file
    use hdf5, only: hid_t, hsize_t, h5eset_auto_f, h5f_acc_rdonly_f, h5open_f, h5fopen_f, h5fclose_f, h5dopen_f, h5dread_f, &
       & h5dclose_f, h5dget_space_f, h5sget_simple_extent_npoints_f, h5sclose_f, h5oopen_f, h5oclose_f, &
@@ -19,33 +19,33 @@ module restart_file
    private
    public :: restart_t, write_restart, read_restart
 
-   integer, parameter :: packed = storage_size(1) / 8 !! bytes in an integer
+   integer, parameter :: packed = storage_size(1) / 8 !! bytes of an integer
 
-   !> What a result file says of where its run stood.
+   !> Checkpoint of a run in its result file.
    type :: restart_t
-      integer :: kind = 0                         !! 0: nothing
-      character(:), allocatable :: path           !! of the file
-      character(:), allocatable :: deck           !! its text
+      integer :: kind = 0                         !! 0: no checkpoint
+      character(:), allocatable :: path           !! name of the file
+      character(:), allocatable :: deck           !! text of the deck
       character(1), allocatable :: state(:)
-      character(:), allocatable :: series         !! see series_rows
-      character(:), allocatable :: written        !! those that are in the file
+      character(:), allocatable :: series         !! names of the series, see series_rows
+      character(:), allocatable :: written        !! names already in the file
       integer, allocatable :: rows(:)
-      integer :: on_branch = 0                    !! the branch that the run stands on, 0: none
-      integer :: branches = 0                     !! started so far
+      integer :: on_branch = 0                    !! branch that the run was following; 0: none
+      integer :: branches = 0                     !! number of branches so far
    end type restart_t
 
 contains
 
-   !> Writes the group, or writes it again, unless there is nothing new to write.
+   !> Writes or overwrites the group, if there is a new checkpoint.
    subroutine write_restart(file, restart)
       type(hdf5_file_t), intent(inout) :: file
-      type(restart_t), intent(inout) :: restart   !! its state is forgotten
+      type(restart_t), intent(inout) :: restart   !! its kind is reset: the checkpoint is written
       character(1), allocatable :: bytes(:)
       integer :: i
       if (restart%kind == 0) return
       if (.not. allocated(restart%written)) restart%written = ''
       call hdf5_group(file, '/restart')
-      ! A text that is written again leaves a gap of its length.
+      ! Overwriting a text leaves a gap of its length in the file.
       if (restart%series /= restart%written) then
          call hdf5_attribute(file, '/restart', 'layout', archive_layout)
          call hdf5_attribute(file, '/restart', 'series', restart%series)
@@ -59,7 +59,7 @@ contains
       restart%kind = 0
    end subroutine write_restart
 
-   !> Reads what a result file says. The error says why nothing can go on from it.
+   !> Reads the checkpoint of a result file. The error says why no run can continue from the file.
    subroutine read_restart(path, restart, error)
       character(*), intent(in) :: path
       type(restart_t), intent(out) :: restart
@@ -105,6 +105,7 @@ contains
       call h5fclose_f(file, status)
    end subroutine read_restart
 
+   !> Reads a data set of integers.
    subroutine read_integers(file, name, numbers)
       integer(hid_t), intent(in) :: file
       character(*), intent(in) :: name

@@ -1,4 +1,4 @@
-!> The run of a deck, step by step: the path of each step, then its branches and limit curves.
+!> Runs a deck step by step: the path of each step, then its branches and limit curves.
 module path_loop
    use mesh_request, only: most_meshes
    use kinds, only: wp
@@ -44,12 +44,12 @@ module path_loop
 
 contains
 
-   !> Follows all steps of the deck. Returns when the last step is complete or nothing helps any more.
+   !> Follows all steps of the deck. Returns when the last step is complete, or earlier with the reason in outcome%why.
    subroutine follow_path(problem, recorder, outcome, standing)
       type(problem_t), intent(inout) :: problem
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(out) :: outcome
-      type(standing_t), intent(inout) :: standing    !! where it goes on, of the same deck but for its steps
+      type(standing_t), intent(inout) :: standing !! restart: the checkpoint; kind 0: no restart
       type(path_state_t) :: run
       type(attempt_t) :: attempt
       type(archive_t), target :: frame
@@ -121,7 +121,7 @@ contains
 
    contains
 
-      !> What comes behind the path of a step.
+      !> Follows the branches and limit curves of a step after its path.
       subroutine finish_step()
          integer :: on, at
          on = on_branch
@@ -140,7 +140,7 @@ contains
          call freeze_loads(problem, run%state)
       end subroutine finish_step
 
-      !> Takes up the run where it stood.
+      !> Restores the run from the checkpoint.
       subroutine step_again()
          type(step_t), allocatable :: steps(:)
          integer :: method
@@ -163,7 +163,7 @@ contains
          call take_steps(steps, problem%model%step)
          call take_steps(steps, problem%deck%step)
          call take_steps(steps, perfect%step)
-         ! Another strategy begins as a step does.
+         ! A changed strategy begins like that of a new step.
          if (standing%kind == on_step .and. steps(first)%method /= method) then
             step = problem%model%step(first)
             call start_control(problem, step, run)
@@ -172,7 +172,7 @@ contains
          end if
       end subroutine step_again
 
-      !> Steps of another deck, with loads as they are on the mesh.
+      !> Replaces steps by those of the changed deck; the loads stay as distributed onto the mesh.
       subroutine take_steps(new, steps)
          type(step_t), intent(in) :: new(:)
          type(step_t), intent(inout) :: steps(:)
@@ -195,7 +195,7 @@ contains
       real(wp) :: stiffness, rounding
       run%step_points = 0
       run%arrived%point = 0
-      ! Other loads may well take the structure back.
+      ! Other loads may move the structure back along the path.
       if (allocated(run%trail)) deallocate (run%trail)
       if (starts_fresh(problem)) then
          why = why_unheld(problem, run%state)

@@ -1,4 +1,4 @@
-!> What the loads of a step come to: the sum of their forces and the moment about the origin.
+!> Resultants of the loads of each step: sum of the forces and moment about the origin.
 module load_sums
    use kinds, only: wp
    use model, only: model_t
@@ -11,14 +11,14 @@ module load_sums
    private
    public :: step_load_sums
 
-   real(wp), parameter :: negligible = 1.0e-12_wp !! of the sum of the sizes of what is added
+   real(wp), parameter :: negligible = 1.0e-12_wp !! resultants below this fraction of the sum of absolute values are zero
 
 contains
 
-   !> Of every step: force in x and y, and moment about the origin (anticlockwise), of its own loads at load factor 1 on the
-   !> stress-free structure. Heat, and what supports or obstacles prescribe, are no forces and count for nothing.
+   !> Resultants for each step: force in x and y, and moment about the origin (anticlockwise), of its own loads at load factor 1 on
+   !> the stress-free structure. Thermal strains and displacements prescribed by supports or obstacles are not counted.
    function step_load_sums(model) result(total)
-      type(model_t), intent(in) :: model           !! of the deck
+      type(model_t), intent(in) :: model           !! model of the deck
       real(wp) :: total(3, size(model%step))
       type(problem_t) :: problem
       type(state_t) :: state
@@ -51,7 +51,7 @@ contains
          do i = 1, size(push)
             call add(push(i)%node, push(i)%force)
          end do
-         ! What cancels but for rounding is zero.
+         ! Sums that cancel except for rounding are set to zero.
          where (abs(total(:, k)) <= negligible * size_of) total(:, k) = 0.0_wp
       end do
 

@@ -1,5 +1,5 @@
-!> Corners of the laws that stops and foundations at nodes follow: a penetration passes from one segment to the next, and the
-!> stiffness there jumps.
+!> Corners of the force laws of stops and of foundations at nodes: the penetration passes from one segment of the law to the next,
+!> and the stiffness jumps.
 module law_corners
    use kinds, only: wp
    use problem, only: problem_t
@@ -9,10 +9,10 @@ module law_corners
    private
    public :: law_corner_t, corner_between, beyond_corner
 
-   !> One of them.
+   !> A corner of the law of one candidate.
    type :: law_corner_t
-      integer :: candidate = 0                   !! 0: there is none
-      real(wp) :: penetration = 0.0_wp           !! at the corner, negative where the law pulls
+      integer :: candidate = 0                   !! 0: no corner
+      real(wp) :: penetration = 0.0_wp           !! penetration at the corner, negative where the law acts in tension
    end type law_corner_t
 
 contains
@@ -39,15 +39,15 @@ contains
       end do
    end function corner_between
 
-   !> How far a state is beyond a corner, as a length; zero at the corner.
+   !> Penetration of a state minus that of a corner, as a length; the event function of the corner.
    real(wp) function beyond_corner(problem, state, corner) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(law_corner_t), intent(in) :: corner   !! one that is there
+      type(law_corner_t), intent(in) :: corner   !! with candidate > 0
       beyond = penetration(problem, state, corner%candidate) - corner%penetration
    end function beyond_corner
 
-   !> How deep a node is in what it touches; 0 where it is free, unless that pulls, too.
+   !> Penetration of a node into its obstacle; 0 for an open gap, unless the law acts in tension, too (then negative).
    real(wp) function penetration(problem, state, candidate) result(depth)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

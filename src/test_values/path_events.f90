@@ -23,7 +23,8 @@ module path_events
       & event_turning = 6, event_release = 7
 
    character(*), parameter :: note_of_corner = 'limit point of the load, at a corner of the path'
-   real(wp), parameter :: at_rest = 1.0e-6_wp !! of a contact event's function after the increment
+   real(wp), parameter :: at_rest = 1.0e-6_wp !! value of a contact event function at the start, relative to the value after the
+   !! increment, below which the contact carries no force
 
    !> Numbers compared from point to point.
    type :: test_values_t
@@ -50,14 +51,14 @@ module path_events
       logical, allocatable :: marked(:)       !! contact: the candidates concerned
       logical :: divided = .false.            !! contact: a region splits there, or two merge
       type(ground_event_t) :: ground          !! contact with a distributed foundation: what happens where
-      real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: make both branches comparable
-      logical :: corner = .false.             !! limit point: the rate of the load jumps through zero, as stiffnesses do there
-      type(law_corner_t) :: law               !! limit point: of a law at a node, where that makes the corner
-      logical :: jumps = .false.              !! bifurcation: its eigenvalue does so as a line has become a point, and has no zero
-      logical :: held = .false.               !! value events: it has been met by prescribing it, to rounding
-      logical :: load_tells = .false.         !! the load grows so steadily over the increment that it tells parts of it
-      real(wp) :: scale = 1.0_wp              !! what the zero of its function was measured against
-      real(wp) :: before = 0.0_wp, after = 0.0_wp !! its function at both ends of the increment
+      real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: reference values that make gap and reaction comparable
+      logical :: corner = .false.             !! limit point at a corner of the path: the load rate jumps through zero
+      type(law_corner_t) :: law               !! limit point: the corner of a force law at a node that makes this corner, if any
+      logical :: jumps = .false. !! bifurcation: the eigenvalue jumps through zero because a line contact becomes a point contact
+      logical :: held = .false.               !! value events: the value was prescribed in the correction and is met to rounding
+      logical :: load_tells = .false. !! the load rate varies so little over the increment that the load measures fractions of it
+      real(wp) :: scale = 1.0_wp              !! reference value of the event function for the tolerance of its zero
+      real(wp) :: before = 0.0_wp, after = 0.0_wp !! event function at both ends of the increment
       character(:), allocatable :: note
    end type event_t
 
@@ -273,7 +274,7 @@ contains
          end do
       end subroutine compare
 
-      !> A set of candidates with their neighbours.
+      !> Adds the neighbours of each candidate to a set.
       function widened(set) result(wide)
          logical, intent(in) :: set(:)
          logical :: wide(size(set))

@@ -27,15 +27,16 @@ module branches
 
 contains
 
-   !> Follows all branches of a step. What cannot be found is noted in outcome%trouble; the others are followed still.
+   !> Follows all branches of a step. Failures are appended to outcome%trouble, and the other branches are still followed.
    subroutine follow_branches(step, own, numbered, before, standing, recorder, outcome)
       type(step_t), intent(in) :: step
-      type(critical_points_t), intent(inout), target :: own !! of the step's own path
-      integer, intent(inout) :: numbered             !! branches in the results so far
-      type(archive_t), intent(inout), target :: before !! what the path of the step leaves: a branch's frame begins with it
-      type(standing_t), intent(inout) :: standing    !! on_branch: where the branches go on
+      type(critical_points_t), intent(inout), target :: own !! critical points of the step's own path
+      integer, intent(inout) :: numbered             !! number of branches in the results so far
+      type(archive_t), intent(inout), target :: before !! frame with the results of the step's path, with which the frame of each
+      !! branch begins
+      type(standing_t), intent(inout) :: standing    !! restart; on_branch: continues a branch
       class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome      !! why: only when the results cannot be written, or the run is to end
+      type(outcome_t), intent(inout) :: outcome      !! why: only if the results cannot be written or the run must end
       type(critical_points_t), target :: found(size(step%branch))
       type(critical_points_t), pointer :: left
       type(branch_start_t) :: start
@@ -73,16 +74,16 @@ contains
       if (allocated(error)) outcome%why = error%message
    end subroutine follow_branches
 
-   !> One branch.
+   !> Follows one branch.
    subroutine follow_branch(step, branch, home, start, number, frame, standing, found, recorder, outcome)
       type(step_t), intent(in) :: step
       type(branch_t), intent(in) :: branch
       type(critical_points_t), intent(in), target :: home  !! critical points of the parent path
       type(branch_start_t), intent(inout) :: start
-      integer, intent(in) :: number                  !! in the results
+      integer, intent(in) :: number                  !! number of the branch in the results
       type(archive_t), intent(inout), target :: frame
-      type(standing_t), intent(inout) :: standing    !! on_branch: where this one goes on
-      type(critical_points_t), intent(inout), target :: found !! of the branch
+      type(standing_t), intent(inout) :: standing    !! restart; on_branch: continues this branch
+      type(critical_points_t), intent(inout), target :: found !! critical points of the branch
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(problem_t) :: problem
@@ -176,7 +177,7 @@ contains
 
    contains
 
-      !> What stops a branch does not stop the others, unless it is from outside.
+      !> The reason why a branch ended becomes a note, so that the other branches are followed, unless a signal or a limit ended it.
       subroutine note_end()
          if (.not. allocated(outcome%why) .or. outcome%ended) return
          call note_trouble(outcome, called//': '//outcome%why)

@@ -34,7 +34,7 @@ contains
       type(path_state_t), intent(inout) :: run            !! its system is factored at some point of the increment on return
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead         !! path tangent at the trial
-      type(located_event_t), intent(inout) :: sighting  !! its event is given
+      type(located_event_t), intent(inout) :: sighting  !! its event is given on entry
       type(division_t) :: division
       type(law_corner_t) :: law
       real(wp) :: before
@@ -190,8 +190,9 @@ contains
                sighting%place = above
                sighting%heading = heading_above
                sighting%fraction = bracket%high
-               ! What is continuous shrinks with its bracket, what jumps does not, and is no event. The force of a contact may
-               ! begin with any slope, and the structure may give way by what a node more or less in contact makes.
+               ! The bracket cannot be narrowed further. A continuous event function hardly differs between its ends; a function
+               ! that jumps has no zero. For a contact change the length of the bracket decides instead: the contact force may begin
+               ! with any slope, and the structure may yield by the effect of one node more or less in contact.
                if (event%kind == event_limit) call take_corner()
                if (event%corner) exit search
                if (event%kind == event_contact) then
@@ -242,8 +243,8 @@ contains
 
    contains
 
-      !> The rate of the load jumps where the contact changes, or what pushes gets to a corner of its law. If the path goes through
-      !> there the load has its extreme at that corner.
+      !> Accepts a limit point at a corner of the path, where the load rate jumps through zero because the contact set changes or a
+      !> penetration passes a corner of its law, if the load has an extremum there.
       subroutine take_corner()
          type(law_corner_t) :: law
          law = corner_between(problem, below, above)
@@ -302,8 +303,8 @@ contains
       real(wp) :: noise
       right = .true.
       associate (top => sighting%place%load_factor)
-         ! The load is flat there: it errs by the square of what the place does, those of the points beside it by what the iteration
-         ! leaves.
+         ! The load is stationary there: its error is the square of the position error, while the loads of the end points err by the
+         ! residual that the iteration leaves.
          noise = step%locate_tolerance * max(abs(top - first), abs(top - last)) + 4.0_wp * spacing(top) + &
             & step%tolerance * max(abs(first), abs(last))
          if (sighting%event%before > 0.0_wp) right = right .and. top >= max(first, last) - noise

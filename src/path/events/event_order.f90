@@ -9,14 +9,15 @@ module event_order
    private
    public :: duplicates_of, beside, one_sided, count_before, by_fraction, same_place
 
-   real(wp), parameter :: same_place = 1.0e-5_wp !! of an increment: located events closer than that coincide
+   real(wp), parameter :: same_place = 1.0e-5_wp !! fraction of the increment: located events closer than this coincide
 
 contains
 
-   !> Changes of the pivot count that are no bifurcations of their own: a limit point's change of sign, further eigenvalues of
-   !> a multiple bifurcation, jumps where the contact set changes on the way, and rounding at a point that is a bifurcation itself.
-   !> And limit points that were not located beside a contact that is gained or lost. Where the set stays up to the trial
-   !> there are no jumps: a count that changes without an event is that of another path.
+   !> True for events that are not reported on their own: bifurcations that only repeat the sign change of a limit point, a further
+   !> eigenvalue of a multiple bifurcation, a jump of the pivot count where the contact set changes in the increment, or rounding at
+   !> a last point that is a bifurcation itself; bifurcations behind the trial or due to another path close by; and limit points
+   !> that were not located beside a contact change. If the contact set stays up to the trial, the pivot count has no jumps: a
+   !> change without a located bifurcation then means that the trial lies on another path.
    function duplicates_of(run, trial, changes, seen) result(told)
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
@@ -55,7 +56,7 @@ contains
       end do
    end function duplicates_of
 
-   !> The change of contact at whose corner each limit point lies: the place of both is one. 0: there is none.
+   !> Index of the located contact change at whose corner each located limit point lies: both have the same place. 0: none.
    pure function beside(seen) result(change)
       type(located_event_t), intent(in) :: seen(:)
       integer :: change(size(seen))
@@ -70,8 +71,8 @@ contains
       end do
    end function beside
 
-   !> True for a limit point where the contact set stays and no eigenvalue is seen to change its sign there: another one does, too,
-   !> and goes unseen.
+   !> True if the load rate changes its sign while the contact set stays and the number of negative pivots changes by an even
+   !> number: the eigenvalue of the limit point is accompanied by a second one that changes its sign undetected.
    pure logical function one_sided(run, trial, probe, seen)
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
@@ -93,7 +94,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(located_event_t), intent(in) :: seen(:)
       logical, intent(in) :: told(:)
-      real(wp), intent(in) :: fraction           !! position of the place in the increment, as of the events seen
+      real(wp), intent(in) :: fraction           !! position of the place in the increment, 0 to 1
       integer :: i
       pivots = run%probe%negative_pivots
       do i = 1, size(seen)

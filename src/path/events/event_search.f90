@@ -22,14 +22,14 @@ module event_search
    type :: findings_t
       type(test_values_t) :: probe                   !! at the trial
       type(located_event_t), allocatable :: seen(:)
-      logical :: comes_home = .false.          !! one of them is where its branch comes back to the path that it left
-      logical, allocatable :: told(:)          !! (seen) by another one, or nothing to tell
-      integer, allocatable :: beside(:)        !! (seen) limit point at a corner: the change of contact that makes it; 0: none
-      type(system_t), allocatable :: at_trial  !! the run's system there, which looking at events changes; not allocated where there
-      !! are none
+      logical :: comes_home = .false.          !! the last of them is a branch closure: the branch returns to its parent path
+      logical, allocatable :: told(:)          !! (seen) true: duplicate of another event, or spurious; not reported
+      integer, allocatable :: beside(:) !! (seen) limit point at a corner: index of the contact change there; 0: none
+      type(system_t), allocatable :: at_trial !! system factored at the trial, which the location of events overwrites; not
+      !! allocated if there are no events
       logical :: stops = .false.               !! the trial meets the stop condition
-      logical :: as_it_is = .false.            !! no other mesh will be made for the sake of errors
-      type(error_bars_t), allocatable :: bars  !! of the trial; not allocated where they are not to be shown
+      logical :: as_it_is = .false.            !! the mesh will not be refined for the sake of errors
+      type(error_bars_t), allocatable :: bars  !! error bars of the trial; not allocated: not shown
    end type findings_t
 
 contains
@@ -61,8 +61,8 @@ contains
          & call find_hidden_values(problem, step, run, trial, ahead, findings)
    end subroutine find_events
 
-   !> Finds prescribed values passed twice in one increment, on the way to a limit point and behind it, which its ends do not show:
-   !> the increment is divided at the limit point.
+   !> Finds prescribed values that are passed twice in one increment, before and behind a limit point, so that its ends do not show
+   !> them: the increment is divided at the limit point.
    subroutine find_hidden_values(problem, step, run, trial, ahead, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

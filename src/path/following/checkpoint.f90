@@ -1,9 +1,10 @@
-!> Where a run stands between two points, as bytes, and back: from there it goes on to the bit as if it had never stopped.
+!> Checkpoint: the state of a run between two points as bytes, and the reverse. A run restarted from a checkpoint has the same
+!> results to the last bit.
 !>
-!> All that decides about the way on is in it: problem with its mesh, state, factors, control, what the attempts of the increment
-!> have come to, critical_points (run_archive takes every component of these types). The frame, with which a path begins, says which
-!> path it is and what the paths before it have left: for the path of a step the perfect model and the modes found so far, for a
-!> branch the path that it leaves, too.
+!> A checkpoint contains everything on which the further path depends: problem with its mesh, state, factors, control, counters of
+!> the attempts from the last point, critical points (run_archive stores every component of these types). It begins with a frame,
+!> which identifies the path and stores the results of the paths before it: for the path of a step the perfect model and the
+!> buckling modes found so far, for a branch also the path of its step and the critical points of the branches before it.
 module checkpoint
    use errors, only: error_t
    use archive, only: archive_t, archive_one, archive_reset
@@ -20,21 +21,21 @@ module checkpoint
    private
    public :: standing_t, on_step, on_branch, exchange_step, exchange_branch, keep_standing, take_standing
 
-   integer, parameter :: on_step = 1, on_branch = 2 !! which path it is
+   integer, parameter :: on_step = 1, on_branch = 2 !! kinds of path
 
-   !> A run that goes on: what an archive says of it, part by part.
+   !> A restart: the checkpoint, of which the parts are read one after the other.
    type :: standing_t
       type(archive_t) :: archive
-      integer :: kind = 0                        !! on_step, on_branch; 0: it begins
-      logical :: changed = .false.               !! the deck is another one: also a path that has come to its end goes on
+      integer :: kind = 0                        !! on_step, on_branch; 0: no restart
+      logical :: changed = .false.               !! the deck has changed: a path that was complete continues, too
    end type standing_t
 
 contains
 
-   !> The frame of the path of a step: the archive's first part.
+   !> Stores or reads the frame of the path of a step, the first part of the checkpoint.
    subroutine exchange_step(a, kind, step, n_branches, perfect, buckled)
       type(archive_t), intent(inout) :: a
-      integer, intent(inout) :: kind             !! on_step, or on_branch, where exchange_branch follows
+      integer, intent(inout) :: kind             !! on_step; on_branch: exchange_branch must follow
       integer, intent(inout) :: step, n_branches
       type(model_t), intent(inout) :: perfect
       type(buckling_t), intent(inout) :: buckled(:)
@@ -48,11 +49,12 @@ contains
       end do
    end subroutine exchange_step
 
-   !> What a branch adds: the path of its step, and those of the branches up to this one.
+   !> Stores or reads the part of the frame that a branch adds: the critical points of the path of its step and of the branches
+   !> before this one.
    subroutine exchange_branch(a, branch, first, own, found)
       type(archive_t), intent(inout) :: a
-      integer, intent(inout) :: branch           !! of the step
-      integer, intent(inout) :: first            !! branches before those of the step
+      integer, intent(inout) :: branch           !! index of the branch in the step
+      integer, intent(inout) :: first            !! number of branches of all previous steps
       type(critical_points_t), intent(inout) :: own
       type(critical_points_t), intent(inout) :: found(:) !! (branches of the step)
       integer :: k
@@ -64,14 +66,14 @@ contains
       end do
    end subroutine exchange_branch
 
-   !> Hands the recorder where the run stands.
+   !> Passes a checkpoint to the recorder.
    subroutine keep_standing(problem, run, attempt, recorder, outcome, now)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      logical, intent(in) :: now                 !! even when the recorder does not ask for it
+      logical, intent(in) :: now                 !! true: even if the recorder does not request one
       type(error_t), allocatable :: error
       integer :: n
       if (.not. associated(run%frame)) return
@@ -83,7 +85,7 @@ contains
       if (allocated(error) .and. .not. allocated(outcome%why)) outcome%why = error%message
    end subroutine keep_standing
 
-   !> Takes out where the run stood; its critical_points must be associated. What ended it is forgotten.
+   !> Restores the run from a checkpoint; run%critical_points must be associated. The reasons why the run ended are cleared.
    subroutine take_standing(standing, problem, run, attempt, outcome)
       type(standing_t), intent(inout) :: standing
       type(problem_t), intent(inout) :: problem
@@ -101,6 +103,7 @@ contains
       if (standing%changed) attempt%finished = .false.
    end subroutine take_standing
 
+   !> Stores or reads the part of the checkpoint that describes the present path.
    subroutine exchange_path(a, problem, run, attempt, outcome)
       type(archive_t), intent(inout) :: a
       type(problem_t), intent(inout) :: problem

@@ -33,15 +33,15 @@ module path_follower
 
 contains
 
-   !> Follows the path from the last accepted point, with the control set, to the stop condition. The state of the run is kept for
-   !> restarts on the way and at the end.
+   !> Follows the path from the last accepted point, with the control set, to the stop condition. Checkpoints are passed to the
+   !> recorder on the way and at the end.
    subroutine follow_points(problem, step, run, recorder, outcome, before)
       type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
       type(step_t), intent(in) :: step           !! step of the deck, or its copy for a branch
       type(path_state_t), intent(inout) :: run
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(attempt_t), intent(in), optional :: before !! what the run, which stands on the way, has tried already
+      type(attempt_t), intent(in), optional :: before !! restart: attempts already made from the last accepted point
       type(attempt_t) :: attempt
       if (present(before)) attempt = before
       if (.not. attempt%finished) call go_on(problem, step, run, attempt, recorder, outcome)
@@ -49,7 +49,7 @@ contains
       call keep_standing(problem, run, attempt, recorder, outcome, .true.)
    end subroutine follow_points
 
-   !> The loop.
+   !> Loop over the increments of a path.
    subroutine go_on(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -158,7 +158,8 @@ contains
       call note_slopes(problem, run)
    end subroutine set_control
 
-   !> Remeshes at an accepted point: finer where the demand has grown, coarser where the mesh is better than necessary.
+   !> Remeshes at an accepted point: finer where the required mesh density has grown, coarser where the mesh is better than
+   !> necessary.
    subroutine look_at_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run

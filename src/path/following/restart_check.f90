@@ -1,4 +1,4 @@
-!> Whether a run can go on with another deck: only what steps ask for may be another.
+!> Checks whether a run can be continued with another deck: only cards about how steps are followed may differ.
 module restart_check
    use text, only: to_text
    use archive, only: archive_t
@@ -10,7 +10,7 @@ module restart_check
 
 contains
 
-   !> Why a run of one deck cannot go on with another; empty where it can.
+   !> Message why a run of one deck cannot be continued with another; empty if it can.
    function why_not_with(old, new) result(why)
       type(model_t), intent(in) :: old, new
       character(:), allocatable :: why
@@ -23,7 +23,7 @@ contains
       end if
    end function why_not_with
 
-   !> All of a model but for how its steps are followed.
+   !> Bytes of a model without title, job and the cards about how steps are followed.
    function structure(model) result(a)
       type(model_t), intent(in) :: model
       type(archive_t) :: a
@@ -43,6 +43,7 @@ contains
       call exchange_model_t(a, bare)
    end function structure
 
+   !> True if two archives have the same bytes.
    logical function same(a, b)
       type(archive_t), intent(in) :: a, b
       same = a%n == b%n

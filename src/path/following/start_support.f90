@@ -1,4 +1,4 @@
-!> Whether supports and what touches hold the structure where a path begins.
+!> Checks that supports and contacts hold the structure in the state in which a path begins.
 module start_support
    use model, only: model_t, step_t, new_load
    use problem, only: problem_t, new_problem
@@ -14,10 +14,11 @@ module start_support
 
 contains
 
-   !> What can move at the stress-free start, or has no determinate force there, in words; '' where all is held.
+   !> Message naming the part that can move at the stress-free start, or the force that is indeterminate there; '' if the structure
+   !> is held and determinate.
    function why_unheld(problem, state) result(why)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state       !! the start, its contact set included
+      type(state_t), intent(in) :: state       !! stress-free start with its contact set
       character(:), allocatable :: why
       why = unheld_part(problem, state)
       if (why /= '') then
@@ -27,7 +28,7 @@ contains
       end if
    end function why_unheld
 
-   !> The same of a deck, which need not have steps.
+   !> The same message for a deck, which need not have steps.
    function why_deck_unheld(model) result(why)
       type(model_t), intent(in) :: model
       character(:), allocatable :: why

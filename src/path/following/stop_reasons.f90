@@ -1,4 +1,4 @@
-!> Why a path has no further point, in words that are true, with a way out where one was tried.
+!> Reason why a path has no further point, with a remedy if one was tried.
 !>
 !> Load and displacement control end at limit and turning points. Whether such a point lies ahead is verified: the path is followed
 !> by arc length, without recording, until the load or the monitor turns back.
@@ -17,7 +17,7 @@ module stop_reasons
    private
    public :: why_stuck
 
-   integer, parameter :: most_points = 40       !! to be looked ahead
+   integer, parameter :: most_points = 40       !! largest number of points followed ahead
    character(*), parameter :: arc_length_can = ' (METHOD=CYLINDRICAL can)'
 
 contains
@@ -27,9 +27,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(increment_t), intent(in) :: report   !! of the last increment tried
+      type(increment_t), intent(in) :: report   !! report of the last increment tried
       character(:), allocatable, intent(out) :: why
-      logical, intent(out) :: turns             !! the path goes on, but not for this strategy
+      logical, intent(out) :: turns             !! the path continues, but this strategy cannot follow it
       character(:), allocatable :: cut
       real(wp) :: at
       integer :: points
@@ -60,13 +60,13 @@ contains
       end if
    end subroutine why_stuck
 
-   !> Goes on by arc length until what the strategy prescribes turns back.
+   !> Follows the path by arc length until the controlled quantity (load or monitor) turns back.
    subroutine look_ahead(problem, run, at, points, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      real(wp), intent(out) :: at               !! load factor there, or at the last point
-      integer, intent(out) :: points            !! found by arc length
-      logical, intent(out) :: found             !! it turns
+      real(wp), intent(out) :: at               !! load factor at the turn, or at the last point
+      integer, intent(out) :: points            !! number of points found by arc length
+      logical, intent(out) :: found             !! the controlled quantity turns back
       type(look_t) :: look
       real(wp) :: rate_here, rate_there, load, slope
       logical :: ahead
@@ -77,7 +77,7 @@ contains
       if (.not. run%system%ok) return
       look = look_from(run)
       rate_here = rate()
-      ! What goes against the increments from the start has turned behind the run.
+      ! A controlled quantity that changes against the increment at the start has turned before the last point.
       if (.not. rate_here * run%control%increment > 0.0_wp) return
       do while (points < most_points)
          load = look%here%load_factor
@@ -96,7 +96,7 @@ contains
 
    contains
 
-      !> Of what the strategy prescribes, along the path, where the system is factored now.
+      !> Derivative of the controlled quantity (load or monitor) by arc length at the look's point, where the system is factored.
       real(wp) function rate()
          rate = look%heading%load
          if (run%control%method == method_displacement) rate = look%heading%load * monitor_change(problem, run%control%monitor, &

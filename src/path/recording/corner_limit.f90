@@ -1,9 +1,9 @@
-!> Where the contact changes the path has a corner: it arrives with one tangent and leaves with another one. The load may turn
-!> there.
+!> A contact change is a corner of the path: the path tangents before and after it differ, and the load may turn there.
 !>
-!> A load that grows up to the corner and falls behind it, or the other way round, has its maximum, or minimum, at the corner: a
-!> limit point, though no rate is zero there and no tangent singular. It is reported beside the change itself, at the same point.
-!> One node more or less at the end of contact at nodes is no event, but the mesh's affair; nor is a load that turns there.
+!> If the load increases up to the corner and decreases behind it, or the reverse, the corner is a limit point, although no load
+!> rate vanishes and no tangent is singular there. The limit point is reported in addition to the contact change, at the same point.
+!> For contact at nodes, one node more or less at the end of a contact region depends on the mesh; neither that change nor a turn of
+!> the load there is an event.
 module corner_limit
    use kinds, only: wp
    use text, only: to_text
@@ -24,12 +24,12 @@ module corner_limit
 
 contains
 
-   !> Reports a limit point at the run's point where the path that leaves there changes the load the other way than the path that
-   !> arrived. Once at each point.
+   !> Reports a limit point at the last accepted point if the load rates of the path before and behind it have opposite signs, once
+   !> for each point.
    subroutine report_turned_load(problem, step, run, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its probe has the rate of the load that leaves
+      type(path_state_t), intent(inout) :: run          !! its test values contain the load rate behind the point
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(critical_t) :: critical
@@ -39,7 +39,7 @@ contains
       associate (arrived => run%arrived)
          critical = new_critical('LP', note_of_corner, arrived%bars)
          critical%point = arrived%point
-         ! With the next contact spans the run may stand at another load already.
+         ! The state with the next contact set may have another load factor already.
          place = run%state
          place%load_factor = arrived%load_factor
          values%monitor = arrived%monitor
@@ -48,8 +48,8 @@ contains
       end associate
    end subroutine report_turned_load
 
-   !> True where the rates of the load on both sides of the run's point have opposite signs, beyond what the iteration leaves of a
-   !> load that stands.
+   !> True if the load rates before and behind the last accepted point have opposite signs, and the smaller rate, times the arc
+   !> length of this step or branch, exceeds the load change that the tolerance of the iteration leaves.
    pure logical function load_turns(step, run) result(turns)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -62,13 +62,13 @@ contains
       turns = slower * (run%arc_length - run%left_at) > step%tolerance * abs(run%arrived%load_factor)
    end function load_turns
 
-   !> Ends a run by load or displacement control where the path goes on against what the control prescribes. The increments by load
-   !> that a step by arc length begins with go the way of the path instead.
+   !> Ends a run under load or displacement control if the path behind a contact change continues against the sign of the increment.
+   !> The load increments at the beginning of a step by arc length change their sign instead.
    subroutine look_whether_back(problem, step, run, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! where the contact has changed, with its heading behind it; its system is
-      !! factored there, anywhere where the run ends
+      type(path_state_t), intent(inout) :: run !! stands at a contact change, with the path tangent behind it; its system is
+      !! factored there on entry, and at any point on return if the run ends
       type(outcome_t), intent(inout) :: outcome
       type(path_tangent_t) :: prescribed
       if (is_arc_length(run%control%method)) return

@@ -166,11 +166,11 @@ contains
       if (nearest > 0) touching(nearest) = .true.
    end function first_touch
 
-   !> Reports a point as a critical one: the one recorded last, or the one whose row it has already.
+   !> Reports a critical point: the point recorded last, or the point whose row is given.
    subroutine announce(problem, run, point, state, values, exact, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(critical_t), intent(in) :: point      !! label, note and null vectors; its row where it is not the last one
+      type(critical_t), intent(in) :: point      !! label, note, null vectors, and the row; row 0: the point recorded last
       type(state_t), intent(in) :: state
       type(test_values_t), intent(in) :: values
       logical, intent(in) :: exact               !! located, not only bracketed
@@ -203,7 +203,7 @@ contains
       type(system_t), intent(in) :: system         !! factored at `state`
       type(state_t), intent(in) :: state
       type(event_t), intent(in) :: event
-      type(critical_t), intent(inout) :: point   !! gets its null vectors and a note of their number
+      type(critical_t), intent(inout) :: point   !! receives its null vectors and a note of their number
       type(modes_t), intent(out) :: modes        !! the first modes are the null vectors on the mesh
       type(error_t), allocatable :: error
       real(wp) :: sense

@@ -1,4 +1,4 @@
-!> The path ahead of where a run ends, followed by its arc length off the record: what a message says of it has been tried.
+!> Follows the path beyond the end of a run by arc length, without recording, so that messages about the path ahead are verified.
 module looking_ahead
    use kinds, only: wp
    use model, only: method_cylindrical
@@ -14,19 +14,20 @@ module looking_ahead
    private
    public :: look_t, look_from, look_on, goes_on
 
-   integer, parameter :: most_cuts = 10        !! of the increments of one look
+   integer, parameter :: most_cuts = 10        !! largest number of halvings of the increment in one look
 
-   !> How far a look has come.
+   !> Position of a look along the path.
    type :: look_t
-      type(state_t) :: here                    !! the run's point, or the one reached last
-      type(path_tangent_t) :: heading               !! tangent there, in the sense of the run
-      type(control_t) :: control               !! of the increments
+      type(state_t) :: here                    !! the last accepted point of the run, or the point reached last
+      type(path_tangent_t) :: heading               !! path tangent there, in the direction of travel
+      type(control_t) :: control               !! constraint of the increments
       integer :: cuts = 0                      !! halvings so far
    end type look_t
 
 contains
 
-   !> A look that begins where a run stands, with increments as long as the last one was, or would have been.
+   !> A look from the last accepted point of the run; the increment is the last arc length, or its estimate from the load increment
+   !> if nothing has moved yet.
    pure function look_from(run) result(look)
       type(path_state_t), intent(in) :: run
       type(look_t) :: look
@@ -38,11 +39,11 @@ contains
       look%heading = run%heading
    end function look_from
 
-   !> Goes on to the next point of the path, if one is found with the contact spans that there are.
+   !> Moves the look to the next point of the path, if an increment converges on the path and the contact spans stay valid.
    subroutine look_on(problem, run, look, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run        !! its system is factored at the look's point on return where one is found
-      type(look_t), intent(inout) :: look      !! stays where none is found
+      type(path_state_t), intent(inout) :: run        !! its system is factored at the new point if one is found
+      type(look_t), intent(inout) :: look      !! its point is unchanged if none is found
       logical, intent(out) :: found
       type(state_t) :: next
       type(path_tangent_t) :: ahead
@@ -63,7 +64,7 @@ contains
          look%control%increment = 0.5_wp * look%control%increment
       end do
       if (look%cuts > most_cuts) return
-      ! How the path goes on where its contacts change is not known.
+      ! The look does not follow contact changes.
       if (problem%has_spans()) report%converged = spans_hold(problem, next, run%system%force_scale)
       if (.not. report%converged) return
       found = .true.
@@ -71,10 +72,10 @@ contains
       look%heading = ahead
    end subroutine look_on
 
-   !> True where an increment by arc length leads on from where a run stands.
+   !> True if an increment by arc length from the last accepted point of the run reaches another point of the path.
    logical function goes_on(problem, run)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run        !! its system is factored anywhere on return
+      type(path_state_t), intent(inout) :: run        !! its system is factored at any point on return
       type(look_t) :: look
       look = look_from(run)
       call look_on(problem, run, look, goes_on)

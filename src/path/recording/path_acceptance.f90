@@ -32,7 +32,7 @@ module path_acceptance
    private
    public :: arrival_t, accept
 
-   integer, parameter :: mesh_has_to_do = -1    !! value of `tries`: no other mesh is requested
+   integer, parameter :: mesh_has_to_do = -1    !! value of `tries`: no other mesh can be requested
 
    !> Properties of a trial, set by the caller.
    type :: arrival_t
@@ -45,8 +45,7 @@ module path_acceptance
       logical :: bracketed = .false.           !! the change lies somewhere before the trial
       logical :: divides = .false.             !! C-: parts of the contact stay on both sides
       logical :: changes = .false.             !! the contact set changes at the trial, with or without a label
-      logical, allocatable :: changing(:)      !! (candidates) whose contact at a node begins or ends there; not allocated:
-      !! none known
+      logical, allocatable :: changing(:) !! (candidates) true: contact at the node begins or ends there; not allocated: none known
       type(error_bars_t), allocatable :: bars  !! bars at a change of contact spans, if known
    end type arrival_t
 
@@ -96,8 +95,9 @@ contains
       call arrive(problem, run, trial, ahead, arrival, findings)
    end subroutine accept
 
-   !> The changes of contact that make corners at which the load turns. Without one what contact at nodes does there is the mesh's
-   !> affair: shorter increments go around such corners.
+   !> Finds the contact changes at whose corners the load turns. A limit point at a corner without a reported contact change is
+   !> rejected if contact at nodes changes in the increment: such corners depend on the mesh, and shorter increments pass around
+   !> them.
    subroutine find_corners(run, trial, findings)
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
@@ -115,7 +115,8 @@ contains
       end do
    end subroutine find_corners
 
-   !> What the questions for errors and meshes hang on.
+   !> Sets the conditions for error bars and mesh requests: located events, the end of the step, and whether the mesh may be
+   !> refined.
    subroutine begin_asking(problem, step, run, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -124,8 +125,8 @@ contains
       type(findings_t), intent(inout) :: findings
       run%has_events = any(findings%seen%located .and. .not. findings%told)
       findings%stops = stop_met(step, run%probe, findings%probe)
-      ! A mesh of the deck is not changed, and a second mesh of the program would have the same nodes missing as the first. (A point
-      ! before the event supplies them: the next increment's mesh begins there.)
+      ! A mesh given by the deck is not changed, and a second mesh of the program would lack the same nodes as the first. (A point
+      ! before the event supplies them: the mesh of the next increment begins there.)
       findings%as_it_is = .not. any(problem%layout%stretch%placed) .or. arrival%tries > 0
    end subroutine begin_asking
 
@@ -239,12 +240,12 @@ contains
       if (allocated(findings%at_trial)) run%system = findings%at_trial
    end subroutine record_events
 
-   !> A limit point at the corner that a change of contact makes, which is the point recorded last.
+   !> Reports a limit point at the corner of a contact change, which is the point recorded last.
    subroutine announce_beside(problem, run, findings, change, recorder, outcome)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! its system is factored at the change
+      type(path_state_t), intent(in) :: run             !! its system is factored at the contact change
       type(findings_t), intent(in) :: findings
-      integer, intent(in) :: change              !! which of those seen
+      integer, intent(in) :: change              !! index of the contact change among the events seen
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       integer :: i
@@ -319,7 +320,7 @@ contains
          & trial), findings%probe%negative_pivots, 0)
    end subroutine announce_contact
 
-   !> The run goes to the trial. Bifurcations that come after it are not among its pivots yet.
+   !> Moves the path state to the trial. Bifurcations behind the trial are removed from its number of negative pivots.
    subroutine arrive(problem, run, trial, ahead, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -338,7 +339,7 @@ contains
             & seen%fraction >= 1.0_wp - same_place)
       end associate
       call go_to(problem, run, trial, ahead, findings%probe)
-      ! What contact at nodes does between events is the mesh's affair.
+      ! Changes of contact at nodes without a label depend on the mesh and are no corners of the path.
       if (arrival%bracketed .or. .not. (arrival%label /= '' .or. arrival%changes)) return
       run%arrived = arrived_t(point=run%points, load_rate=ahead%load, load_factor=trial%load_factor, &
          & monitor=findings%probe%monitor)

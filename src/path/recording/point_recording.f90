@@ -27,7 +27,8 @@ module point_recording
 
 contains
 
-   !> Hands a converged point to the recorder and to the independent measures. One that these find wrong is the last: outcome%why.
+   !> Passes a converged point to the recorder and to the independent checks. If the point fails the checks, it is the last one, and
+   !> outcome%why is set.
    subroutine record(problem, run, state, label, report, recorder, outcome, touching, bars, heading)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run

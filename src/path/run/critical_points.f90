@@ -13,18 +13,18 @@ module critical_points
    !> A critical point, with the data that branch switching and the closure check need.
    type :: critical_point_t
       character(2) :: label = ''
-      type(problem_t) :: problem                 !! on the mesh of that point
+      type(problem_t) :: problem                 !! problem with the mesh of that point
       type(state_t) :: state
       integer :: point = 0                       !! its row in the results of its path, from 1
-      integer :: pivots = 0                      !! negative ones on the side that its path comes from
-      integer :: multiplicity = 0                !! BP: how many null vectors
-      real(wp) :: scale = 1.0_wp                 !! BP: that of its event
+      integer :: pivots = 0                      !! number of negative pivots before the point
+      integer :: multiplicity = 0                !! BP: number of null vectors
+      real(wp) :: scale = 1.0_wp                 !! BP: scale of its event, see event_t
       logical :: corner = .false.                !! LP: the load turns at a corner of the path; no rate is zero there
-      type(error_bars_t), allocatable :: bars    !! BP: where the deck wants them
+      type(error_bars_t), allocatable :: bars    !! BP: error bars, if the deck requests them
       real(wp) :: arc_length = 0.0_wp
-      real(wp), allocatable :: direction(:, :)   !! of its path: displacements
-      real(wp) :: direction_load = 0.0_wp        !! and load factor
-      real(wp), allocatable :: drift(:, :)       !! displacements less those between its neighbours: rounding
+      real(wp), allocatable :: direction(:, :)   !! (3, nodes) change of the displacements along the path up to the point
+      real(wp) :: direction_load = 0.0_wp        !! change of the load factor along the path up to the point
+      real(wp), allocatable :: drift(:, :) !! (3, nodes) deviation from the chord between its neighbours: rounding
       type(control_t) :: control
    end type critical_point_t
 

@@ -65,8 +65,8 @@ contains
          ! Free spans buckle: the event is the point where the line contact vanishes, at the load of `place`.
          call point_errors(problem, run%finer, place, run%system, control_t(method=method_linearised), heading, bars, &
             & places=.true., as_it_is=as_it_is)
-         ! The inertia on either side depends on the mesh and says nothing here; only the sign of the load rate behind the event is
-         ! compared.
+         ! The inertia before and behind the event depends on the mesh and is not compared, only the sign of the load rate behind
+         ! the event.
          bars%missed = 0
          bars%turned = load_turns()
          bars%unsure = bars%turned
@@ -171,7 +171,8 @@ contains
       call timing_stop(phase_accuracy)
    end subroutine bars_at_point
 
-   !> True for a limit point where a stop gets to a corner of its law: stops stand at the same nodes on all meshes, and gaps tell.
+   !> True for a limit point at a corner of the force law of a stop: stops are at the same nodes on all meshes, so that a gap
+   !> measures the error.
    pure logical function at_law_of_stop(problem, event) result(at)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -179,7 +180,7 @@ contains
       if (at) at = is_stop(problem, event%law%candidate)
    end function at_law_of_stop
 
-   !> True for a change of contact at nodes that another mesh has elsewhere.
+   !> True for a contact change at nodes whose position depends on the mesh.
    pure logical function is_at_mesh_nodes(problem, event) result(is)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -241,7 +242,7 @@ contains
       call timing_stop(phase_accuracy)
    end subroutine bars_at_touch
 
-   !> Distributes error contributions of the elements of one mesh onto the elements of another by element midpoints.
+   !> Assigns the error contributions of the elements of one mesh to the elements of another mesh by element midpoints.
    function shares_on(from, from_state, share, to, to_state) result(new)
       type(problem_t), intent(in) :: from, to    !! two meshes of the same deck
       type(state_t), intent(in) :: from_state, to_state

@@ -11,24 +11,24 @@ module path_outcome
    !> How a run ended.
    type :: outcome_t
       logical :: complete = .false.
-      character(:), allocatable :: why           !! the run cannot go on: the reason, one sentence
-      logical :: sampled = .false.               !! contact at the start is at nodes still: it has not become spans
-      logical :: turns = .false.                 !! stopped where the path turns back for a strategy that cannot follow it
-      logical :: home = .false.                  !! stopped where the path comes back to a bifurcation of its own
-      logical :: wrong = .false.                 !! stopped at a point that the run's own checks found wrong
-      logical :: used_up = .false.               !! stopped after the number of points that the deck allows
-      logical :: ended = .false.                 !! stopped because something from outside wanted it: a signal, a limit of time
-      logical :: dead_end = .false.              !! stopped because there is no way on, and not for these reasons
-      integer :: deck_line = 0                   !! and the deck is at fault: the line of the card; 0: it is not
-      character(:), allocatable :: trouble       !! what could not be done beside the path of the steps: branches, limit curves
+      character(:), allocatable :: why           !! reason why the run ended early, one sentence
+      logical :: sampled = .false.               !! contact is still represented at nodes: it has not become contact spans
+      logical :: turns = .false.                 !! stopped where the path turns back and the strategy cannot follow it
+      logical :: home = .false.                  !! stopped where the path returns to one of its own bifurcations
+      logical :: wrong = .false.                 !! stopped at a point that fails the independent checks
+      logical :: used_up = .false.               !! stopped after the largest number of points that the deck allows
+      logical :: ended = .false.                 !! stopped by a signal or a time limit
+      logical :: dead_end = .false.              !! stopped because no further point was found, and for none of the reasons above
+      integer :: deck_line = 0                   !! line of the card at fault; 0: none
+      character(:), allocatable :: trouble       !! failures of branches and limit curves, beside the path of the steps
       type(accuracy_t) :: accuracy
    end type outcome_t
 
 contains
 
-   !> True where something from outside wants the run to end: what is under way is dropped.
+   !> True if a signal or a time limit requires the run to end; the increment in progress is dropped.
    logical function must_end(outcome)
-      type(outcome_t), intent(inout) :: outcome  !! gets the reason
+      type(outcome_t), intent(inout) :: outcome  !! receives the reason
       must_end = end_wanted()
       if (.not. must_end .or. outcome%ended) return
       outcome%ended = .true.

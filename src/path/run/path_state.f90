@@ -31,7 +31,7 @@ module path_state
       type(path_tangent_t) :: first, last
    end type recent_path_t
 
-   integer, parameter :: trail_length = 3        !! number kept: a path that turns round meets its most recent points first
+   integer, parameter :: trail_length = 3        !! number of parts kept: a path that turns round meets its most recent points first
 
    !> State before the mesh was coarsened, to return to if the coarser mesh fails.
    type :: checkpoint_t
@@ -61,17 +61,17 @@ module path_state
       real(wp) :: at = 0.0_wp                    !! arc length of that change
    end type since_change_t
 
-   !> The last accepted point, where the contact changes, as the path arrived there: it leaves in another direction
+   !> Last accepted point as the path arrived there, if the contact changes at that point: the path leaves it with another tangent
    !> (corner_limit).
    type :: arrived_t
-      integer :: point = 0                       !! its row in the results; 0: the contact stays there, or all is reported
-      real(wp) :: load_rate = 0.0_wp             !! d(load factor)/d(arc length) of the path up to it
+      integer :: point = 0 !! its row in the results; 0: no contact change there, or its limit point is reported already
+      real(wp) :: load_rate = 0.0_wp             !! d(load factor)/d(arc length) on arrival
       real(wp) :: load_factor = 0.0_wp
       real(wp), allocatable :: monitor(:)
-      type(error_bars_t), allocatable :: bars    !! not allocated where they are not known
+      type(error_bars_t), allocatable :: bars    !! error bars; not allocated: unknown
    end type arrived_t
 
-   !> Kept together so that the procedures of the path loop have short argument lists.
+   !> State of a path; a single type, so that the procedures of the path loop have short argument lists.
    type :: path_state_t
       type(state_t) :: state                     !! the last accepted point
       type(system_t) :: system                   !! factored at the point named by each procedure
@@ -82,34 +82,38 @@ module path_state
       integer :: points = 0                      !! points recorded so far, in all steps
       integer :: step_points = 0                 !! points accepted in this step
       integer :: touches = 0                     !! contact spans begun so far: the last identity number given
-      character(:), allocatable :: stuck         !! failure of a contact change: the step ends with that reason
+      character(:), allocatable :: stuck         !! failure of a contact change: the step ends with this reason
       type(region_t), allocatable :: beginning   !! point contact that begins at the next point
       integer :: beginning_in = 0                !! element in which it begins; 0: none
       logical :: on_bifurcation = .false.        !! the last point is a recorded bifurcation: its pivots have the sign of rounding
       type(since_change_t) :: since_change       !! consequences of the last contact change that are still active
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
-      type(enriched_problem_t) :: finer             !! what errors on the mesh are told by
-      type(refinement_t) :: refinement           !! what the meshes of the point have been worth
-      logical :: unsettled = .false.             !! the last trial wants smaller residuals, and nothing was recorded
-      type(mesh_density_t), allocatable :: wanted(:)   !! (stretches) the mesh that the last trial asks for, of which nothing was
-      !! recorded; not allocated: it is as good as the deck asks
-      logical :: from_point = .false.            !! it is for the way from the run's point: kinks of the trial are not there
-      logical :: has_events = .false.            !! on the way to the last trial, located from the run's point
-      type(mesh_density_t), allocatable :: before(:)   !! (stretches) the mesh of the way, before it was made for the trial
-      type(mesh_density_t), allocatable :: spare(:)    !! (stretches) a coarser mesh that would have done for the last point
-      logical :: behind_flat = .false.           !! on the mesh that it has got a point has become a line before the run's point
-      type(checkpoint_t), allocatable :: footing    !! to go back to, until a point stands on the coarser mesh
-      integer :: kept_meshes = 0                 !! points for which the mesh does not become coarser
-      real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! of the last increment: arc length, load factor
-      type(arrived_t) :: arrived                 !! at `state`
+      type(enriched_problem_t) :: finer             !! enriched problem, from which error estimates are computed
+      type(refinement_t) :: refinement           !! results of the refinements tried for the present point
+      logical :: unsettled = .false.             !! the last trial requires a smaller residual; nothing was recorded
+      type(mesh_density_t), allocatable :: wanted(:) !! (rod segments) mesh density required by the last trial, of which nothing was
+      !! recorded; not allocated: the mesh is accurate enough
+      logical :: from_point = .false. !! the requested mesh is made at the last accepted point, without nodes at interface points of
+      !! the trial
+      logical :: has_events = .false.            !! events were located between the last accepted point and the last trial
+      type(mesh_density_t), allocatable :: before(:) !! (rod segments) mesh density of the path up to the last accepted point,
+      !! before the mesh was made for the trial
+      type(mesh_density_t), allocatable :: spare(:) !! (rod segments) coarser mesh that is accurate enough for the last point
+      logical :: behind_flat = .false. !! on the new mesh a point contact becomes a line contact before the last accepted point
+      type(checkpoint_t), allocatable :: footing    !! state to return to until a point is accepted on the coarser mesh
+      integer :: kept_meshes = 0                 !! number of further points for which the mesh is not coarsened
+      real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load change of the last increment
+      type(arrived_t) :: arrived                 !! arrival at the last accepted point
       type(slopes_t) :: slopes
-      type(recent_path_t), allocatable :: trail(:)   !! the way up to the last accepted point, the latest first
-      type(path_tangent_t) :: heading                 !! tangent at the last accepted point, in the sense of the run
-      logical :: fresh = .false.                 !! that point is a start whose contacts carry nothing: held in its tangent
-      type(critical_points_t), pointer :: home => null() !! the critical points of the path that a branch left, or its own
-      real(wp) :: left_at = 0.0_wp               !! arc_length where the branch left, or the step began
-      type(critical_points_t), pointer :: critical_points => null() !! of this step or branch, in order
-      type(archive_t), pointer :: frame => null() !! what the path that the run is on began with, see checkpoint
+      type(recent_path_t), allocatable :: trail(:)   !! parts of the path before the last accepted point, the latest first
+      type(path_tangent_t) :: heading                 !! path tangent at the last accepted point, in the direction of travel
+      logical :: fresh = .false. !! the last point is an unloaded start: its contacts carry no force and are kept closed in its
+      !! tangent
+      type(critical_points_t), pointer :: home => null() !! critical points of the parent path of a branch; on the path of a step,
+      !! its own
+      real(wp) :: left_at = 0.0_wp               !! arc length at the start of the branch or step
+      type(critical_points_t), pointer :: critical_points => null() !! critical points of this step or branch, in their order
+      type(archive_t), pointer :: frame => null() !! data with which the present path began, see checkpoint
    end type path_state_t
 
 contains
@@ -171,7 +175,7 @@ contains
       call move_alloc(longer, run%trail)
    end subroutine leave_trail
 
-   !> Discards all that refers to the nodes of the mesh that the path leaves.
+   !> Discards all data that refer to the nodes of the previous mesh.
    subroutine forget_mesh(run)
       type(path_state_t), intent(inout) :: run
       if (allocated(run%control%tangent)) deallocate (run%control%tangent)
@@ -215,8 +219,9 @@ contains
       integer, intent(in) :: multiplicity
       real(wp), intent(in), optional :: scale    !! scale of the event, see event_t
       type(error_bars_t), allocatable, intent(in), optional :: bars
-      type(problem_t), intent(in), optional :: free  !! what leaves it does so without contacts that carry no force: the problem
-      type(state_t), intent(in), optional :: released !! and the state there without them
+      type(problem_t), intent(in), optional :: free !! problem without force-free contacts, on which a branch leaves the critical
+      !! point
+      type(state_t), intent(in), optional :: released !! state of the critical point in that problem
       logical, intent(in), optional :: corner    !! LP: the load turns at a corner of the path
       type(critical_point_t) :: landmark
       landmark%label = label
