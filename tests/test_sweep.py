@@ -371,12 +371,12 @@ def test_of_two_sweeps_in_a_folder_one_is_refused(folder):
 
 
 @pytest.mark.parametrize("text, message", [
-    ("deck = 3", "deck must be text"), ('deck = "a\\nb.inp"', "control characters"), ('title = 3\ndeck = "strip.inp"', "title must be text"),
+    ("deck = 3", "deck must be the name of a deck"), ('deck = "a\\nb.inp"', "control characters"), ('title = 3\ndeck = "strip.inp"', "title must be text"),
     ('deck = "strip.inp"\ngather = 3', "gather must be a table"), ('deck = "strip.inp"\npicture = 3', "picture must be a list"),
     ('deck = "strip.inp"\ngrid = 3', "grid must be a table"),
-    ('deck = "strip.inp"\n[grid]\nEI = 2024-01-01\n', "EI: '2024-01-01' is neither a number nor text"),
+    ('deck = "strip.inp"\n[grid]\nEI = 2024-01-01\n', "EI: 2024-01-01 is neither a number nor text"),
     ('deck = "strip.inp"\n[grid]\nEI = [nan]\n', "EI: nan is no number"),
-    ('deck = "strip.inp"\n[grid]\nEI = "a\\nb"\n', "EI: 'a\\nb' has control characters"),
+    ('deck = "strip.inp"\n[grid]\nEI = "a\\nb"\n', "EI: a value has a line feed as its character 2"),
     ('deck = "strip.inp"\n[list]\nEI = 3\n', "each parameter needs a list"),
     ('deck = "strip.inp"\n[seeds]\nEI = 1000000000\n', "are the most"),
     ('deck = "strip.inp"\n[grid]\nEI = {from = 1, to = 2, count = 1000000000}\n', "are the most"),

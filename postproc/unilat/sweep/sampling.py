@@ -46,6 +46,8 @@ def _limit(runs: int):
     """Asked before so many are made."""
     if runs > MOST_RUNS:
         raise ValueError(f"{runs} runs, but {MOST_RUNS} are the most")
+
+
 def _check_values(rows: list[dict]):
     """Values are numbers, or text that a line of a deck may have."""
     for row in rows:
@@ -55,8 +57,10 @@ def _check_values(rows: list[dict]):
                 if place:
                     raise ValueError(f"{what} has {control_words(text[place - 1])} as its character {place}; names and values are "
                                      f"printable text")
-            if not isinstance(value, (int, float, str)):
+            if isinstance(value, bool) or not isinstance(value, (int, float, str)):
                 raise ValueError(f"{name}: {value} is neither a number nor text")
+            if isinstance(value, float) and not math.isfinite(value):
+                raise ValueError(f"{name}: {value} is no number")
 
 
 def _grid(group: dict) -> list[dict]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 import os
 from dataclasses import dataclass
 
+from ..plain_text import printable
 from ..results import ResultsError
 from .quantities import Quantity, read_quantity
 from .sampling import GROUPS, samples
@@ -49,12 +49,13 @@ def read_sweep(filename: str, also: tuple[str, ...] = ()) -> Sweep:
             raise ResultsError(f"{filename}: {key} must be {words}")
     if "deck" not in content:
         raise ResultsError(f"{filename}: deck is missing: deck = \"NAME.inp\"")
-    _check_kinds(content, filename)
+    for what, name in (("a sweep file", os.path.splitext(os.path.basename(filename))[0]), ("the deck", content["deck"])):
+        if not name.isprintable():
+            raise ResultsError(f"{printable(filename)}: the name of {what} may have no control characters")
     deck_path = os.path.join(os.path.dirname(filename), content["deck"])
     if not os.path.exists(deck_path):
         raise ResultsError(f"{filename}: there is no deck {deck_path}")
     values = samples({name: content[name] for name in GROUPS if name in content}, filename)
-    _check_values(values, filename)
     timeout = content.get("timeout")
     if timeout is not None and not (isinstance(timeout, (int, float)) and not isinstance(timeout, bool) and timeout > 0):
         raise ResultsError(f"{filename}: timeout must be a positive number of seconds")
@@ -69,36 +70,6 @@ def read_sweep(filename: str, also: tuple[str, ...] = ()) -> Sweep:
                  values, {name: word for word in GROUPS for name in content.get(word, {}) if name in values[0]},
                  gather, _pictures(content, filename, gather, values[0]), timeout,
                  {key: content[key] for key in also if key in content})
-
-
-def _check_kinds(content: dict, filename: str):
-    """What everything in a sweep file has to be."""
-    name = os.path.splitext(os.path.basename(filename))[0]
-    if not name.isprintable():
-        raise ResultsError(f"{filename!r}: the name of a sweep file may have no control characters")
-    for key in ("title", "deck"):
-        if not isinstance(content.get(key, ""), str):
-            raise ResultsError(f"{filename}: {key} must be text: {key} = \"...\"")
-    if not content["deck"].isprintable():
-        raise ResultsError(f"{filename}: the name of the deck may have no control characters")
-    for key in ("gather", *GROUPS):
-        if not isinstance(content.get(key, {}), dict):
-            raise ResultsError(f"{filename}: {key} must be a table: [{key}]")
-    pictures = content.get("picture", [])
-    if not isinstance(pictures, list) or not all(isinstance(picture, dict) for picture in pictures):
-        raise ResultsError(f"{filename}: picture must be a list of tables: [[picture]]")
-
-
-def _check_values(values: list[dict], filename: str):
-    """What can be the value of a parameter: a number, or text on one line."""
-    for each in values:
-        for name, value in each.items():
-            if isinstance(value, bool) or not isinstance(value, (int, float, str)):
-                raise ResultsError(f"{filename}: {name}: '{value}' is neither a number nor text")
-            if isinstance(value, float) and not math.isfinite(value):
-                raise ResultsError(f"{filename}: {name}: {value} is no number")
-            if isinstance(value, str) and not value.isprintable():
-                raise ResultsError(f"{filename}: {name}: {value!r} has control characters")
 
 
 def settings_of(values: dict) -> tuple[str, ...]:
