@@ -84,4 +84,4 @@ def test_units_label_tables_and_axes(tmp_path):
             assert (one.values == other.values).all() or one.values.dtype.kind == "f"
             assert other.units == {"length": "mm", "force": "N", "moment": "N mm", "force/length": "N/mm"}.get(one.units, one.units)
     assert files[1].monitors["tip"].units == "mm" and captions.column_label(files[1].monitors["table"]) == "table (N)"
-    assert captions.column_label(Column("M", None, "moment"), named=files[1].units) == "M (N mm)"
+    assert captions.column_label(Column("M", None, files[1].units.of("moment"))) == "M (N mm)"

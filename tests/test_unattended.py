@@ -206,7 +206,9 @@ def test_memory_is_limited(folder, megabytes):
 
 
 def test_memory_that_runs_out_is_no_error_of_the_deck(folder):
-    code, _, err = run(folder, "/dev/zero", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (300 << 20,) * 2))
+    (folder / "long.inp").write_text("*HEADING\n" + f"{'x' * 9_000_000}\n" * 4)
+    (folder / "many.inp").write_text("*INCLUDE, FILE=long.inp\n" * 20)
+    code, _, err = run(folder, "many.inp", preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (300 << 20,) * 2))
     assert code == REFUSED, err
     assert err.endswith("there is not enough memory\n")
 

@@ -6,7 +6,7 @@ import importlib
 import os
 import sys
 
-from .plain_text import printable
+from .plain_text import printable_lines
 
 COMMANDS = {
     "path": ("plot.path", "bifurcation diagram: the path and its branches over any quantity"),
@@ -66,5 +66,5 @@ def guarded(command: str, module: str, argv: list[str]) -> int:
 
 
 def complain(command: str, problem) -> int:
-    print(f"{command}: error: {printable(str(problem))}", file=sys.stderr)
+    print(f"{command}: error: {printable_lines(str(problem))}", file=sys.stderr)
     return 2

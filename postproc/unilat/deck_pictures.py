@@ -11,7 +11,7 @@ import shlex
 import sys
 
 from . import command
-from .plain_text import printable
+from .plain_text import printable, printable_lines
 from .results import Results, ResultsError, read_results
 
 # A comment of the deck names a picture by its command, or by a longer name that older decks have.
@@ -98,7 +98,7 @@ def draw(name: str, number: int, options: list[str], args) -> int:
 
 
 def failed(what: str, why: str) -> int:
-    print(f"{what}: {chr(10).join(printable(line) for line in why.splitlines())}", file=sys.stderr)
+    print(f"{what}: {printable_lines(why.rstrip())}", file=sys.stderr)
     return 5
 
 

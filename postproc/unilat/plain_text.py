@@ -20,6 +20,11 @@ def printable(text: str) -> str:
     return "".join(_sign(letter) if _is_control(letter) else letter for letter in text)
 
 
+def printable_lines(text: str) -> str:
+    """The text with the lines that it has, each of them printable."""
+    return "\n".join(printable(line) for line in text.split("\n"))
+
+
 def cell(value):
     """A value of a CSV table: text that a spreadsheet would take for a formula begins with an apostrophe, as is usual there."""
     if not isinstance(value, str):

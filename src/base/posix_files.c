@@ -9,6 +9,7 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <time.h>
 #include <unistd.h>
 
 /* All bytes, however few the system takes at a time. -2: there is no such output. */
@@ -71,7 +72,8 @@ int unilat_look_at(const char *name, int *kind)
    A file system that knows no locks gives none. */
 int unilat_lock(const char *name, int *descriptor, char *owner, long size)
 {
-   for (;;) {
+   const struct timespec millisecond = {0, 1000000};
+   for (int waits = 0;; waits++) {
       struct stat opened, named;
       char self[300] = "", host[200] = "";
       int file = open(name, O_RDWR | O_CREAT | O_CLOEXEC, 0666);
@@ -81,6 +83,8 @@ int unilat_lock(const char *name, int *descriptor, char *owner, long size)
          ssize_t length = read(file, owner, (size_t) size - 1);
          owner[length > 0 ? length : 0] = 0;
          close(file);
+         /* The owner writes its name just after it has the lock: for a second at most, it is waited for. */
+         if (length == 0 && waits < 1000 && nanosleep(&millisecond, NULL) == 0) continue;
          return -1;
       }
       /* The owner before may have removed the file since it was opened. */

@@ -184,7 +184,7 @@ contains
       if (founded) unknowns = unknowns + inner%n
       allocate (system(unknowns, unknowns), rhs(n_by, unknowns), row_weight(unknowns))
       defect = 0.0_wp
-      ! The rounding that forces times lengths leave in a moment turns a taut rod with next to no EI by much. Only that is allowed for.
+      ! Forces times lengths leave rounding in a moment; it turns a taut rod with next to no EI by much. Only it is allowed for.
       rounding = moment_rounding * largest * h
       system = 0.0_wp
       rhs = 0.0_wp
