@@ -59,8 +59,8 @@ contains
          change%begins = beginning_together(problem, change%tests, change%which, leg%after%value < leg%before%value)
          call begin_sharply(problem, step, run, leg, change)
          associate (test => change%tests(change%which))
-            run%beginning = beginning_region(problem, change%place, test%contact, test%stretch, test%at)
-            call find_point(problem, change%place, test%stretch, test%at, run%beginning_in, tau)
+            run%onset%region = beginning_region(problem, change%place, test%contact, test%stretch, test%at)
+            call find_point(problem, change%place, test%stretch, test%at, run%onset%element, tau)
          end associate
       end if
    end subroutine look_beyond

@@ -39,7 +39,7 @@ module span_changes
    integer, parameter :: set_holds = 0           !! there is none
    integer, parameter :: set_changed = 1         !! the run stands where it is, with the next set
    integer, parameter :: go_nearer = 2           !! the increment is to be shorter, and has become so
-   integer, parameter :: other_mesh = 3          !! see run%wanted
+   integer, parameter :: other_mesh = 3          !! see run%request%density
    integer, parameter :: no_set = 4              !! run%stuck says what was not found
 
    integer, parameter :: most_meshes = 4         !! for the sake of which of two changes comes first
@@ -297,8 +297,8 @@ contains
          call accept(problem, step, run, change%place, change%heading, arrival, recorder, shorter, finished, outcome)
       end if
       run%control%increment = increment
-      if (allocated(run%beginning)) deallocate (run%beginning)
-      run%beginning_in = 0
+      if (allocated(run%onset%region)) deallocate (run%onset%region)
+      run%onset%element = 0
       if (wants_another(run)) then
          result = other_mesh
       else if (.not. shorter) then

@@ -77,17 +77,17 @@ contains
       done = .false.
       call move_alloc(run%footing, finer)
       call copy_problem(problem, asked)
-      asked%demand = run%wanted
-      deallocate (run%wanted)
+      asked%demand = run%request%density
+      deallocate (run%request%density)
       call copy_problem(asked, here)
       here%demand = taken_along(problem, run%state, asked%demand)
       cut = find_cuts(problem, trial)
       ! Without a load the future ends of contact are unknown.
       if (settled .and. run%fresh) call remesh_trial(asked, problem, run, trial, .false., taken)
-      if (.not. taken .and. (problem%has_spans() .or. run%from_point .or. marked(problem, trial, cut))) call stand_here()
+      if (.not. taken .and. (problem%has_spans() .or. run%request%at_last_point .or. marked(problem, trial, cut))) call stand_here()
       ! If nodes, or elements on foundations, have just detected contact, the run's point has no such spans.
-      if (.not. (taken .or. done)) run%before = present_demand(problem, run%state)
-      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, run%has_events, taken)
+      if (.not. (taken .or. done)) run%request%density_before = present_demand(problem, run%state)
+      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, run%request%events_located, taken)
       ! Newton's method may fail on one mesh and converge on another, which may be finer than requested.
       if (.not. (taken .or. done)) then
          do k = 1, size(here%demand)
@@ -232,9 +232,9 @@ contains
       integer :: k
       asked = any(problem%layout%stretch%placed) .and. .not. problem%is_sampled()
       if (.not. asked) return
-      run%wanted = present_demand(problem, run%state)
-      do k = 1, size(run%wanted)
-         run%wanted(k)%elements = 2.0_wp * run%wanted(k)%elements
+      run%request%density = present_demand(problem, run%state)
+      do k = 1, size(run%request%density)
+         run%request%density(k)%elements = 2.0_wp * run%request%density(k)%elements
       end do
    end subroutine ask_for_twice
 

@@ -29,11 +29,11 @@ contains
       logical :: done
       attempt%cuts = 0
       attempt%meshes = attempt%meshes + 1
-      if (run%unsettled) then
-         run%unsettled = .false.
+      if (run%request%smaller_residual) then
+         run%request%smaller_residual = .false.
          problem%model%step(problem%step)%sharper = sharper * problem%model%step(problem%step)%sharper
          problem%deck%step(problem%step)%sharper = problem%model%step(problem%step)%sharper
-         if (allocated(run%wanted)) deallocate (run%wanted)
+         if (allocated(run%request%density)) deallocate (run%request%density)
          call linearise(problem, run%state, run%state, run%system)
          return
       end if

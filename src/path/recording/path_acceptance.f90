@@ -39,7 +39,7 @@ module path_acceptance
       type(increment_t) :: report                !! report of the correction to the trial
       logical :: can_cut = .false.             !! the caller can try a shorter increment instead
       integer :: tries = mesh_has_to_do        !! meshes made for the errors of this increment. If another one is
-      !! requested, run%wanted is allocated and nothing is recorded
+      !! requested, run%request%density is allocated and nothing is recorded
       character(2) :: label = ''               !! C+ or C- if the trial is known to be a contact change
       integer :: times = 1                     !! multiplicity of that change
       logical :: bracketed = .false.           !! the change lies somewhere before the trial
@@ -66,8 +66,8 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(findings_t) :: findings
       finished = .false.
-      if (allocated(run%wanted)) deallocate (run%wanted)
-      run%unsettled = .false.
+      if (allocated(run%request%density)) deallocate (run%request%density)
+      run%request%smaller_residual = .false.
       call find_events(problem, step, run, trial, ahead, findings)
       call find_corners(run, trial, findings)
       findings%told = duplicates_of(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
@@ -123,7 +123,7 @@ contains
       type(path_state_t), intent(inout) :: run
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
-      run%has_events = any(findings%seen%located .and. .not. findings%told)
+      run%request%events_located = any(findings%seen%located .and. .not. findings%told)
       findings%stops = stop_met(step, run%probe, findings%probe)
       ! A mesh given by the deck is not changed, and a second mesh of the program would lack the same nodes as the first. (A point
       ! before the event supplies them: the mesh of the next increment begins there.)

@@ -68,10 +68,10 @@ contains
       ! The stress-free start has no force as reference of a residual.
       if (is_stress_free(state)) point%residual = 0.0_wp
       run%points = run%points + 1
-      if (allocated(run%beginning) .and. label == 'C+') point%region = [point%region, run%beginning]
+      if (allocated(run%onset%region) .and. label == 'C+') point%region = [point%region, run%onset%region]
       if (allocated(point%bars) .and. allocated(point%region)) call tell_places(point%bars, point%region)
       call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), &
-         & merge(run%beginning_in, 0, label == 'C+'), point, outcome%accuracy, wrong)
+         & merge(run%onset%element, 0, label == 'C+'), point, outcome%accuracy, wrong)
       call note_load(problem%step, state%load_factor, outcome%accuracy)
       call count_up(counter_points)
       if (.not. problem%is_sampled()) call count_largest(counter_largest, problem%model%mesh%n_elements)

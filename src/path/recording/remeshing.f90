@@ -23,7 +23,7 @@ contains
    !> True if the trial is to be computed anew, on another mesh or with a smaller residual.
    pure logical function wants_another(run)
       type(path_state_t), intent(in) :: run
-      wants_another = run%unsettled .or. allocated(run%wanted)
+      wants_another = run%request%smaller_residual .or. allocated(run%request%density)
    end function wants_another
 
    !> Requests a finer mesh if the errors of an event exceed the tolerance. For a detachment the error contributions are those of
@@ -63,26 +63,26 @@ contains
       asked = merge(step%asked, step%asked_of_path, critical)
       if (.not. allocated(bars) .or. .not. asked > 0.0_wp .or. tries > most_meshes) return
       if (tries == 0) then
-         run%from_point = .false.
-         if (allocated(run%before)) deallocate (run%before)
+         run%request%at_last_point = .false.
+         if (allocated(run%request%density_before)) deallocate (run%request%density_before)
       end if
-      if (tries > 0 .and. .not. run%from_point) then
+      if (tries > 0 .and. .not. run%request%at_last_point) then
          ! The trial's mesh lacks nodes at interface points: the mesh is made at the last point instead.
-         run%from_point = .not. marked(problem, place, find_cuts(problem, place))
-         if (run%from_point) then
-            run%wanted = problem%demand
-            if (allocated(run%before)) run%wanted = run%before
+         run%request%at_last_point = .not. marked(problem, place, find_cuts(problem, place))
+         if (run%request%at_last_point) then
+            run%request%density = problem%demand
+            if (allocated(run%request%density_before)) run%request%density = run%request%density_before
             return
          end if
       end if
       can_settle = .not. step%tolerance_given .and. problem%model%step(problem%step)%sharper > most_sharp
       call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, asked, outcome), step%asked_of, asked, &
-         & critical, tries, can_settle, run%refinement, run%unsettled, run%wanted)
+         & critical, tries, can_settle, run%refinement, run%request%smaller_residual, run%request%density)
       ! The finer mesh did not help: it is released again, or such points would refine the mesh one after the other.
       if (run%refinement%in_vain) run%spare = run%refinement%demand
       ! An opening that the elements missed lies between the last point and this one.
-      if (allocated(run%wanted) .and. .not. run%from_point) &
-         & run%from_point = allocated(bars%may_open) .or. marked(problem, place, find_cuts(problem, place))
+      if (allocated(run%request%density) .and. .not. run%request%at_last_point) &
+         & run%request%at_last_point = allocated(bars%may_open) .or. marked(problem, place, find_cuts(problem, place))
    end subroutine ask_for_mesh
 
    !> Requests a coarser mesh if the errors of a point are far below the tolerance.

@@ -19,7 +19,8 @@ module path_state
    use path_events, only: test_values_t, new_test_values
    implicit none
    private
-   public :: path_state_t, recent_path_t, slopes_t, since_change_t, checkpoint_t, arrived_t, copy_path_state
+   public :: path_state_t, recent_path_t, slopes_t, trial_request_t, onset_t, since_change_t, checkpoint_t, arrived_t
+   public :: copy_path_state
    public :: path_tangent_of, test_values_at, keep_critical_point, leave_trail, turned_back, forget_mesh, rest_of_mesh
 
    integer, parameter :: rest_of_mesh = 10       !! accepted points after a refinement during which no coarser mesh is tried
@@ -71,6 +72,23 @@ module path_state
       type(error_bars_t), allocatable :: bars    !! error bars; not allocated: unknown
    end type arrived_t
 
+   !> Requirements of a trial whose errors exceed the tolerance. Nothing of it is recorded: the increment is repeated from the last
+   !> accepted point.
+   type :: trial_request_t
+      logical :: smaller_residual = .false.      !! the iteration must end with a smaller residual
+      type(mesh_density_t), allocatable :: density(:) !! (rod segments) required mesh density; not allocated: it is high enough
+      logical :: at_last_point = .false.         !! the mesh is made for the last accepted point, not for the trial
+      type(mesh_density_t), allocatable :: density_before(:) !! (rod segments) mesh density up to the last accepted point,
+      !! before the mesh was made for the trial
+      logical :: events_located = .false.        !! events were located between the last accepted point and the trial
+   end type trial_request_t
+
+   !> A point contact that begins at the next point.
+   type :: onset_t
+      type(region_t), allocatable :: region      !! not allocated: no contact begins
+      integer :: element = 0                     !! in which it begins; 0: none
+   end type onset_t
+
    !> State of a path; a single type, so that the procedures of the path loop have short argument lists.
    type :: path_state_t
       type(state_t) :: state                     !! the last accepted point
@@ -83,21 +101,13 @@ module path_state
       integer :: step_points = 0                 !! points accepted in this step
       integer :: touches = 0                     !! contact spans begun so far: the last identity number given
       character(:), allocatable :: stuck         !! failure of a contact change: the step ends with this reason
-      type(region_t), allocatable :: beginning   !! point contact that begins at the next point
-      integer :: beginning_in = 0                !! element in which it begins; 0: none
+      type(onset_t) :: onset                     !! point contact that begins at the next point
       logical :: on_bifurcation = .false.        !! the last point is a recorded bifurcation: its pivots have the sign of rounding
       type(since_change_t) :: since_change       !! consequences of the last contact change that are still active
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
       type(enriched_problem_t) :: finer             !! enriched problem, from which error estimates are computed
       type(refinement_t) :: refinement           !! results of the refinements tried for the present point
-      logical :: unsettled = .false.             !! the last trial requires a smaller residual; nothing was recorded
-      type(mesh_density_t), allocatable :: wanted(:) !! (rod segments) mesh density required by the last trial, of which nothing was
-      !! recorded; not allocated: the mesh is accurate enough
-      logical :: from_point = .false. !! the requested mesh is made at the last accepted point, without nodes at interface points of
-      !! the trial
-      logical :: has_events = .false.            !! events were located between the last accepted point and the last trial
-      type(mesh_density_t), allocatable :: before(:) !! (rod segments) mesh density of the path up to the last accepted point,
-      !! before the mesh was made for the trial
+      type(trial_request_t) :: request           !! what the last trial requires before it can be accepted
       type(mesh_density_t), allocatable :: spare(:) !! (rod segments) coarser mesh that is accurate enough for the last point
       logical :: behind_flat = .false. !! on the new mesh a point contact becomes a line contact before the last accepted point
       type(checkpoint_t), allocatable :: footing    !! state to return to until a point is accepted on the coarser mesh
