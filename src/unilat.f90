@@ -156,7 +156,7 @@ program unilat
       call note_failure('contact is at the nodes of the deck, where errors are not known, because spans do not get on: '//why_nodes)
    end if
    if (outcome%dead_end .and. any(deck_model%contact%along)) &
-      & call note_failure('*CONTACT, POINTS=NODES may go on, as well as the elements of the deck can')
+      & call note_failure('contact at the nodes of the deck (*CONTACT, POINTS=NODES) was not tried')
    call note_contact_at_nodes()
    if (allocated(outcome%accuracy%bar_words)) call note_failure(outcome%accuracy%bar_words)
 

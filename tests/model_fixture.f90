@@ -215,11 +215,11 @@ contains
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: parts
       real(wp), intent(in) :: wander
-      type(division_t) :: division(size(layout%stretch))
+      type(division_t) :: division(size(layout%rod_segment))
       real(wp) :: part
       integer :: j, i, n, k
       do j = 1, size(division)
-         associate (at => layout%stretch(j)%at)
+         associate (at => layout%rod_segment(j)%at)
             n = parts * (size(at) - 1)
             allocate (division(j)%at(n + 1))
             do i = 0, n
@@ -229,7 +229,7 @@ contains
                if (i > 0 .and. i < n) division(j)%at(i + 1) = division(j)%at(i + 1) + &
                   & wander * (at(k + 2) - at(k + 1)) / parts * merge(1.0_wp, -0.7_wp, modulo(i, 2) == 0)
             end do
-            division(j)%at(n + 1) = layout%stretch(j)%length
+            division(j)%at(n + 1) = layout%rod_segment(j)%length
          end associate
       end do
    end function divided

@@ -28,7 +28,7 @@ contains
       why = ''
       if (any(.not. collocates(problem%model%mesh%family))) why = 'the mesh has UL2 elements'
       do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) > 0 .or. .not. state%active(c)) cycle
+         if (problem%candidates%contact_span(c) > 0 .or. .not. state%active(c)) cycle
          ! Stops are at nodes that the deck names.
          if (is_stop(problem, c)) cycle
          if (size(problem%model%contact(problem%candidates%contact(c))%node) > 1) why = 'contact is at the nodes of the mesh'

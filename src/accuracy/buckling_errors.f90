@@ -64,6 +64,6 @@ contains
             buckling%bar(k) = new_error_bar(correction, correction**2 / abs(factor), abs(correction), rounding)
          end associate
       end do
-      if (any(buckling%bar%told)) deallocate (buckling%unbarred)
+      if (any(buckling%bar%estimated)) deallocate (buckling%unbarred)
    end subroutine add_buckling_bars
 end module buckling_errors

@@ -89,7 +89,7 @@ contains
       tests = run_span_tests(problem, state, max(system%force_scale, tiny(left)), 0)
       if (size(tests) < zero%test) return
       associate (test => tests(zero%test))
-         if (test%kind == test_length) left = shortest * problem%layout%stretch(test%stretch)%length / problem%size
+         if (test%kind == test_length) left = shortest * problem%layout%rod_segment(test%rod_segment)%length / problem%size
       end associate
    end function left_of_zero
 

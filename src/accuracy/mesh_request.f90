@@ -65,18 +65,18 @@ contains
       logical, intent(in) :: can_settle          !! the iteration can continue to a smaller residual
       logical, intent(out) :: unsettled          !! the iteration's remainder exceeds its part and must be reduced first
       type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) requested mesh density
-      type(mesh_density_t) :: here(size(problem%layout%stretch))
+      type(mesh_density_t) :: here(size(problem%layout%rod_segment))
       integer :: k
       call mesh_for_bars(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, demand)
       if (unsettled .or. .not. allocated(bars%may_open)) return
-      if (.not. any(bars%may_open .and. problem%layout%stretch(problem%stretch)%placed)) return
+      if (.not. any(bars%may_open .and. problem%layout%rod_segment(problem%rod_segment)%placed)) return
       last%in_vain = tries > most_unknown
       if (last%in_vain) return
       ! Elements in which contact may have opened are halved.
       here = present_demand(problem, state)
       if (.not. allocated(demand)) demand = here
       do k = 1, size(demand)
-         if (.not. problem%layout%stretch(k)%placed) cycle
+         if (.not. problem%layout%rod_segment(k)%placed) cycle
          if (size(demand(k)%elements) /= size(here(k)%elements)) demand(k) = here(k)
          where (bars%may_open(problem%along(problem%element_first(k):problem%element_last(k)))) &
             & demand(k)%elements = max(demand(k)%elements, 2.0_wp)
@@ -102,7 +102,7 @@ contains
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
       logical :: free(problem%model%mesh%n_elements), known, bounded, cut, helps, on_its_way
       integer :: now, k
-      free = problem%layout%stretch(problem%stretch)%placed
+      free = problem%layout%rod_segment(problem%rod_segment)%placed
       now = count(free)
       unsettled = .false.
       if (now == 0) return
@@ -137,7 +137,7 @@ contains
       end if
       if (known) then
          helps = ratio <= enough_progress * last%ratio
-         on_its_way = comes_there(ratio, now, last%ratio_before, last%elements_before, count(problem%layout%stretch%placed))
+         on_its_way = comes_there(ratio, now, last%ratio_before, last%elements_before, count(problem%layout%rod_segment%placed))
          if (tries > most_cancelling) helps = helps .and. on_its_way
          if (helps .or. tries == 0) then
             last%ratio = ratio
@@ -200,7 +200,7 @@ contains
       type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) sufficient mesh density
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
       logical :: free(problem%model%mesh%n_elements), known, bounded, unsettled
-      free = problem%layout%stretch(problem%stretch)%placed
+      free = problem%layout%rod_segment(problem%rod_segment)%placed
       if (.not. any(free) .or. .not. allocated(bars%share)) return
       call indicate(bars, sizes, counted, asked, .false., .true., .false., indicator, ratio, known, bounded, unsettled)
       if (.not. (known .and. bounded) .or. ratio > 1.0_wp) return
@@ -235,11 +235,11 @@ contains
       if (.not. known .or. .not. allocated(bars%share)) return
       do k = 1, size(counted)
          associate (bar => bars%load)
-            if (counted(k) == 0) call add(bar%told, bar%bounded, bar%bar, bar%rounding, 1)
+            if (counted(k) == 0) call add(bar%estimated, bar%bounded, bar%bar, bar%rounding, 1)
          end associate
          if (counted(k) == 0) cycle
          associate (bar => bars%monitor(counted(k)))
-            call add(bar%told, bar%bounded, bar%bar, bar%rounding, 1 + counted(k))
+            call add(bar%estimated, bar%bounded, bar%bar, bar%rounding, 1 + counted(k))
          end associate
       end do
       ! The place of a touchdown point needs a bounded bar only, of any width.
@@ -306,11 +306,11 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: wanted             !! elements
       real(wp), intent(in) :: g(:)               !! (elements of the present mesh) parts of the number, sum 1
-      type(mesh_density_t) :: demand(size(problem%layout%stretch))
+      type(mesh_density_t) :: demand(size(problem%layout%rod_segment))
       integer :: k
       demand = present_demand(problem, state)
       do k = 1, size(demand)
-         if (.not. problem%layout%stretch(k)%placed) cycle
+         if (.not. problem%layout%rod_segment(k)%placed) cycle
          demand(k)%elements = wanted * g(problem%along(problem%element_first(k):problem%element_last(k)))
       end do
       demand = laid_out(problem, state, demand)
@@ -329,7 +329,7 @@ contains
          demand = as_mirrored(wanted, share_known**(1.0_wp / (2 * minval(problem%model%mesh%stages) + 1)))
       end if
       do k = 1, size(demand)
-         if (problem%layout%stretch(k)%placed) demand(k) = in_whole_parts(with_smooth_density(demand(k)))
+         if (problem%layout%rod_segment(k)%placed) demand(k) = in_whole_parts(with_smooth_density(demand(k)))
       end do
    end function laid_out
 
@@ -342,8 +342,8 @@ contains
       integer :: k, image
       turn = abs(state%u(3, problem%model%mesh%node(2, :)) - state%u(3, problem%model%mesh%node(1, :)))
       alike = .true.
-      do k = 1, size(problem%layout%stretch)
-         image = size(problem%layout%stretch) + 1 - k
+      do k = 1, size(problem%layout%rod_segment)
+         image = size(problem%layout%rod_segment) + 1 - k
          associate (here => problem%along(problem%element_first(k):problem%element_last(k)), &
             & there => problem%along(problem%element_last(image):problem%element_first(image):-1))
             alike = alike .and. size(here) == size(there)
@@ -436,7 +436,7 @@ contains
          type(error_bar_t), intent(in) :: number
          type(error_bar_t) :: of_mesh
          real(wp) :: part
-         if (.not. number%told .or. .not. sizes(1 + counted(k)) > 0.0_wp) return
+         if (.not. number%estimated .or. .not. sizes(1 + counted(k)) > 0.0_wp) return
          of_mesh = number
          of_mesh%bounded = number%bounded .or. .not. told
          if (.not. critical) then

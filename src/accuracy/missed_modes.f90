@@ -39,7 +39,7 @@ contains
       if (size(problem%hinge) > 0) return
       difference = certain_difference(problem, state, system, path%problem, point%state, point%system, allowed)
       if (difference == 0) difference = hidden_directions(problem, state, system)
-      if (difference == 0 .and. any(problem%touch%line)) difference = released_difference(problem, state, system, allowed)
+      if (difference == 0 .and. any(problem%contact_span%line)) difference = released_difference(problem, state, system, allowed)
    end function unstable_difference
 
    !> True if the discretisation error of the eigenvalue nearest to zero is as large as the eigenvalue: its sign is uncertain.

@@ -16,7 +16,7 @@ module error_bar
 
    !> One number. All in its unit.
    type :: error_bar_t
-      logical :: told = .false.               !! there is an estimate at all
+      logical :: estimated = .false.          !! an estimate exists
       logical :: bounded = .false.            !! the error is within `bar`; else it may be larger, the mesh being too coarse
       real(wp) :: correction = 0.0_wp         !! C
       real(wp) :: bar = 0.0_wp                !! > 0
@@ -26,7 +26,7 @@ module error_bar
 
    !> Where contact with an obstacle begins or ends along a rod.
    type :: place_bar_t
-      integer :: touch = 0                    !! number of what touches, see contact_spans
+      integer :: contact_span = 0             !! number of what touches, see contact_spans
       logical :: last = .false.               !! the end of a line; else its beginning, or a point
       real(wp) :: at = 0.0_wp                 !! stress-free arc length along the chain of the contact
       type(error_bar_t) :: bar
@@ -74,8 +74,8 @@ contains
       real(wp), intent(in), optional :: size  !! that the number's kind has there; not there: not known
       type(error_bar_t) :: error
       real(wp) :: factor
-      error%told = ieee_is_finite(correction) .and. ieee_is_finite(unseen) .and. ieee_is_finite(shares)
-      if (.not. error%told) return
+      error%estimated = ieee_is_finite(correction) .and. ieee_is_finite(unseen) .and. ieee_is_finite(shares)
+      if (.not. error%estimated) return
       error%correction = correction
       error%bounded = abs(unseen) <= largest_unseen * shares + of_difference * rounding
       factor = 0.0_wp
@@ -104,8 +104,8 @@ contains
       type(error_bar_t), intent(in) :: argument
       real(wp), intent(in) :: rate            !! of the number by its argument
       type(error_bar_t) :: error
-      error%told = held%told .and. argument%told .and. ieee_is_finite(rate)
-      if (.not. error%told) return
+      error%estimated = held%estimated .and. argument%estimated .and. ieee_is_finite(rate)
+      if (.not. error%estimated) return
       error%bounded = held%bounded .and. argument%bounded
       error%correction = held%correction + rate * argument%correction
       error%bar = held%bar + abs(rate) * argument%bar
@@ -118,7 +118,7 @@ contains
       real(wp), intent(in) :: difference      !! the other one less the number
       type(error_bar_t) :: error
       error = known
-      if (.not. error%told) return
+      if (.not. error%estimated) return
       error%correction = known%correction + difference
       error%bar = known%bar + of_estimate * abs(difference)
    end function shifted_error_bar
@@ -138,7 +138,7 @@ contains
    elemental logical function lacks_bound(bar, allowed)
       type(error_bar_t), intent(in) :: bar
       real(wp), intent(in) :: allowed         !! part of the number's size
-      lacks_bound = bar%told .and. .not. bar%bounded .and. allowed < any_bar
+      lacks_bound = bar%estimated .and. .not. bar%bounded .and. allowed < any_bar
    end function lacks_bound
 
    !> Nothing told.

@@ -159,7 +159,7 @@ contains
          total = total + [sum(totals(1, :)), sum(totals(2, :)), moment]
          accuracy%reaction = max(accuracy%reaction, maxval(abs(totals(3, :))))
          do c = 1, problem%candidates%n
-            if (problem%candidates%touch(c) == 0) cycle
+            if (problem%candidates%contact_span(c) == 0) cycle
             push = end_force(problem, state, c)
             call candidate_gap(problem, state, c, gap, normal, bend)
             roll = rolled(problem, state, c)
@@ -219,7 +219,7 @@ contains
             if (problem%conforms(e) == 0) cycle
             call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
             least_push = least_push + 2.0_wp / 3.0_wp * max(density, 0.0_wp) * line_share * &
-               & problem%layout%stretch(problem%stretch(e))%length
+               & problem%layout%rod_segment(problem%rod_segment(e))%length
          end do
       end function least_push
 
@@ -299,7 +299,7 @@ contains
       largest = max(accuracy%reaction, least_reaction * scale)
       unsettled = max(let_pull, 10.0_wp * problem%model%step(problem%step)%tolerance) * scale
       do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) > 0) cycle
+         if (problem%candidates%contact_span(c) > 0) cycle
          node = problem%candidates%node(c)
          label = problem%model%mesh%node_label(node)
          rigid = problem%model%obstacle(problem%candidates%obstacle(c))%rigid

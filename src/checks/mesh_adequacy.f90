@@ -53,7 +53,7 @@ contains
       allocate (measure(problem%model%mesh%n_elements, size(limits)), spent(problem%model%mesh%n_elements), source=0.0_wp)
       do c = 1, problem%candidates%n
          next = problem%candidates%neighbour(2, c)
-         if (next == 0 .or. problem%candidates%touch(c) > 0) cycle
+         if (next == 0 .or. problem%candidates%contact_span(c) > 0) cycle
          e = problem%candidates%element(2, c)
          stages = problem%model%mesh%stages(e)
          mu = compression(problem, state, e)

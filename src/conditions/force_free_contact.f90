@@ -39,31 +39,31 @@ contains
       type(problem_t), intent(out) :: free
       type(state_t), intent(out) :: released    !! `state` on the mesh of `free`
       logical, intent(out) :: any_weak          !! false: no line contact is force-free; `free` and `released` are undefined
-      type(contact_span_t), allocatable :: touch(:), rest(:)
-      logical :: weak(size(problem%touch))
+      type(contact_span_t), allocatable :: contact_span(:), rest(:)
+      logical :: weak(size(problem%contact_span))
       real(wp) :: none
       integer :: k, side, n
       any_weak = .false.
       if (.not. problem%has_spans()) return
       none = nothing * max(system%force_scale, tiny(none))
-      weak = [(problem%touch(k)%line, k=1, size(weak))]
+      weak = [(problem%contact_span(k)%line, k=1, size(weak))]
       do k = 1, size(weak)
          if (weak(k)) weak(k) = .not. is_pressed(problem, state, k, unsettled * problem%model%step(problem%step)%tolerance * &
             & system%force_scale, none / problem%size)
       end do
       any_weak = any(weak)
       if (.not. any_weak) return
-      touch = present_contact_spans(problem, state)
-      rest = pack(touch, .not. weak)
-      n = maxval(touch%number)
+      contact_span = present_contact_spans(problem, state)
+      rest = pack(contact_span, .not. weak)
+      n = maxval(contact_span%number)
       do k = 1, size(weak)
          if (.not. weak(k)) cycle
          do side = 1, 2
-            if (ends_nowhere(problem, touch, k, side) .and. .not. (side == 2 .and. pressed_end(k))) cycle
-            rest = [rest, touch(k)]
+            if (ends_nowhere(problem, contact_span, k, side) .and. .not. (side == 2 .and. pressed_end(k))) cycle
+            rest = [rest, contact_span(k)]
             associate (point => rest(size(rest)))
                point%line = .false.
-               point%at = touch(k)%at(side)
+               point%at = contact_span(k)%at(side)
                if (side == 2) then
                   n = n + 1
                   point%number = n
@@ -79,9 +79,10 @@ contains
       released = carried(problem, state, free)
       call carry_forces(problem, state, free, released)
       do k = 1, free%candidates%n
-         if (free%candidates%touch(k) == 0) cycle
-         associate (number => free%touch(free%candidates%touch(k))%number)
-            if (any(weak .and. touch%number == number) .or. number > maxval(touch%number)) free%candidates%follows(k) = .true.
+         if (free%candidates%contact_span(k) == 0) cycle
+         associate (number => free%contact_span(free%candidates%contact_span(k))%number)
+            if (any(weak .and. contact_span%number == number) .or. &
+               & number > maxval(contact_span%number)) free%candidates%follows(k) = .true.
          end associate
       end do
 
@@ -91,7 +92,7 @@ contains
       logical function pressed_end(k)
          integer, intent(in) :: k
          integer :: c
-         c = problem%touch(k)%candidate(2)
+         c = problem%contact_span(k)%candidate(2)
          pressed_end = .not. problem%candidates%moves(c)
          if (pressed_end) pressed_end = breakpoint_force(problem, state, c) > none
       end function pressed_end
@@ -120,48 +121,50 @@ contains
       type(problem_t), intent(inout) :: free
       integer :: c
       do c = 1, free%candidates%n
-         if (free%candidates%touch(c) > 0) free%candidates%follows(c) = free%touch(free%candidates%touch(c))%line
+         if (free%candidates%contact_span(c) > 0) free%candidates%follows(c) = &
+            & free%contact_span(free%candidates%contact_span(c))%line
       end do
    end subroutine let_turn
 
    !> True if an end of a line contact needs no point contact of its own: another line contact continues there, or ends with its
    !> rod.
-   pure logical function ends_nowhere(problem, touch, k, side)
+   pure logical function ends_nowhere(problem, contact_span, k, side)
       type(problem_t), intent(in) :: problem
-      type(contact_span_t), intent(in) :: touch(:)     !! present contact spans
+      type(contact_span_t), intent(in) :: contact_span(:) !! present contact spans
       integer, intent(in) :: k, side
       integer :: next, node, way
       real(wp) :: end
       way = merge(-1, 1, side == 1)
-      end = merge(0.0_wp, problem%layout%stretch(touch(k)%stretch)%length, side == 1)
+      end = merge(0.0_wp, problem%layout%rod_segment(contact_span(k)%rod_segment)%length, side == 1)
       ends_nowhere = .false.
-      if (abs(touch(k)%at(side) - end) > 0.0_wp) return
+      if (abs(contact_span(k)%at(side) - end) > 0.0_wp) return
       if (side == 1) then
-         node = problem%model%mesh%node(1, problem%element_first(touch(k)%stretch))
+         node = problem%model%mesh%node(1, problem%element_first(contact_span(k)%rod_segment))
       else
-         node = problem%model%mesh%node(2, problem%element_last(touch(k)%stretch))
+         node = problem%model%mesh%node(2, problem%element_last(contact_span(k)%rod_segment))
       end if
       ends_nowhere = problem%beside(side, node) == 0
       next = beyond(problem, k, way)
       if (next == 0) return
-      end = merge(problem%layout%stretch(next)%length, 0.0_wp, side == 1)
-      ends_nowhere = any(touch%line .and. touch%stretch == next .and. touch%contact == touch(k)%contact .and. &
-         & abs(touch%at(3 - side) - end) <= 0.0_wp)
+      end = merge(problem%layout%rod_segment(next)%length, 0.0_wp, side == 1)
+      ends_nowhere = any(contact_span%line .and. contact_span%rod_segment == next .and. contact_span%contact == &
+         & contact_span(k)%contact .and. &
+         & abs(contact_span%at(3 - side) - end) <= 0.0_wp)
    end function ends_nowhere
 
    !> True if the size of the obstacle's force density along a line contact exceeds `bound` anywhere, after subtraction of its
    !> error. The error is that of the thrust times the curvature of the track; on a straight obstacle it is zero, for there the
    !> density follows from loads and shape alone.
-   logical function is_pressed(problem, state, touch, thrust_error, bound)
+   logical function is_pressed(problem, state, contact_span, thrust_error, bound)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: touch              !! index into problem%touch
+      integer, intent(in) :: contact_span       !! index into problem%contact_span
       real(wp), intent(in) :: thrust_error
       real(wp), intent(in) :: bound
       real(wp) :: local(3), place(2), angle, density, noise
       integer :: e, i
       is_pressed = .true.
-      do e = problem%touch(touch)%element(1), problem%touch(touch)%element(2)
+      do e = problem%contact_span(contact_span)%element(1), problem%contact_span(contact_span)%element(2)
          noise = thrust_error * max(bend(problem%conforms(e)), bend(problem%candidates%neighbour(2, problem%conforms(e))))
          do i = 0, samples
             call conforming_forces(problem, state, e, real(i, wp) / samples, local, place, angle, density)
@@ -188,19 +191,19 @@ contains
       type(state_t), intent(in) :: state, released
       real(wp), intent(in) :: mode(:, :)        !! (3, nodes of `free`) global axes
       real(wp), parameter :: closed = 1.0e-3_wp ! part of the largest opening that counts as none
-      type(contact_span_t), allocatable :: touch(:)
+      type(contact_span_t), allocatable :: contact_span(:)
       real(wp) :: gap, normal(2), bend, opening, most, least, at
       integer :: k, e, node, obstacle
-      touch = present_contact_spans(problem, state)
+      contact_span = present_contact_spans(problem, state)
       most = 0.0_wp
       least = 0.0_wp
-      do k = 1, size(touch)
-         if (.not. touch(k)%line) cycle
-         obstacle = problem%model%contact(touch(k)%contact)%obstacle
-         do e = free%element_first(touch(k)%stretch), free%element_last(touch(k)%stretch)
+      do k = 1, size(contact_span)
+         if (.not. contact_span(k)%line) cycle
+         obstacle = problem%model%contact(contact_span(k)%contact)%obstacle
+         do e = free%element_first(contact_span(k)%rod_segment), free%element_last(contact_span(k)%rod_segment)
             if (free%conforms(e) > 0) cycle
             at = released%geometry%element(e)%s(1) + free%origin(e)
-            if (at <= touch(k)%at(1) .or. at >= touch(k)%at(2)) cycle
+            if (at <= contact_span(k)%at(1) .or. at >= contact_span(k)%at(2)) cycle
             node = free%model%mesh%node(1, e)
             call obstacle_gap(problem%model%obstacle(obstacle), node_position(released, node) - &
                & obstacle_shift(problem, state, obstacle), gap, normal, bend)

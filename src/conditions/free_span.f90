@@ -9,9 +9,10 @@ module free_span
    public :: free_span_t, free_spans, span_ends
 
    type :: free_span_t
-      integer :: stretch = 0
+      integer :: rod_segment = 0
       integer :: element(2) = 0             !! first and last element
-      integer :: touch(2) = 0               !! contact spans before and after the free span, indices into problem%touch; 0: segment
+      integer :: contact_span(2) = 0        !! contact spans before and after the free span, indices into problem%contact_span; 0:
+      !! segment
       !! boundary without contact
       integer :: contact(2) = 0             !! contacts of these contact spans, indices into model%contact; 0: none
    end type free_span_t
@@ -24,13 +25,13 @@ contains
       type(free_span_t), allocatable :: span(:)
       integer :: j, k, before, first
       allocate (span(0))
-      do j = 1, size(problem%layout%stretch)
+      do j = 1, size(problem%layout%rod_segment)
          before = 0
          first = problem%element_first(j)
-         do k = 1, size(problem%touch)
-            if (problem%touch(k)%stretch /= j) cycle
-            call add(problem%touch(k)%element(1) - 1, k)
-            first = problem%touch(k)%element(2) + 1
+         do k = 1, size(problem%contact_span)
+            if (problem%contact_span(k)%rod_segment /= j) cycle
+            call add(problem%contact_span(k)%element(1) - 1, k)
+            first = problem%contact_span(k)%element(2) + 1
             before = k
          end do
          call add(problem%element_last(j), 0)
@@ -44,8 +45,8 @@ contains
          if (last < first) return
          span = [span, free_span_t(j, [first, last], [before, after])]
          associate (new => span(size(span)))
-            if (before > 0) new%contact(1) = problem%touch(before)%contact
-            if (after > 0) new%contact(2) = problem%touch(after)%contact
+            if (before > 0) new%contact(1) = problem%contact_span(before)%contact
+            if (after > 0) new%contact(2) = problem%contact_span(after)%contact
          end associate
       end subroutine add
    end function free_spans

@@ -35,14 +35,14 @@ module free_span_gap
 contains
 
    !> Gap of a material point to the obstacle of a contact.
-   real(wp) function gap_at(problem, state, contact, stretch, at) result(gap)
+   real(wp) function gap_at(problem, state, contact, rod_segment, at) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: contact, stretch
+      integer, intent(in) :: contact, rod_segment
       real(wp), intent(in) :: at            !! coordinate along the rod segment
       real(wp) :: tau
       integer :: e
-      call find_point(problem, state, stretch, at, e, tau)
+      call find_point(problem, state, rod_segment, at, e, tau)
       gap = gap_in(problem, state, contact, new_profile(problem, state, e), tau)
    end function gap_at
 
@@ -150,7 +150,8 @@ contains
       logical :: zero(2), touching(problem%model%mesh%n_nodes)
       integer :: side
       touching = .false.
-      touching(pack(problem%candidates%node, problem%candidates%touch > 0 .and. problem%candidates%contact == line%contact)) = &
+      touching(pack(problem%candidates%node, problem%candidates%contact_span > 0 .and. problem%candidates%contact == &
+         & line%contact)) = &
          & .true.
       line%touches = touching([problem%model%mesh%node(1, line%first), problem%model%mesh%node(2, line%last)])
       ends = [problem%origin(line%first) + state%geometry%element(line%first)%s(1), &

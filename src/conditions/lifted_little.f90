@@ -33,7 +33,7 @@ contains
       length = lifted_beside(problem, state, c)
       do side = 1, 2
          e = problem%beside(side, problem%candidates%node(c))
-         if (length(side) <= line_share * problem%layout%stretch(problem%stretch(e))%length) couple = 0.0_wp
+         if (length(side) <= line_share * problem%layout%rod_segment(problem%rod_segment(e))%length) couple = 0.0_wp
       end do
    end function lifting_couple
 
@@ -63,7 +63,7 @@ contains
       call look_at_end(problem, state, c, e, density)
       lifts_little = e > 0
       if (lifts_little) lifts_little = lifted_at_mirror(-push * scale, density) <= line_share * &
-         & problem%layout%stretch(problem%stretch(e))%length
+         & problem%layout%rod_segment(problem%rod_segment(e))%length
    end function lifts_little
 
    !> Element of the line contact that ends at a candidate where its rod ends, and the density of the obstacle's force there.

@@ -78,7 +78,7 @@ contains
       length = 2.0_wp * sqrt(abs(couple) / density)
       ! The gap w is largest at x = 3 l/4.
       height = 27.0_wp / 256.0_wp * density * length**4 * problem%compliance(element)%bending / 24.0_wp
-      stays_down = length <= line_share * problem%layout%stretch(problem%stretch(element))%length .or. height <= &
+      stays_down = length <= line_share * problem%layout%rod_segment(problem%rod_segment(element))%length .or. height <= &
          & rounding_gap(problem)
    end function stays_down
 

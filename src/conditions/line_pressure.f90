@@ -88,7 +88,7 @@ contains
       real(wp), intent(in) :: at
       real(wp) :: local(3), place(2), angle, tau
       integer :: e
-      call find_point(problem, state, line%stretch, at, e, tau)
+      call find_point(problem, state, line%rod_segment, at, e, tau)
       if (problem%conforms(e) == 0) then
          ! The coordinate is the last end of the line, where a free element begins.
          e = e - 1

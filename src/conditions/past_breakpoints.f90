@@ -9,31 +9,31 @@ contains
 
    !> Rod segment on which a contact span continues past an end of its own segment: the same contact covers it, and no support acts
    !> at the boundary, so that forces pass between free span and contact. 0: none.
-   pure integer function beyond(problem, touch, way) result(stretch)
+   pure integer function beyond(problem, contact_span, way) result(rod_segment)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: touch             !! index into problem%touch
+      integer, intent(in) :: contact_span      !! index into problem%contact_span
       integer, intent(in) :: way               !! -1: past the first end, 1: past the last end
-      stretch = across(problem, touch, way)
-      if (any(problem%model%fixed(:, end_node(problem, touch, way)))) stretch = 0
+      rod_segment = across(problem, contact_span, way)
+      if (any(problem%model%fixed(:, end_node(problem, contact_span, way)))) rod_segment = 0
    end function beyond
 
    !> Rod segment beyond the end of a contact span's segment, supported or not, if the same contact covers it. 0: none.
-   pure integer function across(problem, touch, way) result(stretch)
+   pure integer function across(problem, contact_span, way) result(rod_segment)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: touch             !! index into problem%touch
+      integer, intent(in) :: contact_span      !! index into problem%contact_span
       integer, intent(in) :: way               !! -1: past the first end, 1: past the last end
       integer :: e
-      stretch = 0
-      e = problem%beside(merge(1, 2, way < 0), end_node(problem, touch, way))
+      rod_segment = 0
+      e = problem%beside(merge(1, 2, way < 0), end_node(problem, contact_span, way))
       if (e == 0) return
-      if (problem%covered(problem%stretch(e), problem%touch(touch)%contact)) stretch = problem%stretch(e)
+      if (problem%covered(problem%rod_segment(e), problem%contact_span(contact_span)%contact)) rod_segment = problem%rod_segment(e)
    end function across
 
    !> Node at one end of the rod segment of a contact span.
-   pure integer function end_node(problem, touch, way) result(node)
+   pure integer function end_node(problem, contact_span, way) result(node)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: touch, way        !! way: -1 first end, 1 last end
-      associate (own => problem%touch(touch)%stretch)
+      integer, intent(in) :: contact_span, way !! way: -1 first end, 1 last end
+      associate (own => problem%contact_span(contact_span)%rod_segment)
          if (way < 0) then
             node = problem%model%mesh%node(1, problem%element_first(own))
          else

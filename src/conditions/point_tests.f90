@@ -28,13 +28,13 @@ contains
       logical :: kept, fixed
       allocate (tests(0))
       do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) == 0) cycle
+         if (problem%candidates%contact_span(c) == 0) cycle
          kept = .not. problem%candidates%moves(c)
          fixed = problem%model%fixed(3, problem%candidates%node(c))
          if (.not. kept .or. at_breakpoint(problem, c)) tests = [tests, new_test(problem, c, test_force, push(problem, state, &
             & scale, c))]
          if (fixed) call test_beside_support(problem, state, c, tests)
-         if (problem%touch(problem%candidates%touch(c))%line) then
+         if (problem%contact_span(problem%candidates%contact_span(c))%line) then
             if (kept .and. at_breakpoint(problem, c)) tests = [tests, new_test(problem, c, test_couple, &
                & -lifting_couple(problem, state, c, scale))]
          else if (problem%candidates%rolls(c)) then
@@ -52,7 +52,7 @@ contains
       integer, intent(in) :: c              !! candidate
       integer, intent(in) :: kind
       real(wp), intent(in) :: value
-      test = span_test_t(kind=kind, value=value, touch=problem%candidates%touch(c), candidate=c)
+      test = span_test_t(kind=kind, value=value, contact_span=problem%candidates%contact_span(c), candidate=c)
    end function new_test
 
    !> Curvature tests beside a support with fixed rotation, one for each side. A side where the rod leaves the obstacle at a fixed
@@ -119,7 +119,7 @@ contains
       integer :: side
       roll = rolled(problem, state, c)
       side = merge(2, 1, roll%way > 0.0_wp)
-      reach = line_share * problem%layout%stretch(problem%stretch(problem%candidates%element(side, c)))%length
+      reach = line_share * problem%layout%rod_segment(problem%rod_segment(problem%candidates%element(side, c)))%length
       test = new_test(problem, c, test_leaving, (reach - abs(roll%way)) / problem%size)
       test%sense = sign(1.0_wp, roll%way)
    end function leaving
@@ -139,7 +139,7 @@ contains
       push = breakpoint_force(problem, state, c) / scale
       ! At a boundary inside a line contact the force is zero but for the residual and for negligible uplift. A point contact's
       ! force may vanish there, so it is not set to zero.
-      if (problem%touch(problem%candidates%touch(c))%line .and. (abs(push) <= left_over(problem) .or. &
+      if (problem%contact_span(problem%candidates%contact_span(c))%line .and. (abs(push) <= left_over(problem) .or. &
          & lifts_little(problem, state, c, push, scale))) push = 0.0_wp
       ! If the contact does not constrain the node, an open gap counts as the failure: a moving support, or another obstacle, takes
       ! the node along.

@@ -44,7 +44,7 @@ contains
       tests = [gaps, points, lengths, pressure_tests(problem, state, scale, pressed)]
       do k = 1, size(tests)
          if (tests(k)%kind /= test_curvature) cycle
-         if (any([(is_closed(tests(i)) .and. any(tests(i)%beside == tests(k)%touch), i=1, size(tests))])) &
+         if (any([(is_closed(tests(i)) .and. any(tests(i)%beside == tests(k)%contact_span), i=1, size(tests))])) &
             & tests(k)%value = max(tests(k)%value, 0.0_wp)
       end do
 
@@ -79,19 +79,19 @@ contains
       integer :: k, i
       allocate (tests(0))
       touched = .false.
-      touched(pack(problem%candidates%node, problem%candidates%touch > 0)) = .true.
+      touched(pack(problem%candidates%node, problem%candidates%contact_span > 0)) = .true.
       span = free_spans(problem)
       do k = 1, size(problem%deck%contact)
          if (.not. problem%deck%contact(k)%spans) cycle
          fails = failing(k)
          do i = 1, size(span)
-            if (.not. problem%covered(span(i)%stretch, k)) cycle
-            test = span_test_t(kind=test_gap, contact=k, stretch=span(i)%stretch)
+            if (.not. problem%covered(span(i)%rod_segment, k)) cycle
+            test = span_test_t(kind=test_gap, contact=k, rod_segment=span(i)%rod_segment)
             largest = 0.0_wp
             if (valued) call least_gap(problem, state, span(i)%element, k, touched, fails, test%value, test%at, largest)
             test%value = test%value / problem%size
             tests = [tests, test]
-            test%beside = merge(span(i)%touch, 0, span(i)%contact == k)
+            test%beside = merge(span(i)%contact_span, 0, span(i)%contact == k)
             if (all(test%beside == 0)) cycle
             test%kind = test_vanishing
             test%value = largest / problem%size
@@ -99,7 +99,7 @@ contains
             ! A gap of the sixth power of the span's length is below rounding long before the length between two contacts is; then
             ! the length is the test.
             if (abs(largest) <= rounding_gap(problem)) test%value = rounding_gap(problem) / problem%size * &
-               & ((test%ends(2) - test%ends(1)) / problem%layout%stretch(test%stretch)%length - shortest)
+               & ((test%ends(2) - test%ends(1)) / problem%layout%rod_segment(test%rod_segment)%length - shortest)
             tests = [tests, test]
          end do
       end do
@@ -131,14 +131,16 @@ contains
       allocate (tests(0))
       now = present_contact_spans(problem, state)
       do k = 1, size(now)
-         if (now(k)%line) call add(span_test_t(kind=test_length, touch=k, stretch=now(k)%stretch, at=0.5_wp * sum(now(k)%at)), &
+         if (now(k)%line) call add(span_test_t(kind=test_length, contact_span=k, rod_segment=now(k)%rod_segment, &
+            & at=0.5_wp * sum(now(k)%at)), &
             & now(k)%at)
       end do
       span = free_spans(problem)
       do k = 1, size(span)
-         side = findloc(span(k)%touch > 0, .true., 1)
-         if (count(span(k)%touch > 0) == 1) call add(span_test_t(kind=test_crossing, touch=span(k)%touch(side), &
-            & stretch=span(k)%stretch, sense=merge(1.0_wp, -1.0_wp, side == 1)), span_ends(problem, state, span(k)))
+         side = findloc(span(k)%contact_span > 0, .true., 1)
+         if (count(span(k)%contact_span > 0) == 1) call add(span_test_t(kind=test_crossing, &
+            & contact_span=span(k)%contact_span(side), &
+            & rod_segment=span(k)%rod_segment, sense=merge(1.0_wp, -1.0_wp, side == 1)), span_ends(problem, state, span(k)))
       end do
 
    contains
@@ -147,7 +149,7 @@ contains
          type(span_test_t), intent(in) :: new
          real(wp), intent(in) :: ends(2)
          test = new
-         test%value = (ends(2) - ends(1) - shortest * problem%layout%stretch(test%stretch)%length) / problem%size
+         test%value = (ends(2) - ends(1) - shortest * problem%layout%rod_segment(test%rod_segment)%length) / problem%size
          tests = [tests, test]
       end subroutine add
    end function length_tests
@@ -164,9 +166,9 @@ contains
       integer :: k, side
       allocate (tests(0))
       now = present_contact_spans(problem, state)
-      do k = 1, size(problem%touch)
-         if (.not. problem%touch(k)%line) cycle
-         test = span_test_t(kind=test_pressure, touch=k)
+      do k = 1, size(problem%contact_span)
+         if (.not. problem%contact_span(k)%line) cycle
+         test = span_test_t(kind=test_pressure, contact_span=k)
          side = 0
          test%value = 0.0_wp
          if (valued) call least_pressure(problem, state, now(k), test%value, test%at, side)

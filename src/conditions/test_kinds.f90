@@ -45,10 +45,10 @@ module test_kinds
    type :: span_test_t
       integer :: kind = 0
       real(wp) :: value = 0.0_wp            !! over the structure's length, force or curvature
-      integer :: touch = 0                  !! contact span, index into problem%touch; 0: none yet
+      integer :: contact_span = 0           !! contact span, index into problem%contact_span; 0: none yet
       integer :: candidate = 0              !! force, curvature, slope: contact node
       integer :: contact = 0                !! gap, vanishing: index into model%contact
-      integer :: stretch = 0
+      integer :: rod_segment = 0
       integer :: beside(2) = 0              !! vanishing: contact spans before and after the free span; 0: none of this contact
       real(wp) :: ends(2) = 0.0_wp          !! vanishing: ends of the free span along the rod segment
       real(wp) :: at = 0.0_wp               !! gap, pressure: place along the rod segment

@@ -32,7 +32,7 @@ module path_continuity
 
    !> Comparison of two points and their tangents.
    type :: relation_t
-      logical :: told = .false.                 !! false: no displacement changes, no comparison is possible
+      logical :: comparable = .false.           !! false: no displacement changes, no comparison is possible
       real(wp) :: length = 0.0_wp               !! length of the chord
       real(wp) :: turn = 0.0_wp                 !! angle between the tangents
       real(wp) :: distance = 0.0_wp             !! norm of chord/length - mean of the tangents; 1/8 turn^2 on a circle
@@ -116,7 +116,7 @@ contains
       ! If no displacement changes, tangents are rounding, and the chord is the location error of an event.
       if (length <= problem%model%step(problem%step)%locate_tolerance .and. stands_still(rates(1), length * rise) .and. &
          & stands_still(rates(2), length * rise)) return
-      relation%told = .true.
+      relation%comparable = .true.
       relation%turn = angle_between(problem, first, last)
       chord = chord - 0.5_wp * (first + last)
       relation%distance = sqrt(metric(problem, chord, chord))
@@ -132,7 +132,7 @@ contains
       unknown = no_motion / length
       associate (step => problem%model%step(problem%step))
          if (problem%rolling > 0) unknown = max(unknown, step%tolerance * problem%size / length)
-         if (any(problem%layout%stretch%placed)) unknown = max(unknown, min(step%asked, step%asked_of_path))
+         if (any(problem%layout%rod_segment%placed)) unknown = max(unknown, min(step%asked, step%asked_of_path))
       end associate
       relation%bending = sqrt(turning(problem, chord, chord)) - sqrt(turning(problem, last, last)) - unknown
       relation%bending = max(relation%bending, 0.0_wp) / max(faster, epsilon(faster) * relation%bending, tiny(1.0_wp))
@@ -157,7 +157,7 @@ contains
    !> True for two points that can be neighbours on one path, or cannot be compared.
    pure logical function same_path(relation)
       type(relation_t), intent(in) :: relation
-      same_path = .not. relation%told .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
+      same_path = .not. relation%comparable .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
          & relation%load <= largest_load .and. &
          & relation%bending <= largest_load .and. .not. turned_over(relation))
    end function same_path
@@ -166,7 +166,7 @@ contains
    !> in one increment is rejected.
    pure logical function turned_over(relation)
       type(relation_t), intent(in) :: relation
-      turned_over = relation%told .and. relation%rotation > right_angle
+      turned_over = relation%comparable .and. relation%rotation > right_angle
    end function turned_over
 
    !> True for a point much farther away than the increment prescribed. Strategies without a constraint equation can arrive there;
@@ -185,7 +185,7 @@ contains
    pure logical function at_corner(longer, shorter)
       type(relation_t), intent(in) :: longer, shorter !! of two increments from one point
       real(wp), parameter :: as_much = 0.75_wp  ! on a curve the turn falls in proportion to the length
-      at_corner = longer%told .and. shorter%told .and. shorter%length < as_much * longer%length .and. &
+      at_corner = longer%comparable .and. shorter%comparable .and. shorter%length < as_much * longer%length .and. &
          & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle
    end function at_corner
 

@@ -34,7 +34,7 @@ module candidates
       !   point at a segment boundary                         x
       !   point at the end of its rod, at a kink, or at a support that fixes the rotation
       logical, allocatable :: bilateral(:)    !! always in contact, the reaction may have either sign
-      integer, allocatable :: touch(:)        !! contact span of the node, index into problem%touch; 0: contact at nodes
+      integer, allocatable :: contact_span(:) !! contact span of the node, index into problem%contact_span; 0: contact at nodes
       logical, allocatable :: follows(:)      !! the node takes the direction of the track
       logical, allocatable :: moves(:)        !! touchdown point, which moves along the rod
       logical, allocatable :: rolls(:)        !! point contact of a smooth rod: the place of the force moves along the rod as the
@@ -63,7 +63,7 @@ contains
       allocate (list%node(total), list%row(total), list%contact(total), list%obstacle(total), list%s(total), list%tributary(total))
       allocate (list%gap_offset(total), list%bilateral(total))
       allocate (list%overlap(total), source=0.0_wp)
-      allocate (list%touch(total), source=0)
+      allocate (list%contact_span(total), source=0)
       allocate (list%follows(total), list%moves(total), list%rolls(total), list%held(total), source=.false.)
       allocate (list%neighbour(2, total), list%element(2, total), source=0)
       allocate (list%chain_length(size(model%contact)), source=0.0_wp)
@@ -196,7 +196,7 @@ contains
       list%gap_offset = [list%gap_offset(:list%n), none]
       list%overlap = [list%overlap(:list%n), none]
       list%bilateral = [list%bilateral(:list%n), zero == 0]
-      list%touch = [list%touch(:list%n), zero]
+      list%contact_span = [list%contact_span(:list%n), zero]
       list%follows = [list%follows(:list%n), zero > 0]
       list%moves = [list%moves(:list%n), zero > 0]
       list%rolls = [list%rolls(:list%n), zero > 0]

@@ -11,12 +11,12 @@ module contact_set_edits
 contains
 
    !> Adds a point contact.
-   pure function begun(set, contact, stretch, at) result(new)
+   pure function begun(set, contact, rod_segment, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
-      integer, intent(in) :: contact, stretch   !! as in contact_span_t
+      integer, intent(in) :: contact, rod_segment !! as in contact_span_t
       real(wp), intent(in) :: at
       type(contact_span_t), allocatable :: new(:)
-      new = [set, contact_span_t(contact=contact, stretch=stretch, at=[at, at])]
+      new = [set, contact_span_t(contact=contact, rod_segment=rod_segment, at=[at, at])]
    end function begun
 
    !> Removes contact span k.
@@ -45,7 +45,7 @@ contains
       integer, intent(in) :: k
       real(wp), intent(in) :: apart             !! distance of the two points
       type(contact_span_t), allocatable :: new(:)
-      new = begun(set, set(k)%contact, set(k)%stretch, set(k)%at(2) + 0.5_wp * apart)
+      new = begun(set, set(k)%contact, set(k)%rod_segment, set(k)%at(2) + 0.5_wp * apart)
       new(k)%at = set(k)%at - 0.5_wp * apart
    end function parted
 
@@ -115,13 +115,13 @@ contains
    end function end_moved
 
    !> Moves contact span k to other places, on any rod segment.
-   pure function moved(set, k, stretch, at) result(new)
+   pure function moved(set, k, rod_segment, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
-      integer, intent(in) :: k, stretch
+      integer, intent(in) :: k, rod_segment
       real(wp), intent(in) :: at(2)
       type(contact_span_t), allocatable :: new(:)
       new = set
-      new(k)%stretch = stretch
+      new(k)%rod_segment = rod_segment
       new(k)%at = at
    end function moved
 
@@ -131,17 +131,17 @@ contains
       integer, intent(in) :: k
       real(wp), intent(in) :: from, to
       type(contact_span_t), allocatable :: new(:)
-      new = [set, contact_span_t(contact=set(k)%contact, stretch=set(k)%stretch, at=[to, set(k)%at(2)], line=.true.)]
+      new = [set, contact_span_t(contact=set(k)%contact, rod_segment=set(k)%rod_segment, at=[to, set(k)%at(2)], line=.true.)]
       new(k)%at(2) = from
    end function opened
 
    !> Adds a part of contact span k on another rod segment.
-   pure function continued(set, k, stretch, at) result(new)
+   pure function continued(set, k, rod_segment, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
-      integer, intent(in) :: k, stretch
+      integer, intent(in) :: k, rod_segment
       real(wp), intent(in) :: at(2)
       type(contact_span_t), allocatable :: new(:)
-      new = [set, contact_span_t(contact=set(k)%contact, stretch=stretch, at=at, line=set(k)%line)]
+      new = [set, contact_span_t(contact=set(k)%contact, rod_segment=rod_segment, at=at, line=set(k)%line)]
    end function continued
 
    !> Gives numbers to new contact spans.
@@ -163,7 +163,7 @@ contains
       same = size(one) == size(other)
       if (.not. same) return
       do k = 1, size(one)
-         same = same .and. one(k)%contact == other(k)%contact .and. one(k)%stretch == other(k)%stretch .and. &
+         same = same .and. one(k)%contact == other(k)%contact .and. one(k)%rod_segment == other(k)%rod_segment .and. &
             & (one(k)%line .eqv. other(k)%line) .and. all(abs(one(k)%at - other(k)%at) <= 0.0_wp)
       end do
    end function same_set

@@ -21,7 +21,7 @@ module contact_spans
    type :: contact_span_t
       integer :: number = 0                 !! identity, the same from the beginning to the end of the contact; 0: not given yet
       integer :: contact = 0                !! index into model%contact
-      integer :: stretch = 0                !! index into layout%stretch
+      integer :: rod_segment = 0            !! index into layout%rod_segment
       real(wp) :: at(2) = 0.0_wp            !! coordinates of the ends along the rod segment; equal for a point contact
       logical :: line = .false.
       ! On a mesh:
@@ -69,14 +69,14 @@ contains
       type(model_t), intent(in) :: model    !! deck's model
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: contact        !! index into model%contact
-      logical :: covers(size(layout%stretch))
+      logical :: covers(size(layout%rod_segment))
       logical :: member(model%mesh%n_nodes)
       integer :: k
       member = .false.
       member(model%contact(contact)%node) = .true.
       ! Coverage changes at segment boundaries only, so one element of each segment is enough.
       do k = 1, size(covers)
-         covers(k) = all(member(model%mesh%node(:, layout%stretch(k)%element(1))))
+         covers(k) = all(member(model%mesh%node(:, layout%rod_segment(k)%element(1))))
       end do
    end function covers
 
@@ -114,8 +114,8 @@ contains
             return
          end do
          touched = .false.
-         do k = 1, size(layout%stretch)
-            e = layout%stretch(k)%element(1)
+         do k = 1, size(layout%rod_segment)
+            e = layout%rod_segment(k)%element(1)
             if (.not. all(member(mesh%node(:, e)))) cycle
             if (.not. conforms(mesh%family(e)) .or. mesh%curve(e) == 0) then
                needs = 'GE elements on a *LINE, *ARC or *RING; element '//to_text(mesh%element_label(e))//' is not'
@@ -130,8 +130,8 @@ contains
                   & to_text(mesh%element_label(e))//', too, and not as contact along the rod'
             end if
             if (needs /= '') return
-            touched(mesh%node(1, layout%stretch(k)%element)) = .true.
-            touched(mesh%node(2, layout%stretch(k)%element)) = .true.
+            touched(mesh%node(1, layout%rod_segment(k)%element)) = .true.
+            touched(mesh%node(2, layout%rod_segment(k)%element)) = .true.
          end do
          k = findloc(touched(nodes), .false., 1)
          if (k > 0) needs = 'nodes with elements between them; node '//to_text(mesh%node_label(nodes(k)))//' is alone'
@@ -154,20 +154,20 @@ contains
    end function span_needs
 
    !> Sorts contact spans along the rod segments.
-   pure subroutine sort_contact_spans(touch)
-      type(contact_span_t), intent(inout) :: touch(:)
+   pure subroutine sort_contact_spans(contact_span)
+      type(contact_span_t), intent(inout) :: contact_span(:)
       type(contact_span_t) :: next
       integer :: i, j
-      do i = 2, size(touch)
-         next = touch(i)
+      do i = 2, size(contact_span)
+         next = contact_span(i)
          j = i
          do while (j > 1)
-            if (touch(j - 1)%stretch < next%stretch) exit
-            if (touch(j - 1)%stretch == next%stretch .and. touch(j - 1)%at(1) <= next%at(1)) exit
-            touch(j) = touch(j - 1)
+            if (contact_span(j - 1)%rod_segment < next%rod_segment) exit
+            if (contact_span(j - 1)%rod_segment == next%rod_segment .and. contact_span(j - 1)%at(1) <= next%at(1)) exit
+            contact_span(j) = contact_span(j - 1)
             j = j - 1
          end do
-         touch(j) = next
+         contact_span(j) = next
       end do
    end subroutine sort_contact_spans
 end module contact_spans

@@ -16,14 +16,14 @@ contains
    !> Continuing contacts keep their numbers: contact spans of both sets that overlap, or are no farther apart than the spacing of
    !> the nodes that detected them. The others are new. Parts of a line contact on both sides of a segment boundary are one contact,
    !> and a contact that crosses a boundary continues.
-   pure subroutine compare_sets(before, last, spacing, start, round, now, touch, differences)
+   pure subroutine compare_sets(before, last, spacing, start, round, now, contact_span, differences)
       type(contact_span_t), intent(in) :: before(:)
       integer, intent(in) :: last                  !! last number given
       real(wp), intent(in) :: spacing(:)           !! (rod segments) distance of the nodes that detected the contact
       real(wp), intent(in) :: start(:, :)          !! (rod segments, contacts) coordinate of the segment's beginning along the chain
       real(wp), intent(in) :: round(:)             !! (contacts) length of a closed chain, 0 for an open chain
       type(contact_span_t), intent(in) :: now(:)
-      type(contact_span_t), intent(inout) :: touch(:)     !! contact spans of `now`, to receive the numbers
+      type(contact_span_t), intent(inout) :: contact_span(:) !! contact spans of `now`, to receive the numbers
       type(differences_t), intent(out) :: differences
       logical :: over(size(before), size(now)), both(size(before), size(now))
       integer :: k, j, part(size(before)), part_now(size(now))
@@ -33,19 +33,20 @@ contains
       do k = 1, size(now)
          if (any(over(:, k))) cycle
          do j = 1, size(before)
-            if (any(over(j, :)) .or. apart(before(j), now(k)) > spacing(now(k)%stretch)) cycle
+            if (any(over(j, :)) .or. apart(before(j), now(k)) > spacing(now(k)%rod_segment)) cycle
             over(j, k) = .true.
             exit
          end do
       end do
       do k = 1, size(now)
-         touch(k)%number = last + k
-         j = findloc(over(:, k) .and. before%stretch == now(k)%stretch, .true., 1)
+         contact_span(k)%number = last + k
+         j = findloc(over(:, k) .and. before%rod_segment == now(k)%rod_segment, .true., 1)
          if (j == 0) j = findloc(over(:, k), .true., 1)
          ! If a contact has divided, its first part continues it.
          if (j > 0) then
-            if (findloc(over(j, :) .and. (now%stretch == before(j)%stretch .or. .not. any(over(j, :) .and. now%stretch == &
-               & before(j)%stretch)), .true., 1) == k) touch(k)%number = before(j)%number
+            if (findloc(over(j, :) .and. (now%rod_segment == before(j)%rod_segment .or. .not. any(over(j, :) .and. &
+               & now%rod_segment == &
+               & before(j)%rod_segment)), .true., 1) == k) contact_span(k)%number = before(j)%number
          end if
       end do
       part = first_parts(before)
@@ -71,8 +72,8 @@ contains
          real(wp) :: a(2), b(2)
          apart = huge(apart)
          if (one%contact /= other%contact) return
-         a = one%at + start(one%stretch, one%contact)
-         b = other%at + start(other%stretch, other%contact)
+         a = one%at + start(one%rod_segment, one%contact)
+         b = other%at + start(other%rod_segment, other%contact)
          apart = max(a(1) - b(2), b(1) - a(2))
          ! On a closed chain the distance in the other direction may be shorter.
          if (round(one%contact) > 0.0_wp) apart = min(apart, round(one%contact) + min(a(1) - b(2), b(1) - a(2)))

@@ -125,12 +125,12 @@ contains
       if (.not. any(model%mesh%placed)) return
       layout = new_layout(model)
       told = .false.
-      do k = 1, size(layout%stretch)
-         if (.not. layout%stretch(k)%placed) cycle
-         e = layout%stretch(k)%element(1)
+      do k = 1, size(layout%rod_segment)
+         if (.not. layout%rod_segment(k)%placed) cycle
+         e = layout%rod_segment(k)%element(1)
          associate (line => names%placed_line(model%mesh%curve(e)))
             if (told(model%mesh%curve(e))) cycle
-            why = why_not(e, layout%stretch(k)%free)
+            why = why_not(e, layout%rod_segment(k)%free)
             if (why == '') cycle
             told(model%mesh%curve(e)) = .true.
             call complain(deck, diagnostics, deck%data_line(line)%card, whole_line(deck, line), &

@@ -17,8 +17,8 @@ contains
       integer, intent(in) :: candidate
       associate (e => problem%beside(:, problem%candidates%node(candidate)))
          at_breakpoint = any(e == 0)
-         if (.not. at_breakpoint) at_breakpoint = problem%stretch(e(1)) /= problem%stretch(e(2)) .or. &
-            & e(1) == problem%element_last(problem%stretch(e(1)))
+         if (.not. at_breakpoint) at_breakpoint = problem%rod_segment(e(1)) /= problem%rod_segment(e(2)) .or. &
+            & e(1) == problem%element_last(problem%rod_segment(e(1)))
       end associate
    end function at_breakpoint
 

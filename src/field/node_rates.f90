@@ -152,8 +152,8 @@ contains
       n = s
       goes_on = .false.
       next = problem%beside(2, problem%model%mesh%node(2, e))
-      if (next > 0) goes_on = problem%stretch(next) == problem%stretch(e) .and. &
-         & next /= problem%along(problem%element_first(problem%stretch(e)))
+      if (next > 0) goes_on = problem%rod_segment(next) == problem%rod_segment(e) .and. &
+         & next /= problem%along(problem%element_first(problem%rod_segment(e)))
       if (goes_on) then
          n = s + 1
          at(n) = 1.0_wp

@@ -35,30 +35,30 @@ contains
 
    !> Element of the working mesh that contains a material point, and the point's place in the element. At a node the element that
    !> begins there, at the end of a rod segment the last element.
-   pure subroutine find_point(problem, state, stretch, at, e, tau, near)
+   pure subroutine find_point(problem, state, rod_segment, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: stretch
+      integer, intent(in) :: rod_segment
       real(wp), intent(in) :: at                !! coordinate along the rod segment, 0 to its length
       integer, intent(out) :: e
       real(wp), intent(out) :: tau              !! 0 to 1 of the element's stress-free length; exactly 0 or 1 at a node
       integer, intent(inout), optional :: near  !! in: index in problem%along of the last point's element, the search starts there;
       !! out: index of this point's element
-      call find_in(problem, state%geometry, stretch, at, e, tau, near)
+      call find_in(problem, state%geometry, rod_segment, at, e, tau, near)
    end subroutine find_point
 
    !> The same for another geometry of the mesh.
-   pure subroutine find_in(problem, geometry, stretch, at, e, tau, near)
+   pure subroutine find_in(problem, geometry, rod_segment, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(geometry_t), intent(in) :: geometry
-      integer, intent(in) :: stretch
+      integer, intent(in) :: rod_segment
       real(wp), intent(in) :: at
       integer, intent(out) :: e
       real(wp), intent(out) :: tau
       integer, intent(inout), optional :: near
       integer :: first, last, middle
-      first = problem%element_first(stretch)
-      last = problem%element_last(stretch)
+      first = problem%element_first(rod_segment)
+      last = problem%element_last(rod_segment)
       if (present(near)) then
          if (near > first + 1 .and. near - 1 <= last) then
             if (begins_before(near - 1)) first = near - 1
@@ -165,7 +165,7 @@ contains
       new%load_factor = state%load_factor
       new%u = spread([0.0_wp, 0.0_wp, 0.0_wp], 2, to%model%mesh%n_nodes)
       new%z = spread(spread(0.0_wp, 1, maxval(to%z_size)), 2, to%model%mesh%n_elements)
-      new%active = to%candidates%touch(:to%candidates%n) > 0
+      new%active = to%candidates%contact_span(:to%candidates%n) > 0
       new%reaction = spread(0.0_wp, 1, to%candidates%n)
       new%couple = new%reaction
       new%grounded = spread(.false., 1, to%model%mesh%n_elements)
@@ -212,7 +212,7 @@ contains
       integer :: c, old
       old = 0
       do c = 1, to%candidates%n
-         if (to%candidates%touch(c) > 0) exit
+         if (to%candidates%contact_span(c) > 0) exit
          if (to%deck%contact(to%candidates%contact(c))%along) cycle
          do
             old = old + 1
@@ -230,7 +230,7 @@ contains
       logical :: touched(problem%model%mesh%n_nodes)
       integer :: j, e
       touched = .false.
-      touched(pack(problem%candidates%node, problem%candidates%touch > 0)) = .true.
+      touched(pack(problem%candidates%node, problem%candidates%contact_span > 0)) = .true.
       do j = 1, size(problem%element_first)
          associate (first => problem%element_first(j), last => problem%element_last(j), node => problem%model%mesh%node)
             do e = first, last
@@ -294,7 +294,7 @@ contains
       real(wp) :: at(2), tau, end, resultant(3, 0:max_stages), s, u(3, 0:max_stages), home(3, 0:max_stages), speed
       integer :: old, i, stages
       logical :: same
-      associate (g => new%geometry%element(e), mesh => to%model%mesh, n => to%z_size(e), j => to%stretch(e))
+      associate (g => new%geometry%element(e), mesh => to%model%mesh, n => to%z_size(e), j => to%rod_segment(e))
          at = g%s + to%origin(e)
          call find_point(from, state, j, at(1), old, tau, kept%along)
          new%grounded(e) = state%grounded(old)
@@ -414,7 +414,8 @@ contains
             if (present(field)) moved(:, node) = field(:, node)
             cycle
          end if
-         call find_point(problem, state, problem%stretch(problem%beside(1, node)), node_coordinate(problem, geometry, node), e, &
+         call find_point(problem, state, problem%rod_segment(problem%beside(1, node)), node_coordinate(problem, geometry, &
+            & node), e, &
             & tau, near)
          if (tau > 0.0_wp .and. tau < 1.0_wp .and. problem%conforms(e) == 0 .and. e /= profile%element) then
             profile = new_profile(problem, state, e)

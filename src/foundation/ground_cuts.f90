@@ -43,7 +43,7 @@ contains
       do c = 1, problem%ground%chain%n
          if (state%segment(c) /= segment_unknown .or. .not. has_kinks(problem, c)) cycle
          e = problem%ground%chain%element(2, c)
-         if (.not. problem%layout%stretch(problem%stretch(e))%free) cycle
+         if (.not. problem%layout%rod_segment(problem%rod_segment(e))%free) cycle
          call element_cuts(problem, state, c, n, tau, level)
          associate (s => state%geometry%element(e)%s)
             do j = 1, n
@@ -61,7 +61,7 @@ contains
       subroutine add(candidate, e, s, at_level)
          integer, intent(in) :: candidate, e
          real(wp), intent(in) :: s, at_level
-         cut = [cut, cut_t(stretch=problem%stretch(e), contact=problem%ground%chain%contact(candidate), &
+         cut = [cut, cut_t(rod_segment=problem%rod_segment(e), contact=problem%ground%chain%contact(candidate), &
             & at=s + problem%origin(e), level=at_level)]
       end subroutine add
    end function find_cuts
@@ -92,7 +92,7 @@ contains
       do i = 2, size(cut)
          next = cut(i)
          do j = i - 1, 1, -1
-            if (cut(j)%stretch < next%stretch .or. (cut(j)%stretch == next%stretch .and. cut(j)%at <= next%at)) exit
+            if (cut(j)%rod_segment < next%rod_segment .or. (cut(j)%rod_segment == next%rod_segment .and. cut(j)%at <= next%at)) exit
             cut(j + 1) = cut(j)
          end do
          cut(j + 1) = next
@@ -110,12 +110,12 @@ contains
       cut = pack(cut, cut%segment(1) /= cut%segment(2))
       allocate (kept(size(cut)), source=.true.)
       do i = 1, size(cut)
-         associate (length => problem%layout%stretch(cut(i)%stretch)%length)
+         associate (length => problem%layout%rod_segment(cut(i)%rod_segment)%length)
             beside = max(shortest * problem%size, shortest_of_layer * maxval(cut(i)%layer))
             cut(i)%at_end = min(cut(i)%at, length - cut(i)%at) <= beside
             if (cut(i)%at_end) cut(i)%at = merge(0.0_wp, length, cut(i)%at < 0.5_wp * length)
             if (i == 1) cycle
-            if (cut(i - 1)%stretch /= cut(i)%stretch) cycle
+            if (cut(i - 1)%rod_segment /= cut(i)%rod_segment) cycle
             apart = shortest * problem%size
             if (cut(i - 1)%contact == cut(i)%contact .and. .not. abs(cut(i - 1)%level - cut(i)%level) > 0.0_wp) &
                & apart = max(apart, shortest_of_layer * max(maxval(cut(i - 1)%layer), maxval(cut(i)%layer)))
@@ -134,17 +134,17 @@ contains
       real(wp) :: ends(2), stiffness
       integer :: i, j, side
       do i = 1, size(cut)
-         ends = [0.0_wp, problem%layout%stretch(cut(i)%stretch)%length]
+         ends = [0.0_wp, problem%layout%rod_segment(cut(i)%rod_segment)%length]
          do j = 1, size(cut)
-            if (cut(j)%stretch /= cut(i)%stretch .or. cut(j)%contact /= cut(i)%contact) cycle
+            if (cut(j)%rod_segment /= cut(i)%rod_segment .or. cut(j)%contact /= cut(i)%contact) cycle
             if (cut(j)%at < cut(i)%at) ends(1) = max(ends(1), cut(j)%at)
             if (cut(j)%at > cut(i)%at) ends(2) = min(ends(2), cut(j)%at)
          end do
          do side = 1, 2
-            call segment_at(problem, state, cut(i)%stretch, cut(i)%contact, 0.5_wp * (cut(i)%at + ends(side)), &
+            call segment_at(problem, state, cut(i)%rod_segment, cut(i)%contact, 0.5_wp * (cut(i)%at + ends(side)), &
                & cut(i)%segment(side), stiffness)
             cut(i)%layer(side) = 0.0_wp
-            associate (first => problem%layout%stretch(cut(i)%stretch)%element(1), deck => problem%deck)
+            associate (first => problem%layout%rod_segment(cut(i)%rod_segment)%element(1), deck => problem%deck)
                if (stiffness > 0.0_wp) cut(i)%layer(side) = (deck%section(deck%mesh%section(first))%ei / stiffness)**0.25_wp
             end associate
          end do
@@ -162,7 +162,7 @@ contains
       allocate (problem%mark(0))
       do i = 1, size(cut)
          if (cut(i)%at_end) cycle
-         associate (at => division(cut(i)%stretch)%at, first => problem%element_first(cut(i)%stretch))
+         associate (at => division(cut(i)%rod_segment)%at, first => problem%element_first(cut(i)%rod_segment))
             j = minloc(abs(at - cut(i)%at), 1)
             if (j == 1 .or. j == size(at)) cycle
             if (.not. same_place(problem%size, at(j), cut(i)%at)) cycle

@@ -186,10 +186,10 @@ contains
    end function segment_stiffness
 
    !> Segment of the law of a contact at a place along a rod segment, and its stiffness.
-   subroutine segment_at(problem, state, stretch, contact, at, segment, stiffness)
+   subroutine segment_at(problem, state, rod_segment, contact, at, segment, stiffness)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: stretch, contact
+      integer, intent(in) :: rod_segment, contact
       real(wp), intent(in) :: at                !! coordinate along the rod segment
       integer, intent(out) :: segment
       real(wp), intent(out) :: stiffness
@@ -197,7 +197,7 @@ contains
       integer :: e, k
       segment = segment_unknown
       stiffness = 0.0_wp
-      call find_point(problem, state, stretch, at, e, tau)
+      call find_point(problem, state, rod_segment, at, e, tau)
       do k = problem%ground%first(e), problem%ground%first(e + 1) - 1
          associate (c => problem%ground%candidate(k))
             if (problem%ground%chain%contact(c) /= contact) cycle

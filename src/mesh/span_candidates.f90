@@ -19,11 +19,11 @@ contains
    subroutine add_touch_candidates(problem, division)
       type(problem_t), intent(inout) :: problem
       type(division_t), intent(in) :: division(:)    !! (rod segments) coordinates of the mesh nodes
-      integer :: last(problem%model%mesh%n_nodes), first(size(problem%touch)), end(size(problem%touch))
+      integer :: last(problem%model%mesh%n_nodes), first(size(problem%contact_span)), end(size(problem%contact_span))
       integer, allocatable :: contact(:), earlier(:), which(:)
       integer :: k, i, c, n, before, side, e, before_all, stretch_first, stretch_last
-      do k = 1, size(problem%touch)
-         call touched_nodes(problem%touch(k), division(problem%touch(k)%stretch)%at, first(k), end(k))
+      do k = 1, size(problem%contact_span)
+         call touched_nodes(problem%contact_span(k), division(problem%contact_span(k)%rod_segment)%at, first(k), end(k))
       end do
       n = sum(end - first + 1)
       allocate (contact(n), earlier(n), which(n))
@@ -31,48 +31,48 @@ contains
       before_all = problem%candidates%n
       c = 0
       n = 0
-      do k = 1, size(problem%touch)
+      do k = 1, size(problem%contact_span)
          do i = first(k), end(k)
             n = n + 1
-            which(n) = last(node_of(problem%touch(k)%stretch, i))
+            which(n) = last(node_of(problem%contact_span(k)%rod_segment, i))
             do while (which(n) > 0)
-               if (contact(which(n)) == problem%touch(k)%contact) exit
+               if (contact(which(n)) == problem%contact_span(k)%contact) exit
                which(n) = earlier(which(n))
             end do
             if (which(n) > 0) cycle
             c = c + 1
             which(n) = c
-            contact(c) = problem%touch(k)%contact
-            earlier(c) = last(node_of(problem%touch(k)%stretch, i))
-            last(node_of(problem%touch(k)%stretch, i)) = c
+            contact(c) = problem%contact_span(k)%contact
+            earlier(c) = last(node_of(problem%contact_span(k)%rod_segment, i))
+            last(node_of(problem%contact_span(k)%rod_segment, i)) = c
          end do
       end do
       call add_candidates(problem%candidates, c)
       n = 0
-      do k = 1, size(problem%touch)
-         associate (touch => problem%touch(k), list => problem%candidates)
-            stretch_first = problem%element_first(touch%stretch)
-            stretch_last = problem%element_last(touch%stretch)
+      do k = 1, size(problem%contact_span)
+         associate (contact_span => problem%contact_span(k), list => problem%candidates)
+            stretch_first = problem%element_first(contact_span%rod_segment)
+            stretch_last = problem%element_last(contact_span%rod_segment)
             before = 0
-            touch%element = stretch_first - 1 + [first(k), end(k) - 1]
-            touch%candidate = before_all + which(n + [1, end(k) - first(k) + 1])
+            contact_span%element = stretch_first - 1 + [first(k), end(k) - 1]
+            contact_span%candidate = before_all + which(n + [1, end(k) - first(k) + 1])
             do i = first(k), end(k)
                n = n + 1
                c = before_all + which(n)
                ! Node i of the segment lies between the elements e - 1 and e.
                e = stretch_first + i - 1
-               if (list%touch(c) == 0) then
-                  list%node(c) = node_of(touch%stretch, i)
-                  list%contact(c) = touch%contact
-                  list%obstacle(c) = problem%model%contact(touch%contact)%obstacle
-                  list%gap_offset(c) = problem%model%contact(touch%contact)%gap
-                  list%overlap(c) = problem%overlap(touch%contact)
+               if (list%contact_span(c) == 0) then
+                  list%node(c) = node_of(contact_span%rod_segment, i)
+                  list%contact(c) = contact_span%contact
+                  list%obstacle(c) = problem%model%contact(contact_span%contact)%obstacle
+                  list%gap_offset(c) = problem%model%contact(contact_span%contact)%gap
+                  list%overlap(c) = problem%overlap(contact_span%contact)
                   list%bilateral(c) = .true.
-                  list%touch(c) = k
-                  list%moves(c) = e > stretch_first .and. e <= stretch_last .and. (.not. touch%line .or. i == first(k) .or. &
+                  list%contact_span(c) = k
+                  list%moves(c) = e > stretch_first .and. e <= stretch_last .and. (.not. contact_span%line .or. i == first(k) .or. &
                      & i == end(k))
                end if
-               list%follows(c) = touch%line .or. list%follows(c)
+               list%follows(c) = contact_span%line .or. list%follows(c)
                if (e > stretch_first) list%element(1, c) = e - 1
                if (e <= stretch_last) list%element(2, c) = e
                if (before > 0) then
@@ -90,7 +90,7 @@ contains
             do side = 1, 2
                e = problem%beside(side, list%node(c))
                if (e == 0 .or. list%element(side, c) > 0) cycle
-               if (problem%covered(problem%stretch(e), list%contact(c))) list%element(side, c) = e
+               if (problem%covered(problem%rod_segment(e), list%contact(c))) list%element(side, c) = e
             end do
             list%rolls(c) = .not. list%follows(c)
             if (.not. list%moves(c)) list%rolls(c) = list%rolls(c) .and. runs_through(problem, list%element(:, c))
@@ -104,10 +104,10 @@ contains
    contains
 
       !> Mesh node of a rod segment by its number along the segment, from 1.
-      pure integer function node_of(stretch, i) result(node)
-         integer, intent(in) :: stretch, i
-         associate (e => problem%element_first(stretch) + i - 1, mesh => problem%model%mesh)
-            if (e <= problem%element_last(stretch)) then
+      pure integer function node_of(rod_segment, i) result(node)
+         integer, intent(in) :: rod_segment, i
+         associate (e => problem%element_first(rod_segment) + i - 1, mesh => problem%model%mesh)
+            if (e <= problem%element_last(rod_segment)) then
                node = mesh%node(1, e)
             else
                node = mesh%node(2, e - 1)
@@ -117,26 +117,26 @@ contains
    end subroutine add_touch_candidates
 
    !> Numbers, along the rod segment, of the first and last node of a contact span.
-   pure subroutine touched_nodes(touch, at, first, last)
-      type(contact_span_t), intent(in) :: touch
+   pure subroutine touched_nodes(contact_span, at, first, last)
+      type(contact_span_t), intent(in) :: contact_span
       real(wp), intent(in) :: at(:)                  !! coordinates of all nodes of the segment
       integer, intent(out) :: first, last
-      first = findloc(at >= touch%at(1), .true., 1)
-      last = findloc(at <= touch%at(2), .true., 1, back=.true.)
+      first = findloc(at >= contact_span%at(1), .true., 1)
+      last = findloc(at <= contact_span%at(2), .true., 1, back=.true.)
    end subroutine touched_nodes
 
    !> True for an end of a rod segment at which the rod is smooth and the contact covers both sides: a point contact there rolls.
-   pure logical function rolls_at(problem, contact, stretch, side)
+   pure logical function rolls_at(problem, contact, rod_segment, side)
       type(problem_t), intent(in) :: problem         !! problem with contact spans
-      integer, intent(in) :: contact, stretch
+      integer, intent(in) :: contact, rod_segment
       integer, intent(in) :: side                    !! 1: beginning of the segment, 2: its end
       integer :: e(2), i
-      e(1) = problem%element_first(stretch)
-      if (side == 2) e(1) = problem%element_last(stretch)
+      e(1) = problem%element_first(rod_segment)
+      if (side == 2) e(1) = problem%element_last(rod_segment)
       e = problem%beside(:, problem%model%mesh%node(side, e(1)))
       rolls_at = all(e > 0)
       do i = 1, 2
-         if (rolls_at) rolls_at = problem%covered(problem%stretch(e(i)), contact)
+         if (rolls_at) rolls_at = problem%covered(problem%rod_segment(e(i)), contact)
       end do
       if (rolls_at) rolls_at = runs_through(problem, e)
    end function rolls_at
@@ -162,20 +162,21 @@ contains
    end function runs_through
 
    !> The contact spans with their ends at the places that a state gives them.
-   function present_contact_spans(problem, state) result(touch)
+   function present_contact_spans(problem, state) result(contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), allocatable :: touch(:)
+      type(contact_span_t), allocatable :: contact_span(:)
       integer :: k, side, e
-      touch = problem%touch
-      do k = 1, size(touch)
+      contact_span = problem%contact_span
+      do k = 1, size(contact_span)
          do side = 1, 2
             ! Ends at segment boundaries are fixed.
-            if (touch(k)%at(side) <= 0.0_wp .or. touch(k)%at(side) >= problem%layout%stretch(touch(k)%stretch)%length) cycle
-            e = touch(k)%element(side)
-            touch(k)%at(side) = state%geometry%element(e)%s(side) + problem%origin(e)
+            if (contact_span(k)%at(side) <= 0.0_wp .or. contact_span(k)%at(side) >= &
+               & problem%layout%rod_segment(contact_span(k)%rod_segment)%length) cycle
+            e = contact_span(k)%element(side)
+            contact_span(k)%at(side) = state%geometry%element(e)%s(side) + problem%origin(e)
          end do
-         if (.not. touch(k)%line) touch(k)%at(2) = touch(k)%at(1)
+         if (.not. contact_span(k)%line) contact_span(k)%at(2) = contact_span(k)%at(1)
       end do
    end function present_contact_spans
 
@@ -184,13 +185,13 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer :: e, side, touch
-      touch = problem%candidates%touch(candidate)
+      integer :: e, side, contact_span
+      contact_span = problem%candidates%contact_span(candidate)
       side = 2
       e = problem%candidates%element(2, candidate)
-      if (e > 0 .and. touch > 0) then
+      if (e > 0 .and. contact_span > 0) then
          ! The node may be the boundary of two segments; the contact span is on one of them.
-         if (problem%stretch(e) /= problem%touch(touch)%stretch) e = 0
+         if (problem%rod_segment(e) /= problem%contact_span(contact_span)%rod_segment) e = 0
       end if
       if (e == 0) then
          side = 1

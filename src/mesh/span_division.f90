@@ -30,38 +30,39 @@ module span_division
 contains
 
    !> Coordinates of the nodes along a rod segment: equal parts of each span, or parts of equal integral of the mesh density.
-   function span_nodes(base, touch, cut, stretch, state) result(at)
+   function span_nodes(base, contact_span, cut, rod_segment, state) result(at)
       type(problem_t), intent(in) :: base
-      type(contact_span_t), intent(in) :: touch(:)          !! sorted
+      type(contact_span_t), intent(in) :: contact_span(:)   !! sorted
       type(cut_t), intent(in) :: cut(:)              !! interface points, sorted
-      integer, intent(in) :: stretch
+      integer, intent(in) :: rod_segment
       type(state_t), intent(in), optional :: state
       real(wp), allocatable :: at(:), middle(:)
       real(wp) :: from, layer(2), all, free
       integer :: k
-      associate (whole => base%layout%stretch(stretch))
+      associate (whole => base%layout%rod_segment(rod_segment))
          if (.not. whole%free) then
             at = whole%at
             return
          end if
-         if (.not. (whole%placed .or. any(cut%stretch == stretch)) .and. base%ground%founded(base%along( &
-            & base%element_first(stretch)))) then
+         if (.not. (whole%placed .or. any(cut%rod_segment == rod_segment)) .and. base%ground%founded(base%along( &
+            & base%element_first(rod_segment)))) then
             at = whole%at
             return
          end if
-         if (present(state)) middle = element_middles(base, state, stretch)
+         if (present(state)) middle = element_middles(base, state, rod_segment)
          all = real(size(whole%element), wp)
          free = all
-         do k = 1, size(touch)
-            if (touch(k)%stretch == stretch) &
-               & free = free - deck_elements(base, stretch, touch(k)%at(2)) + deck_elements(base, stretch, touch(k)%at(1))
+         do k = 1, size(contact_span)
+            if (contact_span(k)%rod_segment == rod_segment) &
+               & free = free - deck_elements(base, rod_segment, contact_span(k)%at(2)) + deck_elements(base, rod_segment, &
+               & contact_span(k)%at(1))
          end do
          at = [0.0_wp]
          from = 0.0_wp
-         do k = 1, size(touch)
-            if (touch(k)%stretch /= stretch) cycle
-            call divide_free(touch(k)%at(1))
-            if (touch(k)%line) call divide(touch(k)%at(2), touch(k)%contact)
+         do k = 1, size(contact_span)
+            if (contact_span(k)%rod_segment /= rod_segment) cycle
+            call divide_free(contact_span(k)%at(1))
+            if (contact_span(k)%line) call divide(contact_span(k)%at(2), contact_span(k)%contact)
          end do
          call divide_free(whole%length)
       end associate
@@ -74,7 +75,7 @@ contains
          integer :: i
          layer = [layer_at(from), 0.0_wp]
          do i = 1, size(cut)
-            if (cut(i)%stretch /= stretch .or. cut(i)%at <= from .or. cut(i)%at >= to) cycle
+            if (cut(i)%rod_segment /= rod_segment .or. cut(i)%at <= from .or. cut(i)%at >= to) cycle
             layer(2) = cut(i)%layer(1)
             call divide(cut(i)%at, 0)
             layer(1) = cut(i)%layer(2)
@@ -90,7 +91,7 @@ contains
          integer :: i
          layer_at = 0.0_wp
          do i = 1, size(cut)
-            if (cut(i)%stretch == stretch .and. cut(i)%at_end .and. abs(cut(i)%at - end) <= 0.0_wp) &
+            if (cut(i)%rod_segment == rod_segment .and. cut(i)%at_end .and. abs(cut(i)%at - end) <= 0.0_wp) &
                & layer_at = max(layer_at, maxval(cut(i)%layer))
          end do
       end function layer_at
@@ -106,29 +107,29 @@ contains
          integer :: n, least, i, stages
          type(mesh_density_t) :: deck
          if (.not. to > from) return
-         stages = base%deck%mesh%stages(base%layout%stretch(stretch)%element(1))
-         if (base%layout%stretch(stretch)%placed) then
-            wanted = between(base%demand(stretch), from, to)
+         stages = base%deck%mesh%stages(base%layout%rod_segment(rod_segment)%element(1))
+         if (base%layout%rod_segment(rod_segment)%placed) then
+            wanted = between(base%demand(rod_segment), from, to)
             n = max(least_placed, ceiling(min(wanted, (to - from) / (finest * base%size)) - whole_number))
             if (any(layer > 0.0_wp)) then
                n = max(1, n)
-               associate (shares => graded(base%demand(stretch), from, to, n, layer, stages))
+               associate (shares => graded(base%demand(rod_segment), from, to, n, layer, stages))
                   at = [at, shares(2:)]
                end associate
                from = to
                return
             end if
-            associate (shares => equal_shares(base%demand(stretch), from, to, n))
+            associate (shares => equal_shares(base%demand(rod_segment), from, to, n))
                at = [at, shares(2:)]
             end associate
             from = to
             return
          end if
-         wanted = deck_elements(base, stretch, to) - deck_elements(base, stretch, from)
+         wanted = deck_elements(base, rod_segment, to) - deck_elements(base, rod_segment, from)
          least = least_free
-         if (any(cut%stretch == stretch)) then
+         if (any(cut%rod_segment == rod_segment)) then
             n = max(1, ceiling(wanted - whole_number))
-            deck%at = base%layout%stretch(stretch)%at
+            deck%at = base%layout%rod_segment(rod_segment)%at
             deck%elements = spread(1.0_wp, 1, size(deck%at) - 1)
             associate (nodes => graded(deck, from, to, n, layer, stages))
                at = [at, nodes(2:)]
@@ -140,7 +141,7 @@ contains
             wanted = wanted * all / max(free, tiny(free))
          else
             least = least_conforming
-            if (is_perfect(base, stretch)) wanted = merge(0.0_wp, 0.25_wp, on_straight(base, contact)) * wanted
+            if (is_perfect(base, rod_segment)) wanted = merge(0.0_wp, 0.25_wp, on_straight(base, contact)) * wanted
          end if
          n = max(least, nint(min(wanted, (to - from) / (finest * base%size))))
          if (present(state)) n = max(n, count(middle > from .and. middle < to))
@@ -150,10 +151,10 @@ contains
    end function span_nodes
 
    !> True for a rod segment without imperfections, which is as smooth as the obstacle in a line contact.
-   pure logical function is_perfect(base, stretch)
+   pure logical function is_perfect(base, rod_segment)
       type(problem_t), intent(in) :: base
-      integer, intent(in) :: stretch
-      is_perfect = all(base%deck%curve(base%deck%mesh%curve(base%layout%stretch(stretch)%element))%imperfection == 0)
+      integer, intent(in) :: rod_segment
+      is_perfect = all(base%deck%curve(base%deck%mesh%curve(base%layout%rod_segment(rod_segment)%element))%imperfection == 0)
    end function is_perfect
 
    !> True for a straight obstacle: there one element is exact for a perfect rod, whose axial force is linear.
@@ -164,49 +165,49 @@ contains
    end function on_straight
 
    !> Number of the deck's elements before a coordinate, with fractions.
-   pure real(wp) function deck_elements(base, stretch, at) result(n)
+   pure real(wp) function deck_elements(base, rod_segment, at) result(n)
       type(problem_t), intent(in) :: base
-      integer, intent(in) :: stretch
+      integer, intent(in) :: rod_segment
       real(wp), intent(in) :: at
       integer :: low
-      associate (whole => base%layout%stretch(stretch))
+      associate (whole => base%layout%rod_segment(rod_segment))
          low = stretch_element(whole, at)
          n = low - 1 + (at - whole%at(low)) / (whole%at(low + 1) - whole%at(low))
       end associate
    end function deck_elements
 
    !> Coordinates of the middles of a segment's elements.
-   pure function element_middles(problem, state, stretch) result(middle)
+   pure function element_middles(problem, state, rod_segment) result(middle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: stretch
+      integer, intent(in) :: rod_segment
       real(wp), allocatable :: middle(:)
       integer :: e
       middle = [(0.5_wp * sum(state%geometry%element(e)%s) + problem%origin(e), &
-         & e=problem%element_first(stretch), problem%element_last(stretch))]
+         & e=problem%element_first(rod_segment), problem%element_last(rod_segment))]
    end function element_middles
 
    !> Division with nodes close enough to detect contact before any contact span is known.
-   function sampled_division(base, touch) result(division)
+   function sampled_division(base, contact_span) result(division)
       type(problem_t), intent(in) :: base            !! on the deck's mesh
-      type(contact_span_t), intent(in), optional :: touch(:) !! places at which there must be a node as well
-      type(division_t) :: division(size(base%layout%stretch))
+      type(contact_span_t), intent(in), optional :: contact_span(:) !! places at which there must be a node as well
+      type(division_t) :: division(size(base%layout%rod_segment))
       real(wp) :: length, share
       integer :: k, n, i
-      length = sum(base%layout%stretch%length)
+      length = sum(base%layout%rod_segment%length)
       do k = 1, size(division)
-         associate (whole => base%layout%stretch(k))
+         associate (whole => base%layout%rod_segment(k))
             division(k)%at = whole%at
             share = whole%length / length
             n = max(min(size(whole%element), max(ceiling(enough * share), 4)), ceiling(sampling * share))
             if (whole%free) division(k)%at = [(whole%length * i / n, i=0, n)]
          end associate
       end do
-      if (present(touch)) then
-         do k = 1, size(touch)
-            associate (at => division(touch(k)%stretch)%at)
-               i = minloc(abs(at - touch(k)%at(1)), 1)
-               if (i > 1 .and. i < size(at)) at(i) = touch(k)%at(1)
+      if (present(contact_span)) then
+         do k = 1, size(contact_span)
+            associate (at => division(contact_span(k)%rod_segment)%at)
+               i = minloc(abs(at - contact_span(k)%at(1)), 1)
+               if (i > 1 .and. i < size(at)) at(i) = contact_span(k)%at(1)
             end associate
          end do
       end if
@@ -217,31 +218,31 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(cut_t), intent(in), optional :: cuts(:)   !! interface points of foundations, sorted
-      type(contact_span_t), allocatable :: touch(:)
+      type(contact_span_t), allocatable :: contact_span(:)
       type(cut_t), allocatable :: cut(:)
       real(wp), allocatable :: at(:), now(:), ends(:)
       integer :: k, i
-      touch = present_contact_spans(problem, state)
-      call sort_contact_spans(touch)
+      contact_span = present_contact_spans(problem, state)
+      call sort_contact_spans(contact_span)
       allocate (cut(0))
       if (present(cuts)) cut = cuts
       outgrown = .false.
-      do k = 1, size(problem%layout%stretch)
-         if (problem%layout%stretch(k)%placed) cycle
-         at = span_nodes(problem, touch, cut, k, state)
+      do k = 1, size(problem%layout%rod_segment)
+         if (problem%layout%rod_segment(k)%placed) cycle
+         at = span_nodes(problem, contact_span, cut, k, state)
          do i = 1, size(cut)
-            if (cut(i)%stretch == k) outgrown = outgrown .or. coarse_beside(cut(i))
+            if (cut(i)%rod_segment == k) outgrown = outgrown .or. coarse_beside(cut(i))
          end do
          at = 0.5_wp * (at(2:) + at(:size(at) - 1))
          now = element_middles(problem, state, k)
          ends = [0.0_wp]
-         do i = 1, size(touch)
-            if (touch(i)%stretch == k) ends = [ends, touch(i)%at]
+         do i = 1, size(contact_span)
+            if (contact_span(i)%rod_segment == k) ends = [ends, contact_span(i)%at]
          end do
          do i = 1, size(cut)
-            if (cut(i)%stretch == k) ends = [ends, cut(i)%at]
+            if (cut(i)%rod_segment == k) ends = [ends, cut(i)%at]
          end do
-         ends = [ends, problem%layout%stretch(k)%length]
+         ends = [ends, problem%layout%rod_segment(k)%length]
          do i = 2, size(ends)
             outgrown = outgrown .or. 4 * count(at > ends(i - 1) .and. at < ends(i)) > &
                & 5 * count(now > ends(i - 1) .and. now < ends(i))
@@ -277,7 +278,7 @@ contains
    function present_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(mesh_density_t) :: demand(size(problem%layout%stretch))
+      type(mesh_density_t) :: demand(size(problem%layout%rod_segment))
       integer :: k, i, n
       do k = 1, size(demand)
          n = problem%element_last(k) - problem%element_first(k) + 1
@@ -296,18 +297,18 @@ contains
    function lasting_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(mesh_density_t) :: demand(size(problem%layout%stretch))
+      type(mesh_density_t) :: demand(size(problem%layout%rod_segment))
       logical, allocatable :: begins(:)              ! (nodes) a span begins there
       integer :: k, m, n
       demand = present_demand(problem, state)
       do k = 1, size(demand)
-         if (.not. problem%layout%stretch(k)%placed) cycle
+         if (.not. problem%layout%rod_segment(k)%placed) cycle
          n = size(demand(k)%elements)
          begins = spread(.false., 1, n + 1)
          begins([1, n + 1]) = .true.
-         do m = 1, size(problem%touch)
-            if (problem%touch(m)%stretch /= k) cycle
-            associate (on => problem%touch(m)%element - problem%element_first(k) + 1)
+         do m = 1, size(problem%contact_span)
+            if (problem%contact_span(m)%rod_segment /= k) cycle
+            associate (on => problem%contact_span(m)%element - problem%element_first(k) + 1)
                begins(min(max(on(1), 1), n + 1)) = .true.
                begins(min(on(2) + 1, n + 1)) = .true.
             end associate
@@ -321,12 +322,12 @@ contains
    function looking_demand(problem, longer) result(demand)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: longer                 !! factor by which elements are longer than they should be
-      type(mesh_density_t) :: demand(size(problem%layout%stretch))
+      type(mesh_density_t) :: demand(size(problem%layout%rod_segment))
       real(wp) :: most
       integer :: k
       demand = problem%demand
       do k = 1, size(demand)
-         most = sampling * problem%layout%stretch(k)%length / sum(problem%layout%stretch%length)
+         most = sampling * problem%layout%rod_segment(k)%length / sum(problem%layout%rod_segment%length)
          demand(k)%elements = demand(k)%elements * max(1.0_wp, min(longer, most / sum(demand(k)%elements)))
       end do
    end function looking_demand

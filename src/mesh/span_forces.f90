@@ -30,7 +30,7 @@ contains
       total = 0.0_wp
       moment = 0.0_wp
       do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) == 0) cycle
+         if (problem%candidates%contact_span(c) == 0) cycle
          push = end_force(problem, state, c)
          call candidate_gap(problem, state, c, gap, normal, bend)
          roll = rolled(problem, state, c)
@@ -64,7 +64,7 @@ contains
       sums = 0.0_wp
       densities = 0.0_wp
       do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) == 0 .or. problem%candidates%contact(c) /= contact) cycle
+         if (problem%candidates%contact_span(c) == 0 .or. problem%candidates%contact(c) /= contact) cycle
          e = problem%candidates%element(2, c)
          if (e > 0) then
             at = state%geometry%element(e)%s(1) + problem%origin(e)
@@ -72,13 +72,13 @@ contains
             e = problem%candidates%element(1, c)
             at = state%geometry%element(e)%s(2) + problem%origin(e)
          end if
-         call add(problem%stretch(e), at, end_force(problem, state, c))
+         call add(problem%rod_segment(e), at, end_force(problem, state, c))
          e = problem%candidates%element(2, c)
          if (e == 0) cycle
          if (problem%conforms(e) == 0) cycle
          ! Integration between neighbouring nodes of the deck, of which an element may contain many or none.
          associate (tab => problem%tableau(problem%model%mesh%stages(e)), g => state%geometry%element(e), &
-            & whole => problem%layout%stretch(problem%stretch(e))%at)
+            & whole => problem%layout%rod_segment(problem%rod_segment(e))%at)
             start = g%s(1) + problem%origin(e)
             length = g%s(2) - g%s(1)
             do j = 1, size(whole) - 1
@@ -88,7 +88,7 @@ contains
                do i = 1, tab%stages
                   at = from + tab%c(i) * (to - from)
                   call conforming_forces(problem, state, e, (at - start) / length, local, x, angle, push)
-                  call add(problem%stretch(e), at, push * tab%b(i) * g%length * (to - from) / length)
+                  call add(problem%rod_segment(e), at, push * tab%b(i) * g%length * (to - from) / length)
                end do
             end do
          end associate
@@ -109,12 +109,12 @@ contains
    contains
 
       !> Adds a force at a material point.
-      subroutine add(stretch, at, force)
-         integer, intent(in) :: stretch
+      subroutine add(rod_segment, at, force)
+         integer, intent(in) :: rod_segment
          real(wp), intent(in) :: at, force
          integer :: low
          real(wp) :: part
-         associate (whole => problem%layout%stretch(stretch))
+         associate (whole => problem%layout%rod_segment(rod_segment))
             low = stretch_element(whole, at)
             part = min(max((at - whole%at(low)) / (whole%at(low + 1) - whole%at(low)), 0.0_wp), 1.0_wp)
             associate (node => problem%deck%mesh%node(:, whole%element(low)))
@@ -139,7 +139,7 @@ contains
       next = problem%candidates%element(2, candidate)
       inside = minval(problem%candidates%element(:, candidate)) > 0
       if (inside) inside = next == problem%candidates%element(1, candidate) + 1
-      if (inside) inside = problem%stretch(next) == problem%stretch(next - 1)
+      if (inside) inside = problem%rod_segment(next) == problem%rod_segment(next - 1)
       force = 0.0_wp
       if (.not. inside) force = breakpoint_force(problem, state, candidate)
    end function end_force

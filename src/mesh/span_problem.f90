@@ -27,24 +27,24 @@ contains
       type(state_t), intent(in), optional :: state   !! of `base`: no continuing span gets fewer elements than it has
       type(cut_t), intent(in), optional :: cuts(:)   !! interface points of the foundations' laws, sorted
       type(problem_t) :: problem
-      type(contact_span_t) :: touch(size(touches))
-      type(division_t) :: division(size(base%layout%stretch))
+      type(contact_span_t) :: contact_span(size(touches))
+      type(division_t) :: division(size(base%layout%rod_segment))
       type(cut_t), allocatable :: cut(:)
       integer :: k
       allocate (cut(0))
       if (present(cuts)) cut = cuts
-      touch = touches
-      do k = 1, size(touch)
-         associate (length => base%layout%stretch(touch(k)%stretch)%length)
-            where (touch(k)%at <= at_breakpoint * length) touch(k)%at = 0.0_wp
-            where (touch(k)%at >= (1.0_wp - at_breakpoint) * length) touch(k)%at = length
+      contact_span = touches
+      do k = 1, size(contact_span)
+         associate (length => base%layout%rod_segment(contact_span(k)%rod_segment)%length)
+            where (contact_span(k)%at <= at_breakpoint * length) contact_span(k)%at = 0.0_wp
+            where (contact_span(k)%at >= (1.0_wp - at_breakpoint) * length) contact_span(k)%at = length
          end associate
       end do
-      call sort_contact_spans(touch)
+      call sort_contact_spans(contact_span)
       do k = 1, size(division)
-         division(k)%at = span_nodes(base, touch, cut, k, state)
+         division(k)%at = span_nodes(base, contact_span, cut, k, state)
       end do
-      call lay_spans(base, touch, cut, division, problem)
+      call lay_spans(base, contact_span, cut, division, problem)
    end function new_span_problem
 
    !> Problem with the contact spans and the mesh of another problem with the same rod segments; only values in the deck differ.
@@ -52,45 +52,46 @@ contains
       type(problem_t), intent(in) :: base            !! on any mesh
       type(problem_t), intent(in) :: like            !! problem with contact spans
       type(problem_t) :: problem
-      type(contact_span_t) :: touch(size(like%touch))
-      type(division_t) :: division(size(like%layout%stretch))
+      type(contact_span_t) :: contact_span(size(like%contact_span))
+      type(division_t) :: division(size(like%layout%rod_segment))
       type(cut_t) :: cut(size(like%mark))
       integer :: k, i
       do k = 1, size(division)
          associate (first => like%element_first(k), last => like%element_last(k))
             division(k)%at = [0.0_wp, like%model%mesh%s(2, first:last) + like%origin(first:last)]
-            division(k)%at(last - first + 2) = like%layout%stretch(k)%length
+            division(k)%at(last - first + 2) = like%layout%rod_segment(k)%length
          end associate
       end do
       do k = 1, size(cut)
          associate (c => like%mark(k)%candidate(2), chain => like%ground%chain)
             associate (e => chain%element(2, c))
-               cut(k) = cut_t(stretch=like%stretch(e), contact=chain%contact(c), at=like%model%mesh%s(1, e) + like%origin(e), &
+               cut(k) = cut_t(rod_segment=like%rod_segment(e), contact=chain%contact(c), at=like%model%mesh%s(1, e) + &
+                  & like%origin(e), &
                   & level=like%mark(k)%level, segment=like%mark(k)%segment)
             end associate
          end associate
       end do
-      touch = like%touch
-      do k = 1, size(touch)
+      contact_span = like%contact_span
+      do k = 1, size(contact_span)
          ! The end of the span is at this node up to rounding.
-         associate (at => division(touch(k)%stretch)%at)
+         associate (at => division(contact_span(k)%rod_segment)%at)
             do i = 1, 2
-               touch(k)%at(i) = at(minloc(abs(at - touch(k)%at(i)), 1))
+               contact_span(k)%at(i) = at(minloc(abs(at - contact_span(k)%at(i)), 1))
             end do
          end associate
       end do
-      call lay_spans(base, touch, cut, division, problem)
+      call lay_spans(base, contact_span, cut, division, problem)
    end function same_spans
 
    !> Problem with a set of contact spans on a mesh with nodes at their ends.
-   subroutine lay_spans(base, touch, cut, division, problem)
+   subroutine lay_spans(base, contact_span, cut, division, problem)
       type(problem_t), intent(in) :: base
-      type(contact_span_t), intent(in) :: touch(:)          !! sorted
+      type(contact_span_t), intent(in) :: contact_span(:)   !! sorted
       type(cut_t), intent(in) :: cut(:)              !! sorted
       type(division_t), intent(in) :: division(:)    !! (rod segments) coordinates of the mesh nodes
       type(problem_t), intent(out) :: problem
       problem = remeshed_problem(with_spans(base, .true.), division)
-      problem%touch = touch
+      problem%contact_span = contact_span
       call add_touch_candidates(problem, division)
       call add_marks(problem, cut, division)
       if (size(problem%mark) > 0) problem%mesh_kind = mesh_of_marks
@@ -100,11 +101,11 @@ contains
    end subroutine lay_spans
 
    !> Problem before any contact span is known, on a mesh fine enough for its nodes to detect contact.
-   function new_sampled_problem(base, touch) result(problem)
+   function new_sampled_problem(base, contact_span) result(problem)
       type(problem_t), intent(in) :: base            !! on the deck's mesh
-      type(contact_span_t), intent(in), optional :: touch(:) !! places at which there must be a node as well
+      type(contact_span_t), intent(in), optional :: contact_span(:) !! places at which there must be a node as well
       type(problem_t) :: problem
-      problem = remeshed_problem(with_spans(base, .false.), sampled_division(base, touch))
+      problem = remeshed_problem(with_spans(base, .false.), sampled_division(base, contact_span))
       problem%mesh_kind = mesh_sampled
    end function new_sampled_problem
 
@@ -115,7 +116,7 @@ contains
       type(problem_t), intent(inout) :: problem      !! of the same deck, on any mesh
       logical, allocatable :: covered(:, :)
       integer :: k
-      allocate (covered(size(deck%layout%stretch), size(deck%deck%contact)))
+      allocate (covered(size(deck%layout%rod_segment), size(deck%deck%contact)))
       do k = 1, size(deck%deck%contact)
          covered(:, k) = covers(deck%deck, deck%layout, k)
       end do
@@ -127,14 +128,14 @@ contains
    !> Coordinate of the first node of each rod segment along the chain of each contact, 0 if the contact does not cover the segment.
    function chain_starts(deck) result(start)
       type(problem_t), intent(in) :: deck            !! on the deck's mesh
-      real(wp) :: start(size(deck%layout%stretch), size(deck%deck%contact)) !! (rod segments, contacts)
+      real(wp) :: start(size(deck%layout%rod_segment), size(deck%deck%contact)) !! (rod segments, contacts)
       integer :: i
       start = 0.0_wp
       do i = 1, deck%candidates%n
          if (deck%candidates%element(2, i) == 0) cycle
-         associate (stretch => deck%stretch(deck%candidates%element(2, i)))
-            if (deck%layout%stretch(stretch)%element(1) == deck%candidates%element(2, i)) &
-               & start(stretch, deck%candidates%contact(i)) = deck%candidates%s(i)
+         associate (rod_segment => deck%rod_segment(deck%candidates%element(2, i)))
+            if (deck%layout%rod_segment(rod_segment)%element(1) == deck%candidates%element(2, i)) &
+               & start(rod_segment, deck%candidates%contact(i)) = deck%candidates%s(i)
          end associate
       end do
    end function chain_starts

@@ -29,7 +29,7 @@ contains
       integer :: c
       allocate (list(6, 0))
       do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) == 0) cycle
+         if (problem%candidates%contact_span(c) == 0) cycle
          size = end_force(problem, state, c)
          if (abs(size) <= 0.0_wp) cycle
          roll = rolled(problem, state, c)
@@ -55,7 +55,7 @@ contains
       integer :: c, e, k, i
       allocate (list(6, 0))
       do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) == 0) cycle
+         if (problem%candidates%contact_span(c) == 0) cycle
          e = problem%candidates%element(2, c)
          if (e == 0) cycle
          if (problem%conforms(e) /= c) cycle

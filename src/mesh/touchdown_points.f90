@@ -192,10 +192,11 @@ contains
       type(state_t), intent(inout) :: new      !! `state` on the mesh of `to`
       integer :: c, old
       do c = 1, to%candidates%n
-         if (to%candidates%touch(c) == 0) cycle
+         if (to%candidates%contact_span(c) == 0) cycle
          do old = 1, from%candidates%n
-            if (from%candidates%touch(old) == 0 .or. from%candidates%contact(old) /= to%candidates%contact(c)) cycle
-            if (from%touch(from%candidates%touch(old))%stretch /= to%touch(to%candidates%touch(c))%stretch) cycle
+            if (from%candidates%contact_span(old) == 0 .or. from%candidates%contact(old) /= to%candidates%contact(c)) cycle
+            if (from%contact_span(from%candidates%contact_span(old))%rod_segment /= &
+               & to%contact_span(to%candidates%contact_span(c))%rod_segment) cycle
             if (.not. same_place(from%size, touch_place(from, state, old), touch_place(to, new, c))) cycle
             if (to%candidates%follows(c)) then
                new%reaction(c) = state%reaction(old)
@@ -315,7 +316,7 @@ contains
          goes(problem%candidates%node(c)) = distance(c)
       end do
       if (.not. any(abs(goes) > 0.0_wp)) return
-      do k = 1, size(problem%layout%stretch)
+      do k = 1, size(problem%layout%rod_segment)
          first = problem%element_first(k)
          n = problem%element_last(k) - first + 2
          if (n < 2) cycle

@@ -25,16 +25,16 @@ contains
    !> What a mesh begins with, before any error is known: the deck's elements where it says how many.
    function new_demands(layout) result(demand)
       type(layout_t), intent(in) :: layout
-      type(mesh_density_t) :: demand(size(layout%stretch))
+      type(mesh_density_t) :: demand(size(layout%rod_segment))
       integer :: k
       do k = 1, size(demand)
-         associate (stretch => layout%stretch(k))
-            if (stretch%placed) then
-               demand(k)%at = [0.0_wp, stretch%length]
+         associate (rod_segment => layout%rod_segment(k))
+            if (rod_segment%placed) then
+               demand(k)%at = [0.0_wp, rod_segment%length]
                demand(k)%elements = [first_elements]
             else
-               demand(k)%at = stretch%at
-               demand(k)%elements = spread(1.0_wp, 1, size(stretch%element))
+               demand(k)%at = rod_segment%at
+               demand(k)%elements = spread(1.0_wp, 1, size(rod_segment%element))
             end if
          end associate
       end do

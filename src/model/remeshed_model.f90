@@ -118,7 +118,7 @@ contains
       end do
       e = 0
       do j = 1, size(division)
-         associate (rod => layout%stretch(j), at => division(j)%at)
+         associate (rod => layout%rod_segment(j), at => division(j)%at)
             node = mesh_node(rod%node(1))
             do i = 1, size(at) - 1
                e = e + 1
@@ -145,10 +145,10 @@ contains
    end subroutine lay_mesh
 
    !> Stress-free place of a node inside a stretch; its label is that of the deck's node next to it.
-   subroutine place_node(deck, layout, stretch, at, mesh, node)
+   subroutine place_node(deck, layout, rod_segment, at, mesh, node)
       type(model_t), intent(in) :: deck
       type(layout_t), intent(in) :: layout
-      integer, intent(in) :: stretch
+      integer, intent(in) :: rod_segment
       real(wp), intent(in) :: at
       type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: node
@@ -156,7 +156,7 @@ contains
       type(curve_t) :: perfect
       real(wp) :: s, angle, speed, tau
       integer :: c, k, next
-      associate (rod => layout%stretch(stretch))
+      associate (rod => layout%rod_segment(rod_segment))
          k = stretch_element(rod, at)
          tau = (at - rod%at(k)) / (rod%at(k + 1) - rod%at(k))
          associate (ends => deck%mesh%node(:, rod%element(k)))
@@ -167,7 +167,7 @@ contains
                mesh%x_nominal(:, node) = deck%mesh%x_nominal(:, next)
                return
             end if
-            call stretch_place(deck, layout, stretch, at, c, s)
+            call stretch_place(deck, layout, rod_segment, at, c, s)
             if (c == 0) then
                mesh%x(:, node) = (1.0_wp - tau) * deck%mesh%x(:, ends(1)) + tau * deck%mesh%x(:, ends(2))
                mesh%x_nominal(:, node) = (1.0_wp - tau) * deck%mesh%x_nominal(:, ends(1)) + tau * deck%mesh%x_nominal(:, ends(2))
@@ -200,7 +200,7 @@ contains
       if (.not. deck%obstacle(contact%obstacle)%at_nodes) then
          do j = 1, size(division)
             ! Breakpoints stand where the cover ends: its first element says it.
-            covered(j) = all(member(deck%mesh%node(:, layout%stretch(j)%element(1))))
+            covered(j) = all(member(deck%mesh%node(:, layout%rod_segment(j)%element(1))))
             if (covered(j)) n = n + size(division(j)%at) - 2
          end do
       end if
@@ -209,17 +209,17 @@ contains
       j = layout%node_stretch(contact%node(1))
       start = 0
       if (j > 0) then
-         if (covered(j)) call begin(layout%stretch(j)%node, division(j)%at, layout%node_at(contact%node(1)))
+         if (covered(j)) call begin(layout%rod_segment(j)%node, division(j)%at, layout%node_at(contact%node(1)))
       end if
       do j = 1, size(division)
          if (.not. covered(j)) cycle
-         call add(layout%stretch(j)%node(1))
+         call add(layout%rod_segment(j)%node(1))
          do i = 1, size(division(j)%at) - 2
             if (first(j) + i == start) cycle
             n = n + 1
             list(n) = first(j) + i
          end do
-         call add(layout%stretch(j)%node(2))
+         call add(layout%rod_segment(j)%node(2))
       end do
       do i = 1, size(contact%node)
          call add(contact%node(i))

@@ -10,21 +10,21 @@ module rod_layout
    use reference_curve, only: curve_goes_on
    implicit none
    private
-   public :: layout_t, stretch_t, new_layout, stretch_element, stretch_place
+   public :: layout_t, rod_segment_t, new_layout, stretch_element, stretch_place
 
    !> A rod between two breakpoints.
-   type :: stretch_t
+   type :: rod_segment_t
       integer :: node(2) = 0                  !! the deck's nodes at its ends, one and the same when it is closed
       integer, allocatable :: element(:)      !! the deck's elements along it, in order, all in its sense
       real(wp), allocatable :: at(:)          !! (elements + 1) coordinates of the deck's nodes along it: nominal length from 0
       real(wp) :: length = 0.0_wp             !! the last of them
       logical :: free = .false.               !! nodes may stand anywhere; else those of the deck stay
       logical :: placed = .false.             !! the deck does not say how many elements it has
-   end type stretch_t
+   end type rod_segment_t
 
    !> All rods.
    type :: layout_t
-      type(stretch_t), allocatable :: stretch(:)
+      type(rod_segment_t), allocatable :: rod_segment(:)
       integer, allocatable :: stretch_of(:)   !! (deck's elements)
       real(wp), allocatable :: origin(:)      !! (deck's elements) coordinate along the stretch less the nominal one of the element
       integer, allocatable :: node_stretch(:) !! (deck's nodes) a stretch that holds it, 0: none does
@@ -41,7 +41,7 @@ contains
       type(layout_t) :: layout
       integer, allocatable :: beside(:, :)   ! (2, nodes) the element that ends there, and the one that begins
       logical, allocatable :: kept(:)
-      type(stretch_t), allocatable :: stretch(:)
+      type(rod_segment_t), allocatable :: rod_segment(:)
       integer :: e, node, n
       associate (mesh => model%mesh)
          call find_breakpoints(model, beside, layout%breakpoint)
@@ -49,7 +49,7 @@ contains
          allocate (layout%stretch_of(mesh%n_elements), layout%node_stretch(mesh%n_nodes), source=0)
          allocate (layout%origin(mesh%n_elements), layout%node_at(mesh%n_nodes), source=0.0_wp)
          ! As many as elements at most, and mostly far fewer.
-         allocate (stretch(count(layout%breakpoint(mesh%node(1, :))) + count(.not. layout%breakpoint)))
+         allocate (rod_segment(count(layout%breakpoint(mesh%node(1, :))) + count(.not. layout%breakpoint)))
          n = 0
          do e = 1, mesh%n_elements
             if (layout%breakpoint(mesh%node(1, e))) call follow(e)
@@ -61,14 +61,14 @@ contains
             call follow(beside(2, node))
          end do
       end associate
-      allocate (layout%stretch(n))
+      allocate (layout%rod_segment(n))
       do e = 1, n
-         layout%stretch(e)%node = stretch(e)%node
-         layout%stretch(e)%length = stretch(e)%length
-         layout%stretch(e)%free = stretch(e)%free
-         layout%stretch(e)%placed = stretch(e)%placed
-         call move_alloc(stretch(e)%element, layout%stretch(e)%element)
-         call move_alloc(stretch(e)%at, layout%stretch(e)%at)
+         layout%rod_segment(e)%node = rod_segment(e)%node
+         layout%rod_segment(e)%length = rod_segment(e)%length
+         layout%rod_segment(e)%free = rod_segment(e)%free
+         layout%rod_segment(e)%placed = rod_segment(e)%placed
+         call move_alloc(rod_segment(e)%element, layout%rod_segment(e)%element)
+         call move_alloc(rod_segment(e)%at, layout%rod_segment(e)%at)
       end do
 
    contains
@@ -78,7 +78,7 @@ contains
          integer, intent(in) :: first
          integer :: at, k, length
          n = n + 1
-         associate (mesh => model%mesh, new => stretch(n))
+         associate (mesh => model%mesh, new => rod_segment(n))
             at = first
             length = 1
             do while (.not. layout%breakpoint(mesh%node(2, at)))
@@ -217,15 +217,15 @@ contains
    end function elements_that_stay
 
    !> The place in a stretch's list of the deck's element that holds a coordinate. At a node it is the element that begins there.
-   pure integer function stretch_element(stretch, at) result(k)
-      type(stretch_t), intent(in) :: stretch
+   pure integer function stretch_element(rod_segment, at) result(k)
+      type(rod_segment_t), intent(in) :: rod_segment
       real(wp), intent(in) :: at              !! beyond the ends: the element there
       integer :: last, middle
       k = 1
-      last = size(stretch%element)
+      last = size(rod_segment%element)
       do while (k < last)
          middle = (k + last + 1) / 2
-         if (stretch%at(middle) <= at) then
+         if (rod_segment%at(middle) <= at) then
             k = middle
          else
             last = middle - 1
@@ -234,15 +234,15 @@ contains
    end function stretch_element
 
    !> The curve of the deck's element that holds a coordinate, and the nominal coordinate there.
-   pure subroutine stretch_place(model, layout, stretch, at, curve, s)
+   pure subroutine stretch_place(model, layout, rod_segment, at, curve, s)
       type(model_t), intent(in) :: model      !! of the deck
       type(layout_t), intent(in) :: layout
-      integer, intent(in) :: stretch
+      integer, intent(in) :: rod_segment
       real(wp), intent(in) :: at              !! 0 to its length
       integer, intent(out) :: curve           !! 0: the element is straight between its nodes
       real(wp), intent(out) :: s
       integer :: e, k
-      associate (rod => layout%stretch(stretch))
+      associate (rod => layout%rod_segment(rod_segment))
          k = stretch_element(rod, at)
          e = rod%element(k)
          curve = model%mesh%curve(e)

@@ -31,7 +31,7 @@ contains
       if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
       ! The distance that a rolling rod has yet to roll changes no force.
       if (system%roll_at > 0) worst = max(worst, abs(system%roll_by) / problem%size)
-      if (any(state%active .and. .not. system%soft .and. system%unknown == 0 .and. problem%candidates%touch == 0)) &
+      if (any(state%active .and. .not. system%soft .and. system%unknown == 0 .and. problem%candidates%contact_span == 0)) &
          & worst = huge(1.0_wp)
       ! The distance of an interface point from its position enters the forces by its square.
       if (size(problem%mark) > 0) then

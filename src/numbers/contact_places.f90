@@ -24,7 +24,7 @@ contains
       type(problem_t), intent(in) :: problem
       integer, allocatable :: ends(:)
       integer :: c
-      ends = pack([(c, c=1, problem%candidates%n)], [(problem%candidates%touch(c) > 0 .and. (problem%candidates%moves(c) &
+      ends = pack([(c, c=1, problem%candidates%n)], [(problem%candidates%contact_span(c) > 0 .and. (problem%candidates%moves(c) &
          & .or. problem%candidates%rolls(c)), c=1, problem%candidates%n)])
    end function moving_ends
 
@@ -128,7 +128,7 @@ contains
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       real(wp), intent(in) :: at
-      place%touch = problem%touch(problem%candidates%touch(candidate))%number
+      place%contact_span = problem%contact_span(problem%candidates%contact_span(candidate))%number
       place%last = is_last(problem, candidate)
       place%at = at
    end function named_place

@@ -25,7 +25,7 @@ contains
       known = problem%has_spans()
       if (.not. known) return
       associate (o => problem%deck%monitor(m)%obstacle, list => problem%candidates)
-         known = .not. any(list%obstacle == o .and. list%touch == 0 .and. state%active) .and. &
+         known = .not. any(list%obstacle == o .and. list%contact_span == 0 .and. state%active) .and. &
             & .not. any(problem%ground%chain%obstacle == o)
       end associate
    end function contact_sum_known
@@ -60,7 +60,7 @@ contains
       near = .false.
       associate (list => problem%candidates)
          do c = 1, list%n
-            if (list%touch(c) == 0) cycle
+            if (list%contact_span(c) == 0) cycle
             do side = 1, 2
                e = problem%beside(side, list%node(c))
                if (e > 0) near(problem%model%mesh%node(:, e)) = .true.
@@ -86,7 +86,7 @@ contains
          ! Reactions where a breakpoint is held: what is out of balance on their own unknowns.
          none = 0.0_wp
          do c = 1, list%n
-            if (list%touch(c) == 0 .or. system%unknown(c) == 0) cycle
+            if (list%contact_span(c) == 0 .or. system%unknown(c) == 0) cycle
             pushed = state
             step = max(system%force_scale, tiny(step))
             pushed%reaction(c) = pushed%reaction(c) + step
@@ -115,7 +115,7 @@ contains
                   d = dof(problem, node, 1)
                   if (problem%conforms(e) == 0) part = by_force(d:d + 2)
                   do c = 1, list%n
-                     if (list%touch(c) == 0 .or. list%node(c) /= node) cycle
+                     if (list%contact_span(c) == 0 .or. list%node(c) /= node) cycle
                      if (list%obstacle(c) /= problem%deck%monitor(m)%obstacle) cycle
                      if (problem%conforms(e) == 0 .and. list%moves(c)) part = part + shift(c)
                      if (problem%conforms(e) > 0 .and. .not. list%moves(c)) part = part - shift(c)

@@ -37,7 +37,7 @@ contains
                   total = total + sum(pushed(monitor%component, :), mask=problem%model%contact%obstacle == monitor%obstacle)
                end if
                do i = 1, problem%candidates%n
-                  if (problem%candidates%obstacle(i) /= monitor%obstacle .or. problem%candidates%touch(i) > 0) cycle
+                  if (problem%candidates%obstacle(i) /= monitor%obstacle .or. problem%candidates%contact_span(i) > 0) cycle
                   total = total + state%reaction(i) * share(monitor, system%normal(:, i))
                end do
                if (problem%ground%chain%n > 0) then
@@ -78,7 +78,7 @@ contains
             if (problem%has_spans()) rate = monitor%factor * span_rate(monitor%component, monitor%obstacle)
             do i = 1, problem%candidates%n
                if (problem%candidates%obstacle(i) /= monitor%obstacle .or. .not. state%active(i)) cycle
-               if (problem%candidates%touch(i) > 0) cycle
+               if (problem%candidates%contact_span(i) > 0) cycle
                rate = rate + monitor%factor * (reaction_rate(problem, system, i) * share(monitor, system%normal(:, i)) &
                   & + state%reaction(i) * turning(i))
             end do
@@ -116,7 +116,7 @@ contains
          call apply_increment(problem, system, step * system%tangent, step, ahead)
          ! What holds a node at a breakpoint is an unknown of its own.
          do c = 1, problem%candidates%n
-            if (problem%candidates%touch(c) == 0 .or. system%unknown(c) == 0) cycle
+            if (problem%candidates%contact_span(c) == 0 .or. system%unknown(c) == 0) cycle
             ahead%reaction(c) = ahead%reaction(c) + step * reaction_rate(problem, system, c)
          end do
          call span_totals(problem, here, [0.0_wp, 0.0_wp], totals(:, :, 1), moment)

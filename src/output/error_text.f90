@@ -19,7 +19,7 @@ contains
    elemental real(wp) function stored_bar(bar) result(error)
       type(error_bar_t), intent(in) :: bar
       error = ieee_value(error, ieee_quiet_nan)
-      if (.not. bar%told) return
+      if (.not. bar%estimated) return
       error = bar%bar
       if (.not. bar%bounded) error = ieee_value(error, ieee_positive_inf)
    end function stored_bar
@@ -29,7 +29,7 @@ contains
       real(wp), intent(in) :: value
       type(error_bar_t), intent(in) :: bar
       corrected = ieee_value(corrected, ieee_quiet_nan)
-      if (bar%told) corrected = value + bar%correction
+      if (bar%estimated) corrected = value + bar%correction
    end function stored_correction
 
 
@@ -37,7 +37,7 @@ contains
    pure function bar_text(bar) result(text)
       type(error_bar_t), intent(in) :: bar
       character(:), allocatable :: text
-      if (.not. bar%told) then
+      if (.not. bar%estimated) then
          text = 'no estimate'
       else if (.not. bar%bar > 0.0_wp) then
          text = 'given'
@@ -51,7 +51,7 @@ contains
       type(error_bar_t), intent(in) :: bar
       character(:), allocatable :: text
       text = ''
-      if (bar%told .and. .not. bar%bounded) text = ' '//bar_text(bar)
+      if (bar%estimated .and. .not. bar%bounded) text = ' '//bar_text(bar)
    end function unbounded_text
 
    !> A value less its estimated error as tables have it; blank where no bar holds it.
@@ -60,6 +60,6 @@ contains
       type(error_bar_t), intent(in) :: bar
       character(:), allocatable :: text
       text = ''
-      if (bar%told .and. bar%bounded .and. bar%bar > 0.0_wp) text = significant(value + bar%correction, corrected_digits)
+      if (bar%estimated .and. bar%bounded .and. bar%bar > 0.0_wp) text = significant(value + bar%correction, corrected_digits)
    end function corrected_text
 end module error_text

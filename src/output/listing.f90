@@ -177,7 +177,7 @@ contains
          if (.not. region%end > region%start) return
          bar%bar = bar%bar * abs((region%angle_end - region%angle_start) / (region%end - region%start))
       end if
-      if (bar%told) text = ' '//bar_text(bar)
+      if (bar%estimated) text = ' '//bar_text(bar)
    end function place_text
 
    !> Counts a point; n is its number on its path.
@@ -249,7 +249,7 @@ contains
             row%cell(5)%text = bar_text(critical%bars%load)
             row%cell(6)%text = corrected_text(critical%load_factor, critical%bars%load)
             row%unbarred = ''
-            if (allocated(critical%bars%why) .and. .not. critical%bars%load%told) row%unbarred = critical%bars%why
+            if (allocated(critical%bars%why) .and. .not. critical%bars%load%estimated) row%unbarred = critical%bars%why
          end if
          do i = 1, listing%n_monitors
             row%cell(6 + i)%text = significant(critical%monitor(i), monitor_digits)

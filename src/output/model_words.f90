@@ -2,8 +2,9 @@
 module model_words
    use kinds, only: wp
    use model, only: model_t, monitor_t, contact_t, limit_curve_t, quantity_displacement, quantity_reaction, quantity_contact, &
-      & method_load, method_displacement, method_cylindrical, method_spherical, method_minimum_residual, method_variable_load, &
-      & method_generalised, method_largest, parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, parameter_ei
+      & method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
+      & method_minimum_residual, method_variable_load, method_generalised, method_largest, &
+      & parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, parameter_ei
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline
    use text, only: to_text
    implicit none
@@ -68,7 +69,7 @@ contains
          name = 'CYLINDRICAL'
       case (method_spherical)
          name = 'SPHERICAL'
-      case default
+      case (method_linearised)
          name = 'LINEARISED'
       case (method_minimum_residual)
          name = 'MINIMUM RESIDUAL'

@@ -68,7 +68,7 @@ contains
       else
          call prepare_mesh(problem)
          run%state = new_state(problem)
-         run%touches = size(problem%touch)
+         run%spans_begun = size(problem%contact_span)
          run%system = new_system(problem)
       end if
       steps: do k = first, size(problem%model%step)
@@ -109,8 +109,6 @@ contains
          call finish_step()
          if (allocated(outcome%why)) exit steps
       end do steps
-      outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
-         & outcome%wrong .or. outcome%used_up .or. outcome%ended)
       outcome%sampled = problem%is_sampled()
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))
       if (allocated(outcome%trouble)) then
@@ -227,7 +225,7 @@ contains
          if (starts_fresh(problem) .and. step%n_modes == 0 .and. step%method == method_displacement) &
             & call presume_contact(problem, step%monitor, step%increment, run%state, run%system)
       end associate
-      run%probe = new_test_values(problem, run%state, run%system, 0.0_wp)
+      run%test_values = new_test_values(problem, run%state, run%system, 0.0_wp)
       ! Contact between nodes is not in the tangent at the start, either.
       run%fresh = starts_fresh(problem) .and. (any(run%state%active) .or. any(run%state%grounded) .or. problem%is_sampled())
    end subroutine begin_step
@@ -292,7 +290,7 @@ contains
       call prepare_mesh(fresh)
       call copy_problem(fresh, problem)
       run%state = new_state(problem)
-      run%touches = size(problem%touch)
+      run%spans_begun = size(problem%contact_span)
       run%system = new_system(problem)
 
    contains

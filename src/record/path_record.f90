@@ -12,7 +12,7 @@ module path_record
       integer :: contact = 0                  !! index into model%contact
       real(wp) :: start = 0.0_wp, end = 0.0_wp !! stress-free arc length along the candidates' chain
       real(wp) :: angle_start = 0.0_wp, angle_end = 0.0_wp !! [degrees] from the obstacle's reference direction; NaN for lines
-      integer :: touch(2) = 0                 !! numbers of what touches at its ends, see contact_spans; 0: contact at nodes, with a
+      integer :: contact_span(2) = 0          !! numbers of what touches at its ends, see contact_spans; 0: contact at nodes, with a
       !! foundation, or just begun
       logical :: line = .false.               !! its ends are two touchdown points
       type(error_bar_t) :: bar(2)             !! of start and end

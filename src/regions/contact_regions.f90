@@ -37,7 +37,7 @@ contains
       allocate (regions(0))
       forward = .true.
       touching = resolved_contact(problem, state)
-      seen = .not. touching .or. problem%candidates%touch > 0
+      seen = .not. touching .or. problem%candidates%contact_span > 0
       do c = 1, problem%candidates%n
          if (seen(c)) cycle
          if (previous(c) > 0) cycle
@@ -139,7 +139,7 @@ contains
       real(wp) :: span, widest
       touching = state%active
       do c = 1, problem%candidates%n
-         if (.not. state%active(c) .or. problem%candidates%touch(c) > 0) cycle
+         if (.not. state%active(c) .or. problem%candidates%contact_span(c) > 0) cycle
          if (.not. problem%model%obstacle(problem%candidates%obstacle(c))%rigid) cycle
          span = 0.0_wp
          widest = problem%candidates%tributary(c)

@@ -366,7 +366,7 @@ contains
       do e = 1, problem%model%mesh%n_elements
          if (.not. problem%ground%founded(e)) cycle
          call foundation_forces(problem, state, e, inner)
-         associate (whole => problem%layout%stretch(problem%stretch(e)), s => state%geometry%element(e)%s)
+         associate (whole => problem%layout%rod_segment(problem%rod_segment(e)), s => state%geometry%element(e)%s)
             do q = 1, inner%n
                if (problem%ground%chain%contact(inner%source(q)) /= contact) cycle
                share = state%geometry%element(e)%length * inner%weight(q) * inner%pressure(q)

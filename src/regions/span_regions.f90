@@ -26,7 +26,7 @@ contains
       logical :: seen(problem%candidates%n)
       integer :: c, i
       allocate (regions(0))
-      seen = problem%candidates%touch(:problem%candidates%n) == 0
+      seen = problem%candidates%contact_span(:problem%candidates%n) == 0
       ! A clamped node on an obstacle is no region of its own.
       do c = 1, problem%candidates%n
          if (seen(c) .or. any(problem%candidates%neighbour(:, c) > 0)) cycle
@@ -68,7 +68,7 @@ contains
             seen(last) = .true.
          end do
          region%contact = problem%candidates%contact(first)
-         region%touch = [number_of(first), number_of(last)]
+         region%contact_span = [number_of(first), number_of(last)]
          region%line = last /= first
          roll = rolled_t()
          if (last == first) roll = rolled(problem, state, first)
@@ -94,7 +94,7 @@ contains
       !> Number of the contact span at a candidate.
       pure integer function number_of(candidate)
          integer, intent(in) :: candidate
-         number_of = problem%touch(problem%candidates%touch(candidate))%number
+         number_of = problem%contact_span(problem%candidates%contact_span(candidate))%number
       end function number_of
 
       !> Angle of a candidate's place on an obstacle that has angles.
@@ -120,10 +120,11 @@ contains
          do side = 1, 2
             ! A contact end that does not move is fixed by a segment boundary, with a zero bar. A contact that just began has no
             ! number yet.
-            if (regions(r)%touch(side) > 0) regions(r)%bar(side) = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
+            if (regions(r)%contact_span(side) > 0) regions(r)%bar(side) = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
             do k = 1, size(bars%place)
                associate (place => bars%place(k), bar => regions(r)%bar(side))
-                  if (place%touch /= regions(r)%touch(side) .and. (regions(r)%touch(side) > 0 .or. is_known(place%touch))) cycle
+                  if (place%contact_span /= regions(r)%contact_span(side) .and. (regions(r)%contact_span(side) > 0 .or. &
+                     & is_known(place%contact_span))) cycle
                   if (place%last .neqv. (side == 2 .and. regions(r)%line)) cycle
                   bar = place%bar
                   ! Where contact begins, the place of the least gap and the new point contact differ by the error of the element's
@@ -138,25 +139,25 @@ contains
    contains
 
       !> True if the number belongs to a contact span of a region.
-      pure logical function is_known(touch)
-         integer, intent(in) :: touch
+      pure logical function is_known(contact_span)
+         integer, intent(in) :: contact_span
          integer :: i
-         is_known = any([(any(regions(i)%touch == touch), i=1, size(regions))])
+         is_known = any([(any(regions(i)%contact_span == contact_span), i=1, size(regions))])
       end function is_known
    end subroutine tell_places
 
    !> Region of a point contact that just begins: gap zero, force zero.
-   type(region_t) function beginning_region(problem, state, contact, stretch, at) result(region)
+   type(region_t) function beginning_region(problem, state, contact, rod_segment, at) result(region)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: contact, stretch
+      integer, intent(in) :: contact, rod_segment
       real(wp), intent(in) :: at            !! coordinate along the rod segment
       real(wp) :: tau
       integer :: e
-      call find_point(problem, state, stretch, at, e, tau)
+      call find_point(problem, state, rod_segment, at, e, tau)
       region%contact = contact
-      region%start = problem%chain_start(stretch, contact) + tau * state%geometry%element(e)%length + &
-         & sum(state%geometry%element(problem%element_first(stretch):e - 1)%length)
+      region%start = problem%chain_start(rod_segment, contact) + tau * state%geometry%element(e)%length + &
+         & sum(state%geometry%element(problem%element_first(rod_segment):e - 1)%length)
       region%end = region%start
       region%angle_start = ieee_value(region%angle_start, ieee_quiet_nan)
       associate (o => problem%model%contact(contact)%obstacle)
@@ -179,13 +180,13 @@ contains
       do tried = 1, 2
          e = problem%candidates%element(at, candidate)
          if (e > 0) then
-            if (problem%covered(problem%stretch(e), problem%candidates%contact(candidate))) exit
+            if (problem%covered(problem%rod_segment(e), problem%candidates%contact(candidate))) exit
          end if
          at = 3 - at
       end do
-      associate (stretch => problem%stretch(e))
-         s = problem%chain_start(stretch, problem%candidates%contact(candidate)) + &
-            & sum(state%geometry%element(problem%element_first(stretch):e - at + 1)%length)
+      associate (rod_segment => problem%rod_segment(e))
+         s = problem%chain_start(rod_segment, problem%candidates%contact(candidate)) + &
+            & sum(state%geometry%element(problem%element_first(rod_segment):e - at + 1)%length)
       end associate
    end function chain_coordinate
 
@@ -196,7 +197,7 @@ contains
       integer, intent(in) :: contact
       integer :: j
       length = 0.0_wp
-      do j = 1, size(problem%layout%stretch)
+      do j = 1, size(problem%layout%rod_segment)
          if (problem%covered(j, contact)) length = length + &
             & sum(state%geometry%element(problem%element_first(j):problem%element_last(j))%length)
       end do

@@ -19,7 +19,7 @@ module ground_mark
 
    !> Interface point as a place along a rod segment, independent of a mesh.
    type :: cut_t
-      integer :: stretch = 0
+      integer :: rod_segment = 0
       integer :: contact = 0                 !! index into model%contact
       real(wp) :: at = 0.0_wp                !! coordinate along the rod segment
       logical :: at_end = .false.            !! true: next to an end of the segment, where no mesh node can move with the point; the

@@ -40,7 +40,7 @@ module problem
       type(layout_t) :: layout                           !! of the deck
       type(mesh_density_t), allocatable :: demand(:)           !! (rod segments) mesh density of the next mesh
       logical :: deck_mesh = .true.                      !! true: the working mesh is the deck's, node by node
-      integer, allocatable :: stretch(:)                 !! (elements) rod segment of the element
+      integer, allocatable :: rod_segment(:)             !! (elements) rod segment of the element
       real(wp), allocatable :: origin(:)                 !! (elements) coordinate along the rod segment less the nominal coordinate
       integer, allocatable :: along(:)                   !! (elements) all elements in order, segment by segment
       integer, allocatable :: element_first(:)           !! (rod segments) index in `along` of the first element
@@ -63,7 +63,8 @@ module problem
       logical, allocatable :: covered(:, :)              !! (rod segments, contacts) contact spans are allowed all along the
       !! segment, or nowhere
       integer :: mesh_kind = mesh_fixed
-      type(contact_span_t), allocatable :: touch(:) !! contact spans in order along the rods, with the places of their ends when
+      type(contact_span_t), allocatable :: contact_span(:) !! contact spans in order along the rods, with the places of their ends
+      !! when
       !! this mesh was made
       integer, allocatable :: conforms(:)                !! (elements) candidate at the first node if the element lies on a track,
       !! 0: free element
@@ -122,13 +123,13 @@ contains
       problem%deck = model
       problem%layout = new_layout(model)
       problem%demand = new_demands(problem%layout)
-      problem%stretch = problem%layout%stretch_of
+      problem%rod_segment = problem%layout%stretch_of
       problem%origin = problem%layout%origin
       allocate (problem%along(model%mesh%n_elements))
-      allocate (problem%element_first(size(problem%layout%stretch)), problem%element_last(size(problem%layout%stretch)))
+      allocate (problem%element_first(size(problem%layout%rod_segment)), problem%element_last(size(problem%layout%rod_segment)))
       n = 0
-      do j = 1, size(problem%layout%stretch)
-         associate (element => problem%layout%stretch(j)%element)
+      do j = 1, size(problem%layout%rod_segment)
+         associate (element => problem%layout%rod_segment(j)%element)
             problem%element_first(j) = n + 1
             problem%along(n + 1:n + size(element)) = element
             n = n + size(element)
@@ -138,7 +139,7 @@ contains
       problem%mesh_node = merge([(e, e=1, model%mesh%n_nodes)], 0, problem%layout%breakpoint)
       problem%constant = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
       problem%coordinates = model%mesh%x
-      allocate (problem%touch(0), problem%hinge(0), problem%mark(0))
+      allocate (problem%contact_span(0), problem%hinge(0), problem%mark(0))
       call derive_problem(problem)
    end function new_problem
 
@@ -154,19 +155,19 @@ contains
       new%demand = problem%demand
       if (allocated(problem%chain_start)) new%chain_start = problem%chain_start
       if (allocated(problem%covered)) new%covered = problem%covered
-      allocate (new%touch(0), new%hinge(0), new%mark(0))
+      allocate (new%contact_span(0), new%hinge(0), new%mark(0))
       new%deck_mesh = .false.
       new%model = new_remeshed_model(problem%deck, problem%layout, division)
       associate (mesh => new%model%mesh)
          new%along = [(e, e=1, mesh%n_elements)]
-         allocate (new%stretch(mesh%n_elements), new%origin(mesh%n_elements))
+         allocate (new%rod_segment(mesh%n_elements), new%origin(mesh%n_elements))
          allocate (new%element_first(size(division)), new%element_last(size(division)))
          e = 0
          do j = 1, size(division)
             new%element_first(j) = e + 1
             do i = 1, size(division(j)%at) - 1
                e = e + 1
-               new%stretch(e) = j
+               new%rod_segment(e) = j
                new%origin(e) = division(j)%at(i) - mesh%s(1, e)
                if (i == 1) cycle
                ! One value for all elements of a curve, without differences by rounding.
@@ -185,7 +186,7 @@ contains
             node(i) = problem%mesh_node(j)
          end do
       end associate
-      new%constant = problem%constant%mapped(node, problem%along(problem%element_first(new%stretch)))
+      new%constant = problem%constant%mapped(node, problem%along(problem%element_first(new%rod_segment)))
       new%step = problem%step
       new%coordinates = problem%coordinates
       call derive_problem(new)

@@ -68,7 +68,7 @@ contains
             end if
          end associate
       end do
-      state%active = state%active .or. problem%candidates%touch(:problem%candidates%n) > 0
+      state%active = state%active .or. problem%candidates%contact_span(:problem%candidates%n) > 0
       do c = 1, problem%ground%chain%n
          call chain_gap(problem, state, problem%ground%chain, c, gap, normal, bend)
          if (.not. (problem%ground%chain%bilateral(c) .or. gap <= touching_gap(problem))) cycle

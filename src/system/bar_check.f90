@@ -36,10 +36,10 @@ contains
       lean = 0.0_wp
       call set_blocks(problem, state%u, turned, axis, roll, lean, block)
       allocate (bar(0), row(problem%n_unknowns, 0))
-      do j = 1, size(problem%layout%stretch)
+      do j = 1, size(problem%layout%rod_segment)
          associate (element => problem%along(problem%element_first(j):problem%element_last(j)))
             if (.not. problem%compliance(element(1))%give > 0.0_wp) cycle
-            node = problem%mesh_node(problem%layout%stretch(j)%node)
+            node = problem%mesh_node(problem%layout%rod_segment(j)%node)
             chord = state%geometry%x(:, node(2)) - state%geometry%x(:, node(1))
             length = sum(state%geometry%element(element)%length)
             if (norm2(chord) < (1.0_wp - straight) * length) cycle
@@ -61,7 +61,7 @@ contains
       i = dependent_row(gram)
       if (i == 0) return
       words = 'rods that cannot stretch are statically indeterminate: supports and other rods hold the length of that with '// &
-         & 'element '//to_text(problem%deck%mesh%element_label(problem%layout%stretch(bar(i))%element(1)))// &
+         & 'element '//to_text(problem%deck%mesh%element_label(problem%layout%rod_segment(bar(i))%element(1)))// &
          & ' without it, so its force is not known; with an EA, or a *RELEASE, it is'
    end function indeterminate_bar
 end module bar_check

@@ -67,7 +67,7 @@ contains
             call contact_tangent(problem, state, system, c, force, k)
             if (system%soft(c)) call spread_force(problem, system%tie_block, node, -[force, 0.0_wp], system%residual)
             ! At a node with `lean` the offset of the contact force is part of the third unknown already.
-            if (problem%candidates%touch(c) > 0 .and. .not. problem%candidates%follows(c) .and. &
+            if (problem%candidates%contact_span(c) > 0 .and. .not. problem%candidates%follows(c) .and. &
                & (problem%candidates%moves(c) .or. .not. system%turned(node))) then
                system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
             end if
@@ -148,7 +148,7 @@ contains
       k = 0.0_wp
       k(1:2, 1) = kn * n * n(1) - (r * system%bend(candidate)) * t * t(1)
       k(1:2, 2) = kn * n * n(2) - (r * system%bend(candidate)) * t * t(2)
-      if (problem%candidates%touch(candidate) == 0) return
+      if (problem%candidates%contact_span(candidate) == 0) return
       if (.not. problem%candidates%follows(candidate)) k(3, 3) = touchdown_spring(problem, state, candidate)
       associate (node => problem%candidates%node(candidate))
          if (.not. system%turned(node)) return

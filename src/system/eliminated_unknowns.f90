@@ -50,7 +50,7 @@ contains
             system%unknown(c) = 0
             if (.not. state%active(c) .or. system%soft(c)) cycle
             node = problem%candidates%node(c)
-            if (problem%candidates%touch(c) > 0) then
+            if (problem%candidates%contact_span(c) > 0) then
                if (.not. may_react(problem, c, system%normal(:, c))) then
                   ! A support fixes the node of the line contact.
                   call follow_track(c, node)
@@ -94,7 +94,7 @@ contains
             system%fixed(d) = .true.
             system%value(d) = -system%gap(c) / system%slope(c)
             system%rate(d) = (dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c)) / system%slope(c)
-            if (problem%candidates%touch(c) > 0) call follow_track(c, node)
+            if (problem%candidates%contact_span(c) > 0) call follow_track(c, node)
             if (.not. any(fixed(1:2, node))) cycle
             ! The displacement of a moving support changes the gap.
             other = dof(problem, node, 3 - i)

@@ -23,12 +23,12 @@ contains
    subroutine free_clamps(problem)
       type(problem_t), intent(inout) :: problem   !! with contact spans, `touch` set
       integer :: k, side, node, e
-      do k = 1, size(problem%touch)
-         if (.not. problem%touch(k)%line) cycle
+      do k = 1, size(problem%contact_span)
+         if (.not. problem%contact_span(k)%line) cycle
          do side = 1, 2
             if (.not. last_of_its_stretch(problem, k, side)) cycle
-            e = problem%element_first(problem%touch(k)%stretch)
-            if (side == 2) e = problem%element_last(problem%touch(k)%stretch)
+            e = problem%element_first(problem%contact_span(k)%rod_segment)
+            if (side == 2) e = problem%element_last(problem%contact_span(k)%rod_segment)
             node = problem%model%mesh%node(side, e)
             if (.not. clamps(problem, node, side)) cycle
             if (.not. runs_along(problem, k)) cycle
@@ -43,12 +43,12 @@ contains
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: k, side              !! index of the contact span; 1: before the span, 2: after the span
       integer :: next
-      associate (touch => problem%touch(k))
-         if (side == 1) last = touch%at(1) > 0.0_wp
-         if (side == 2) last = touch%at(2) < problem%layout%stretch(touch%stretch)%length
+      associate (contact_span => problem%contact_span(k))
+         if (side == 1) last = contact_span%at(1) > 0.0_wp
+         if (side == 2) last = contact_span%at(2) < problem%layout%rod_segment(contact_span%rod_segment)%length
          next = k + merge(-1, 1, side == 1)
-         if (next < 1 .or. next > size(problem%touch)) return
-         last = last .and. problem%touch(next)%stretch /= touch%stretch
+         if (next < 1 .or. next > size(problem%contact_span)) return
+         last = last .and. problem%contact_span(next)%rod_segment /= contact_span%rod_segment
       end associate
    end function last_of_its_stretch
 
@@ -72,10 +72,10 @@ contains
       integer, intent(in) :: k                    !! index of the contact span
       real(wp) :: d(2)
       integer :: e, i, first, last
-      associate (touch => problem%touch(k), mesh => problem%model%mesh)
-         first = problem%element_first(touch%stretch)
-         last = problem%element_last(touch%stretch)
-         associate (obstacle => problem%model%obstacle(problem%model%contact(touch%contact)%obstacle))
+      associate (contact_span => problem%contact_span(k), mesh => problem%model%mesh)
+         first = problem%element_first(contact_span%rod_segment)
+         last = problem%element_last(contact_span%rod_segment)
+         associate (obstacle => problem%model%obstacle(problem%model%contact(contact_span%contact)%obstacle))
             along = obstacle%kind == obstacle_line
             if (.not. along) return
             d = obstacle%point(:, 2) - obstacle%point(:, 1)

@@ -35,7 +35,7 @@ contains
       node = findloc(any(problem%model%fixed, 1), .true., 1)
       if (node == 0) return
       if (count(any(problem%model%fixed, 1)) > 1 .or. .not. all(problem%model%fixed(:, node))) return
-      c = findloc(problem%candidates%node == node .and. problem%candidates%touch > 0, .true., 1)
+      c = findloc(problem%candidates%node == node .and. problem%candidates%contact_span > 0, .true., 1)
       if (c == 0) return
       if (.not. sees_walls_only(problem, problem%candidates%obstacle(c))) return
       if (is_alike_all_along(problem, way_along(problem, problem%candidates%obstacle(c)))) problem%rolling = node
@@ -72,7 +72,7 @@ contains
                associate (load => model%step(i)%load)
                   alike = alike .and. load%same_on(e(1), e(2)) .and. .not. load%turns(node)
                   if (.not. load%acts_at(node)) cycle
-                  alike = alike .and. any(problem%candidates%node == node .and. problem%candidates%touch > 0) .and. &
+                  alike = alike .and. any(problem%candidates%node == node .and. problem%candidates%contact_span > 0) .and. &
                      & all(abs(load%displacement(:, node)) <= 0.0_wp) .and. &
                      & abs(dot_product(way, load%node_force(1:2, node))) <= parallel * norm2(load%node_force(1:2, node))
                end associate
@@ -91,8 +91,8 @@ contains
          only = model%obstacle(wall)%kind == obstacle_line
          if (.not. only) return
          d = way_along(problem, wall)
-         do k = 1, size(problem%touch)
-            associate (obstacle => model%contact(problem%touch(k)%contact)%obstacle)
+         do k = 1, size(problem%contact_span)
+            associate (obstacle => model%contact(problem%contact_span(k)%contact)%obstacle)
                only = only .and. model%obstacle(obstacle)%kind == obstacle_line
                if (.not. only) return
                other = way_along(problem, obstacle)
@@ -138,7 +138,7 @@ contains
       real(wp) :: excess, extension, n(2), m, angle
       integer :: c, k, e
       length = 0.0_wp
-      c = findloc(problem%candidates%node == node .and. problem%candidates%touch > 0, .true., 1)
+      c = findloc(problem%candidates%node == node .and. problem%candidates%contact_span > 0, .true., 1)
       if (c == 0) return
       e = problem%beside(side, node)
       if (problem%conforms(e) == 0) then
@@ -148,11 +148,11 @@ contains
          length = -excess / max(problem%compliance(e)%bending * abs(cos(angle) * n(2) - sin(angle) * n(1)), tiny(length))
          return
       end if
-      do k = 1, size(problem%touch)
-         associate (touch => problem%touch(k))
-            if (.not. touch%line .or. touch%candidate(3 - side) /= c) cycle
+      do k = 1, size(problem%contact_span)
+         associate (contact_span => problem%contact_span(k))
+            if (.not. contact_span%line .or. contact_span%candidate(3 - side) /= c) cycle
             length = length + sum([(state%geometry%element(e)%s(2) - state%geometry%element(e)%s(1), &
-               & e=touch%element(1), touch%element(2))])
+               & e=contact_span%element(1), contact_span%element(2))])
          end associate
       end do
    end function lying

@@ -65,26 +65,26 @@ module path_events
 contains
 
    !> Test values at a converged point. The load rate comes from the path loop, which determines the direction of travel.
-   function new_test_values(problem, state, system, load_rate) result(probe)
+   function new_test_values(problem, state, system, load_rate) result(test_values)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: load_rate
-      type(test_values_t) :: probe
+      type(test_values_t) :: test_values
       integer :: i
-      probe%load_factor = state%load_factor
-      probe%load_rate = load_rate
-      probe%negative_pivots = system%negative_pivots
+      test_values%load_factor = state%load_factor
+      test_values%load_rate = load_rate
+      test_values%negative_pivots = system%negative_pivots
       associate (turning => problem%model%step(problem%step)%turning)
-         allocate (probe%monitor_rate(size(turning)))
+         allocate (test_values%monitor_rate(size(turning)))
          do i = 1, size(turning)
-            probe%monitor_rate(i) = load_rate * monitor_rate(problem, turning(i), state, system)
+            test_values%monitor_rate(i) = load_rate * monitor_rate(problem, turning(i), state, system)
          end do
       end associate
-      probe%monitor = monitor_values(problem, state, system)
+      test_values%monitor = monitor_values(problem, state, system)
       ! Changes of contact spans are separate events (span_changes).
-      probe%active = resolved_contact(problem, state) .and. problem%candidates%touch == 0
-      probe%grounded = find_ground_regions(problem, state)
+      test_values%active = resolved_contact(problem, state) .and. problem%candidates%contact_span == 0
+      test_values%grounded = find_ground_regions(problem, state)
    end function new_test_values
 
    !> Detects all events between two neighbouring points.
@@ -202,7 +202,7 @@ contains
          event = event_t(kind=event_stop, label='EP', monitor=step%stop(i)%monitor, value=step%stop(i)%value)
          event%note = 'end of the step'
          if (.not. crosses(event)) cycle
-         if ((probe_value(after, event) > probe_value(before, event)) .eqv. step%stop(i)%rising) events = [events, event]
+         if ((test_value(after, event) > test_value(before, event)) .eqv. step%stop(i)%rising) events = [events, event]
       end do
       do i = 1, size(events)
          events(i)%pivots = after%negative_pivots
@@ -216,8 +216,8 @@ contains
       pure logical function crosses(candidate)
          type(event_t), intent(in) :: candidate
          real(wp) :: from_value, to_value
-         from_value = probe_value(before, candidate) - candidate%value
-         to_value = probe_value(after, candidate) - candidate%value
+         from_value = test_value(before, candidate) - candidate%value
+         to_value = test_value(after, candidate) - candidate%value
          ! A point may lie on the value itself; the next increment starts there and does not pass the value.
          crosses = from_value * to_value < 0.0_wp .or. (abs(from_value) > 0.0_wp .and. abs(to_value) <= 0.0_wp)
       end function crosses
@@ -291,22 +291,22 @@ contains
    end subroutine detect_contact_events
 
    !> Event function at a state; the event is its zero.
-   real(wp) function event_value(problem, event, state, probe) result(value)
+   real(wp) function event_value(problem, event, state, test_values) result(value)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
       type(state_t), intent(in) :: state
-      type(test_values_t), intent(in) :: probe
+      type(test_values_t), intent(in) :: test_values
       select case (event%kind)
       case (event_limit)
-         value = probe%load_rate
+         value = test_values%load_rate
          if (event%law%candidate > 0) value = beyond_corner(problem, state, event%law) / problem%size
       case (event_bifurcation)
          ! Only the sign is available; event_location computes the eigenvalue.
-         value = merge(-1.0_wp, 1.0_wp, event%number <= probe%negative_pivots)
+         value = merge(-1.0_wp, 1.0_wp, event%number <= test_values%negative_pivots)
       case (event_release)
-         value = merge(-1.0_wp, 1.0_wp, event%number <= probe%free_pivots)
+         value = merge(-1.0_wp, 1.0_wp, event%number <= test_values%free_pivots)
       case (event_turning)
-         value = probe%monitor_rate(event%monitor)
+         value = test_values%monitor_rate(event%monitor)
       case (event_contact)
          if (event%ground%contact > 0) then
             value = ground_event_value(problem, state, event%ground) / event%gap_scale
@@ -320,7 +320,7 @@ contains
             value = -smallest_gap(problem, state, event%marked) / event%gap_scale
          end if
       case default
-         value = probe_value(probe, event) - event%value
+         value = test_value(test_values, event) - event%value
       end select
    end function event_value
 
@@ -338,13 +338,13 @@ contains
    end function largest_gap
 
    !> Load factor or monitor of a value event.
-   pure real(wp) function probe_value(probe, event)
-      type(test_values_t), intent(in) :: probe
+   pure real(wp) function test_value(test_values, event)
+      type(test_values_t), intent(in) :: test_values
       type(event_t), intent(in) :: event
       if (event%monitor == 0) then
-         probe_value = probe%load_factor
+         test_value = test_values%load_factor
       else
-         probe_value = probe%monitor(event%monitor)
+         test_value = test_values%monitor(event%monitor)
       end if
-   end function probe_value
+   end function test_value
 end module path_events

@@ -31,10 +31,10 @@ module branch_switching
 contains
 
    !> Moves the path state to the other path: state, system, control and tangent become those of its first point.
-   subroutine switch_branch(problem, step, landmark, mode, side, distance, run, report)
+   subroutine switch_branch(problem, step, critical_point, mode, side, distance, run, report)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(critical_point_t), intent(in) :: landmark  !! the bifurcation
+      type(critical_point_t), intent(in) :: critical_point !! the bifurcation
       integer, intent(in) :: mode               !! index of the null vector, at most the multiplicity
       integer, intent(in) :: side               !! 1 along the null vector, -1 against it (sign convention of tangent_modes)
       real(wp), intent(in) :: distance          !! arc length tried first
@@ -48,18 +48,18 @@ contains
       real(wp) :: length, along, sense, wander, drift
       integer :: try, node
 
-      run%state = landmark%state
+      run%state = critical_point%state
       call linearise(problem, run%state, run%state, run%system)
       if (.not. run%system%ok) then
          report%message = 'the tangent at the bifurcation is singular'
          return
       end if
-      call lowest_modes(problem, run%state, run%system, landmark%multiplicity + 2, modes, error)
-      if (modes%n < landmark%multiplicity) then
+      call lowest_modes(problem, run%state, run%system, critical_point%multiplicity + 2, modes, error)
+      if (modes%n < critical_point%multiplicity) then
          report%message = 'the null vector was not found'
          return
       end if
-      call choose_null_vectors(problem, run%state, run%system, landmark%multiplicity, modes)
+      call choose_null_vectors(problem, run%state, run%system, critical_point%multiplicity, modes)
       allocate (shape(3, size(run%state%u, 2)))
       do node = 1, size(shape, 2)
          shape(:, node) = to_global(problem, run%system, modes%x(:, mode), node)
@@ -70,7 +70,7 @@ contains
       hold%method = method_linearised
       hold%tangent = sense * shape
       ! The direction of the known path, without its rounding error, which contains a component of the null vector.
-      chord = landmark%direction - landmark%drift
+      chord = critical_point%direction - critical_point%drift
       along = metric(problem, chord, chord)
       if (along > 0.0_wp) hold%tangent = hold%tangent - chord * (metric(problem, hold%tangent, chord) / along)
       hold%tangent = hold%tangent / sqrt(metric(problem, hold%tangent, hold%tangent))
@@ -83,7 +83,7 @@ contains
          predicted = trial
          hold%increment = sense * length * metric(problem, hold%tangent, shape)
          ! The distance is measured from the known path without its rounding error, so that the points do not depend on it.
-         drift = metric(problem, hold%tangent, landmark%drift)
+         drift = metric(problem, hold%tangent, critical_point%drift)
          if (abs(drift) >= 0.1_wp * abs(hold%increment)) drift = 0.0_wp
          hold%increment = hold%increment - drift
          call correct(problem, run%state, hold, .false., trial, run%system, report)
@@ -102,10 +102,10 @@ contains
       run%last_length = sqrt(metric(problem, away, away))
       run%last_load = trial%load_factor - run%state%load_factor
       run%heading = path_tangent_at(problem, run%system, away, run%last_load)
-      run%arc_length = landmark%arc_length + run%last_length
+      run%arc_length = critical_point%arc_length + run%last_length
       call set_increment()
       run%state = trial
-      run%probe = new_test_values(problem, run%state, run%system, run%heading%load)
+      run%test_values = new_test_values(problem, run%state, run%system, run%heading%load)
 
    contains
 
@@ -122,13 +122,13 @@ contains
       !> Sets the strategy of the step in the direction of the branch. Its first increment is not longer than the switch.
       subroutine set_increment()
          real(wp) :: change(size(problem%model%monitor))
-         run%control = landmark%control
+         run%control = critical_point%control
          run%control%method = step%method
          if (allocated(run%control%previous)) deallocate (run%control%previous)
          if (is_arc_length(step%method)) then
-            if (.not. run%control%load_scale > 0.0_wp .and. abs(landmark%direction_load) > 0.0_wp) &
-               & run%control%load_scale = sqrt(metric(problem, landmark%direction, landmark%direction)) / &
-               & abs(landmark%direction_load)
+            if (.not. run%control%load_scale > 0.0_wp .and. abs(critical_point%direction_load) > 0.0_wp) &
+               & run%control%load_scale = sqrt(metric(problem, critical_point%direction, critical_point%direction)) / &
+               & abs(critical_point%direction_load)
             run%control%increment = min(length, step%largest)
          else if (step%method == method_load) then
             run%control%increment = sign(min(max(abs(run%last_load), step%smallest), abs(step%increment)), run%last_load)

@@ -149,7 +149,7 @@ contains
       run%branch = number
       run%critical_points => found
       run%state = home%list(at)%state
-      if (size(problem%touch) > 0) run%touches = maxval(problem%touch%number)
+      if (size(problem%contact_span) > 0) run%spans_begun = maxval(problem%contact_span%number)
       run%arc_length = home%list(at)%arc_length
       run%left_at = run%arc_length
       run%home => home

@@ -21,10 +21,10 @@ module answer_trials
 contains
 
    !> The run with the set of an answer.
-   subroutine take_answer(problem, run, leg, change, answer, next, on, holds)
+   subroutine take_answer(problem, run, interval, change, answer, next, on, holds)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run             !! at the change's place
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(change_t), intent(in) :: change       !! by a rule
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(out) :: next
@@ -32,17 +32,17 @@ contains
       logical, intent(out) :: holds              !! false: a point divides into none that push
       holds = .true.
       if (change%tests(change%which)%kind == test_curvature .and. answer%between(1) /= answer%between(2)) then
-         call take_divided(problem, run, leg, change, answer, next, on, holds)
+         call take_divided(problem, run, interval, change, answer, next, on, holds)
       else
-         call take_larger(problem, run, leg, change, answer, next, on)
+         call take_larger(problem, run, interval, change, answer, next, on)
       end if
    end subroutine take_answer
 
    !> One set, from where the run stands.
-   subroutine try(problem, run, leg, change, answer, next, on, grows)
+   subroutine try(problem, run, interval, change, answer, next, on, grows)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(change_t), intent(in) :: change
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(inout) :: next
@@ -50,15 +50,16 @@ contains
       logical, intent(out) :: grows              !! as change_set has it
       call copy_problem(problem, next)
       call copy_path_state(run, on)
-      call change_set(next, on, change%tests(change%which), change%begins, answer, least_reach(problem, leg, change%which), grows)
+      call change_set(next, on, change%tests(change%which), change%begins, answer, least_reach(problem, interval, &
+         & change%which), grows)
    end subroutine try
 
    !> Where a point lies down, and another does so before the line of the first has the length that it begins with, as its image at
    !> a mirror that the mesh does not know, there is none with that alone: both at once.
-   subroutine take_larger(problem, run, leg, change, answer, next, on)
+   subroutine take_larger(problem, run, interval, change, answer, next, on)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(change_t), intent(in) :: change
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(inout) :: next
@@ -69,25 +70,26 @@ contains
       larger = answer
       more = 0
       do
-         call try(problem, run, leg, change, larger, next, on, grows)
+         call try(problem, run, interval, change, larger, next, on, grows)
          if (grows .and. more > 0) grows = spans_hold(next, on%state, on%system%force_scale)
          if (grows) return
          more = more + 1
-         lines = count(larger%touch%line)
-         larger = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches, &
+         lines = count(larger%contact_span%line)
+         larger = answer_to(problem, change%place, change%tests, change%which, interval%before%value - interval%after%value, &
+            & run%spans_begun, &
             & more)
-         if (count(larger%touch%line) <= lines) exit
+         if (count(larger%contact_span%line) <= lines) exit
       end do
       ! Perhaps the next increment finds it.
-      call try(problem, run, leg, change, answer, next, on, grows)
+      call try(problem, run, interval, change, answer, next, on, grows)
    end subroutine take_larger
 
    !> The two points of a divided one. Where the rod comes down beside a point just before that is flat, by less than is told,
    !> points that are near would have to pull, and others further apart do not.
-   subroutine take_divided(problem, run, leg, change, answer, next, on, holds)
+   subroutine take_divided(problem, run, interval, change, answer, next, on, holds)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(change_t), intent(in) :: change
       type(answer_t), intent(in) :: answer       !! with points as near as any begin
       type(problem_t), intent(inout) :: next
@@ -101,11 +103,12 @@ contains
       do doublings = 0, most + 1
          ! Where none holds the nearest.
          if (doublings > most) wider = answer
-         call try(problem, run, leg, change, wider, next, on, grows)
+         call try(problem, run, interval, change, wider, next, on, grows)
          holds = .not. allocated(on%stuck)
          if (holds) holds = pushes(next, on, wider%between)
          if (holds) exit
-         wider = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches, &
+         wider = answer_to(problem, change%place, change%tests, change%which, interval%before%value - interval%after%value, &
+            & run%spans_begun, &
             & apart=2.0_wp**(doublings + 1) * first_length)
       end do
    end subroutine take_divided
@@ -118,23 +121,24 @@ contains
       integer :: c
       pushes = .true.
       do c = 1, problem%candidates%n
-         if (problem%candidates%touch(c) == 0) cycle
-         if (.not. problem%candidates%moves(c) .or. all(opened /= problem%touch(problem%candidates%touch(c))%number)) cycle
+         if (problem%candidates%contact_span(c) == 0) cycle
+         if (.not. problem%candidates%moves(c) .or. all(opened /= &
+            & problem%contact_span(problem%candidates%contact_span(c))%number)) cycle
          pushes = pushes .and. point_force(problem, run%state, c) >= -test_slack(test_force) * run%system%force_scale
       end do
    end function pushes
 
    !> How far along the path the zero of a line's length, or of the way to a breakpoint, may be from where it is taken for none: as
    !> far as the increment's chord tells, and as far as paths are followed as straight. 0: the test is another one.
-   real(wp) function least_reach(problem, leg, which) result(reach)
+   real(wp) function least_reach(problem, interval, which) result(reach)
       type(problem_t), intent(in) :: problem
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which               !! index into the tests
       reach = 0.0_wp
-      if (all(leg%after(which)%kind /= [test_length, test_crossing])) return
-      associate (before => leg%before(which), after => leg%after(which))
-         reach = reach_of(leg) * path_length(problem, leg%from, leg%to) * shortest * &
-            & problem%layout%stretch(after%stretch)%length / (problem%size * max(before%value - after%value, tiny(reach)))
+      if (all(interval%after(which)%kind /= [test_length, test_crossing])) return
+      associate (before => interval%before(which), after => interval%after(which))
+         reach = reach_of(interval) * path_length(problem, interval%from, interval%to) * shortest * &
+            & problem%layout%rod_segment(after%rod_segment)%length / (problem%size * max(before%value - after%value, tiny(reach)))
       end associate
    end function least_reach
 end module answer_trials

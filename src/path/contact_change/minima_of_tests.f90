@@ -30,22 +30,22 @@ module minima_of_tests
 contains
 
    !> Looks whether a test fails within an increment at whose end it holds again, by the slopes at both ends: a shorter one tells.
-   subroutine look_between(problem, step, run, leg, which, shorter)
+   subroutine look_between(problem, step, run, interval, which, shorter)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run !! its system is factored at its end, or where it stands where that is shorter
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which               !! the test that is zero at its end; 0: none is
       logical, intent(out) :: shorter
-      real(wp) :: slope(size(leg%after) + problem%candidates%n), both(size(slope), 2), length
+      real(wp) :: slope(size(interval%after) + problem%candidates%n), both(size(slope), 2), length
       shorter = .false.
-      slope = slopes_at(problem, run, leg%to, leg%ahead, leg%after, leg%scale)
+      slope = slopes_at(problem, run, interval%to, interval%ahead, interval%after, interval%scale)
       if (allocated(run%slopes%here)) then
          if (size(run%slopes%here) == size(slope)) then
             both(:, 1) = run%slopes%here
             both(:, 2) = slope
-            length = path_length(problem, leg%from, leg%to)
-            shorter = dips(problem, leg, both, length, which) .or. jumps(problem, leg, both, length)
+            length = path_length(problem, interval%from, interval%to)
+            shorter = dips(problem, interval, both, length, which) .or. jumps(problem, interval, both, length)
          end if
       end if
       ! Such tests as have a kink there say so however short increments are.
@@ -112,35 +112,36 @@ contains
    end function slopes_at
 
    !> True where a touchdown point has gone much further on an increment, or less far, than its slopes at both ends.
-   logical function jumps(problem, leg, slope, length)
+   logical function jumps(problem, interval, slope, length)
       type(problem_t), intent(in) :: problem
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       real(wp), intent(in) :: slope(:, :)         !! as slopes_at gives them; (tests and candidates, ends)
       real(wp), intent(in) :: length              !! of the way
       real(wp) :: way
       integer :: c
       jumps = .false.
       do c = 1, problem%candidates%n
-         if (.not. problem%candidates%moves(c) .or. problem%candidates%touch(c) == 0) cycle
-         way = touch_place(problem, leg%to, c) - touch_place(problem, leg%from, c)
-         if (abs(way) <= far * problem%layout%stretch(problem%touch(problem%candidates%touch(c))%stretch)%length) cycle
-         associate (both => length * slope(size(leg%after) + c, :))
+         if (.not. problem%candidates%moves(c) .or. problem%candidates%contact_span(c) == 0) cycle
+         way = touch_place(problem, interval%to, c) - touch_place(problem, interval%from, c)
+         if (abs(way) <= &
+            & far * problem%layout%rod_segment(problem%contact_span(problem%candidates%contact_span(c))%rod_segment)%length) cycle
+         associate (both => length * slope(size(interval%after) + c, :))
             jumps = jumps .or. max(way - maxval(both), minval(both) - way) > far_off * maxval(abs(both))
          end associate
       end do
    end function jumps
 
    !> True where a point that is pushed at both ends of an increment is not in between.
-   pure logical function dips(problem, leg, slope, length, which)
+   pure logical function dips(problem, interval, slope, length, which)
       type(problem_t), intent(in) :: problem
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which                !! the test that is zero at its end; 0: none is
       real(wp), intent(in) :: slope(:, :)         !! (tests, ends)
       real(wp), intent(in) :: length              !! of the way
       integer :: k
       dips = .false.
-      do k = 1, size(leg%after)
-         associate (before => leg%before(k), after => leg%after(k))
+      do k = 1, size(interval%after)
+         associate (before => interval%before(k), after => interval%after(k))
             ! At breakpoints of the rod forces have kinks.
             if (after%kind /= test_force) cycle
             if (.not. problem%candidates%moves(after%candidate)) cycle

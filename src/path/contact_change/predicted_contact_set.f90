@@ -27,11 +27,11 @@ module predicted_contact_set
 contains
 
    !> What a change is beyond its place, where a test is zero.
-   subroutine look_beyond(problem, step, run, leg, change)
+   subroutine look_beyond(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change    !! by a rule on entry
       type(path_state_t) :: there
       real(wp) :: tau
@@ -39,7 +39,8 @@ contains
       associate (next => change%next, test => change%tests(change%which))
          if (opens_line(problem, test)) then
             ! Here nothing tells yet where the span that opens ends; a little further on it does.
-            call open_line(problem, change%place, leg%to, leg%after(change%which), leg%scale, run%touches + 1, next, &
+            call open_line(problem, change%place, interval%to, interval%after(change%which), interval%scale, run%spans_begun + &
+               & 1, next, &
                & found)
             if (found .and. opens_inside(problem, test)) then
                ! Such a span grows with its length to the sixth power: its path goes on without a corner, and no eigenvalue changes
@@ -56,21 +57,21 @@ contains
       end associate
       allocate (change%begins(0))
       if (change%tests(change%which)%kind == test_gap) then
-         change%begins = beginning_together(problem, change%tests, change%which, leg%after%value < leg%before%value)
-         call begin_sharply(problem, step, run, leg, change)
+         change%begins = beginning_together(problem, change%tests, change%which, interval%after%value < interval%before%value)
+         call begin_sharply(problem, step, run, interval, change)
          associate (test => change%tests(change%which))
-            run%onset%region = beginning_region(problem, change%place, test%contact, test%stretch, test%at)
-            call find_point(problem, change%place, test%stretch, test%at, run%onset%element, tau)
+            run%onset%region = beginning_region(problem, change%place, test%contact, test%rod_segment, test%at)
+            call find_point(problem, change%place, test%rod_segment, test%at, run%onset%element, tau)
          end associate
       end if
    end subroutine look_beyond
 
    !> Where contact begins: the gap is as good as the dense output, the touch itself as good as the nodes.
-   subroutine begin_sharply(problem, step, run, leg, change)
+   subroutine begin_sharply(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! its system is factored at the change's place
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change    !! as it was where no touch is found nearby
       type(path_state_t) :: touched
       type(problem_t) :: next
@@ -92,7 +93,7 @@ contains
       found = anew%converged
       ! Where the path turns back the load tells nothing.
       if (found) found = path_length(problem, change%place, better) <= largest_distance * path_length(problem, run%state, &
-         & leg%to)
+         & interval%to)
       if (.not. found) then
          call linearise(problem, change%place, run%state, run%system)
          return
@@ -101,7 +102,7 @@ contains
       change%report%iterations = change%report%iterations + anew%iterations
       change%report%residual = anew%residual
       change%heading = path_tangent_of(problem, run, better)
-      change%tests = run_span_tests(problem, better, leg%scale)
+      change%tests = run_span_tests(problem, better, interval%scale)
       change%begins = touched_at(next, touched, change%begins)
       change%tests(change%which)%at = change%begins(size(change%begins))%at
       call bars_at_touch(problem, step, run, better, change%heading, next, touched, change%bars)
@@ -114,7 +115,7 @@ contains
       integer :: c
       inside = test%kind == test_pressure
       if (.not. inside .or. .not. abs(test%sense) > 0.0_wp) return
-      c = problem%touch(test%touch)%candidate(merge(1, 2, test%sense < 0.0_wp))
+      c = problem%contact_span(test%contact_span)%candidate(merge(1, 2, test%sense < 0.0_wp))
       inside = .not. problem%candidates%moves(c)
    end function opens_inside
 
@@ -123,6 +124,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test
       opens_line = test%kind == test_pressure .or. test%kind == test_couple
-      if (test%kind == test_force) opens_line = problem%touch(test%touch)%line .and. .not. problem%candidates%moves(test%candidate)
+      if (test%kind == test_force) opens_line = problem%contact_span(test%contact_span)%line .and. &
+         & .not. problem%candidates%moves(test%candidate)
    end function opens_line
 end module predicted_contact_set

@@ -9,7 +9,7 @@ module span_changes
    use span_regions, only: find_span_regions
    use test_kinds, only: span_test_t, any_crosses, test_words, test_curvature
    use reachability, only: turns
-   use contact_change_types, only: step_interval_t, change_t, new_leg, change_none, change_missed, change_by_rule, &
+   use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_by_rule, &
       & change_opening, change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t
    use span_events, only: find_change
@@ -61,22 +61,22 @@ contains
       integer, intent(out) :: result             !! set_holds, set_changed, ...
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(step_interval_t) :: leg
+      type(step_interval_t) :: interval
       type(change_t) :: change
       finished = .false.
-      leg = new_leg(problem, run, trial, ahead, stuck)
-      call find_change(problem, step, run, leg, change)
+      interval = new_interval(problem, run, trial, ahead, stuck)
+      call find_change(problem, step, run, interval, change)
       select case (change%kind)
       case (change_none)
-         call keep_set(problem, step, run, leg, result)
+         call keep_set(problem, step, run, interval, result)
       case (change_missed)
-         call go_less_far(problem, step, run, leg%after(change%which), result)
+         call go_less_far(problem, step, run, interval%after(change%which), result)
       case (change_vanishing)
-         call pass_vanishing(problem, step, run, leg, change, recorder, result, finished, outcome)
+         call pass_vanishing(problem, step, run, interval, change, recorder, result, finished, outcome)
       case (change_by_rule)
-         call pass_by_rule(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+         call pass_by_rule(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       case (change_opening)
-         call pass_opening(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+         call pass_opening(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       end select
       if (result == set_changed) run%since_change%at = run%arc_length
       if (result == set_changed .and. .not. (finished .or. allocated(outcome%why) .or. allocated(run%stuck))) &
@@ -85,36 +85,37 @@ contains
    end subroutine pass_change
 
    !> The set holds at the end of the leg; between its ends slopes tell.
-   subroutine keep_set(problem, step, run, leg, result)
+   subroutine keep_set(problem, step, run, interval, result)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(out) :: result
       logical :: shorter
       shorter = .false.
-      call linearise(problem, leg%to, run%state, run%system)
-      if (.not. leg%stuck) call look_between(problem, step, run, leg, 0, shorter)
+      call linearise(problem, interval%to, run%state, run%system)
+      if (.not. interval%stuck) call look_between(problem, step, run, interval, 0, shorter)
       result = merge(go_nearer, set_holds, shorter)
    end subroutine keep_set
 
    !> A span is gone, or will be. The set without it is known where it begins alone, and what is on the way would not be told:
    !> nearer, as long as the load turns before, and not beyond the leg where the step ends on the way there.
-   subroutine pass_vanishing(problem, step, run, leg, change, recorder, result, finished, outcome)
+   subroutine pass_vanishing(problem, step, run, interval, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
       integer, intent(out) :: result
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       finished = .false.
-      if (turns(run, leg) .and. .not. leg%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)) then
-         call go_less_far(problem, step, run, leg%after(change%which), result)
-      else if (lies_beyond(leg, change%next) .and. ends_before(step, run, change%next)) then
-         call keep_set(problem, step, run, leg, result)
+      if (turns(run, interval) .and. .not. interval%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, &
+         & run%control)) then
+         call go_less_far(problem, step, run, interval%after(change%which), result)
+      else if (lies_beyond(interval, change%next) .and. ends_before(step, run, change%next)) then
+         call keep_set(problem, step, run, interval, result)
       else
          result = set_changed
          call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
@@ -122,12 +123,13 @@ contains
    end subroutine pass_vanishing
 
    !> True for a set that begins behind the end of a leg over which the old one holds.
-   pure logical function lies_beyond(leg, next)
-      type(step_interval_t), intent(in) :: leg
+   pure logical function lies_beyond(interval, next)
+      type(step_interval_t), intent(in) :: interval
       type(next_t), intent(in) :: next
-      associate (here => leg%to%load_factor)
-         lies_beyond = .not. (leg%stuck .or. any_crosses(leg%before, leg%after)) .and. (next%state%load_factor - here) * &
-            & (here - leg%from%load_factor) > 0.0_wp
+      associate (here => interval%to%load_factor)
+         lies_beyond = .not. (interval%stuck .or. any_crosses(interval%before, interval%after)) .and. &
+            & (next%state%load_factor - here) * &
+            & (here - interval%from%load_factor) > 0.0_wp
       end associate
    end function lies_beyond
 
@@ -137,18 +139,18 @@ contains
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
       type(event_t), allocatable :: events(:)
-      call value_events(next%problem, step, run%probe, new_test_values(next%problem, next%state, next%system, next%rate), &
+      call value_events(next%problem, step, run%test_values, new_test_values(next%problem, next%state, next%system, next%rate), &
          & run%state, &
          & next%state, events)
       ends_before = any(events%kind == event_stop)
    end function ends_before
 
    !> A test is zero, and a rule says what comes behind it.
-   subroutine pass_by_rule(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+   subroutine pass_by_rule(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: tries
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
@@ -161,8 +163,8 @@ contains
       type(path_state_t) :: on
       logical :: shorter, holds, asked
       finished = .false.
-      if (change%where == place_within .and. .not. leg%stuck) then
-         near = leg
+      if (change%where == place_within .and. .not. interval%stuck) then
+         near = interval
          near%to = change%place
          near%ahead = change%heading
          near%after = change%tests
@@ -170,13 +172,14 @@ contains
          result = go_nearer
          if (shorter) return
       end if
-      answer = answer_to(problem, change%place, change%tests, change%which, leg%before%value - leg%after%value, run%touches)
+      answer = answer_to(problem, change%place, change%tests, change%which, interval%before%value - interval%after%value, &
+         & run%spans_begun)
       ! Where contact only spreads, at the point that another change has just been told at, it is not told again.
       if (.not. (change%where == place_here .and. change%tests(change%which)%kind == test_curvature)) change%label = answer%label
       change%divides = answer%divides
-      call record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+      call record_change(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
-      call take_answer(problem, run, leg, change, answer, next, on, holds)
+      call take_answer(problem, run, interval, change, answer, next, on, holds)
       if (.not. holds .and. change%where == place_here .and. tries == 0) then
          ! Of a point that is as curved as its obstacle but for what the mesh errs by, and nothing is recorded yet.
          call ask_for_twice(problem, run, asked)
@@ -187,11 +190,11 @@ contains
    end subroutine pass_by_rule
 
    !> A line opens inside, and what comes behind that is known. Where one stays on both sides its contact divides.
-   subroutine pass_opening(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+   subroutine pass_opening(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: tries
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
@@ -201,9 +204,9 @@ contains
       change%divides = size(find_span_regions(change%next%problem, change%next%state)) > &
          & size(find_span_regions(problem, change%place))
       if (change%divides) change%label = 'C-'
-      call record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+      call record_change(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
-      call come_nearer(problem, step, run, leg, change)
+      call come_nearer(problem, step, run, interval, change)
       call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
    end subroutine pass_opening
 
@@ -221,7 +224,7 @@ contains
       type(next_t) :: ahead
       finished = .false.
       allocate (events(0))
-      if (.not. allocated(on%stuck)) call value_events(next, step, run%probe, on%probe, on%state, on%state, events)
+      if (.not. allocated(on%stuck)) call value_events(next, step, run%test_values, on%test_values, on%state, on%state, events)
       if (size(events) == 0) then
          call copy_problem(next, problem)
          call copy_path_state(on, run)
@@ -257,11 +260,11 @@ contains
    end subroutine pass_doubt
 
    !> The run goes to the place of a change, which is recorded, unless something else comes before.
-   subroutine record_change(problem, step, run, leg, tries, change, recorder, result, finished, outcome)
+   subroutine record_change(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: tries               !! as arrival_t has it
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
@@ -279,7 +282,7 @@ contains
          & run%control%increment = change%place%load_factor - run%state%load_factor
       if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%place, change%heading, change%label, &
          & .false., change%which, change%bars)
-      if (change%label /= '  ' .and. tries < most_meshes .and. in_doubt(problem, step, run, leg, change)) then
+      if (change%label /= '  ' .and. tries < most_meshes .and. in_doubt(problem, step, run, interval, change)) then
          call ask_for_twice(problem, run, asked)
          run%control%increment = increment
          result = other_mesh
@@ -288,7 +291,7 @@ contains
       ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
       if (.not. (change%where == place_here .and. change%label == '  ')) then
          arrival%report = change%report
-         arrival%can_cut = .not. leg%stuck
+         arrival%can_cut = .not. interval%stuck
          arrival%tries = tries
          arrival%label = change%label
          arrival%divides = change%divides
@@ -304,19 +307,19 @@ contains
       else if (.not. shorter) then
          result = set_changed
       else if (change%where == place_ahead) then
-         call keep_set(problem, step, run, leg, result)
+         call keep_set(problem, step, run, interval, result)
       else
          ! What lies before is better found from nearer.
-         call go_less_far(problem, step, run, leg%after(change%which), result)
+         call go_less_far(problem, step, run, interval%after(change%which), result)
       end if
    end subroutine record_change
 
    !> True where the mesh does not tell which of two changes comes first: each may be elsewhere by its bar.
-   logical function in_doubt(problem, step, run, leg, change)
+   logical function in_doubt(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! its system is factored at the place
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(change_t), intent(in) :: change
       type(error_bars_t), allocatable :: bars
       real(wp) :: fall(size(change%tests)), way
@@ -324,14 +327,14 @@ contains
       integer :: k
       in_doubt = .false.
       if (.not. allocated(change%bars) .or. change%which == 0) return
-      way = abs(leg%to%load_factor - leg%from%load_factor)
-      if (.not. (change%bars%load%told .and. change%bars%load%bounded .and. way > 0.0_wp)) return
-      fall = leg%before%value - leg%after%value
+      way = abs(interval%to%load_factor - interval%from%load_factor)
+      if (.not. (change%bars%load%estimated .and. change%bars%load%bounded .and. way > 0.0_wp)) return
+      fall = interval%before%value - interval%after%value
       next = coming_next(change%tests, change%which, fall, likely * change%bars%load%bar / way)
       do k = 1, size(next)
          call bars_at_point(problem, step, run, change%place, change%heading, 'C+', .false., next(k), bars)
          if (.not. allocated(bars)) return
-         if (.not. (bars%load%told .and. bars%load%bounded)) cycle
+         if (.not. (bars%load%estimated .and. bars%load%bounded)) cycle
          in_doubt = change%tests(next(k))%value * way <= (change%bars%load%bar + bars%load%bar) * fall(next(k))
          if (in_doubt) return
       end do

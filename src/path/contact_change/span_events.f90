@@ -22,43 +22,43 @@ module span_events
 contains
 
    !> First change on an increment or just beyond its end: kind, place, and properties that only the next set has.
-   subroutine find_change(problem, step, run, leg, change)
+   subroutine find_change(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run           !! its system is factored at the place of the change
-      type(step_interval_t), intent(inout) :: leg           !! shortened if a change is located before others
+      type(step_interval_t), intent(inout) :: interval      !! shortened if a change is located before others
       type(change_t), intent(out) :: change
-      call find_first(problem, step, run, leg, change)
-      if (change%kind == change_by_rule) call look_beyond(problem, step, run, leg, change)
+      call find_first(problem, step, run, interval, change)
+      if (change%kind == change_by_rule) call look_beyond(problem, step, run, interval, change)
    end subroutine find_change
 
    !> First change and its place. If another test fails at the place of a change, this test has its zero earlier and is located
    !> next. A free span that closes has priority, for tests that fail at the same place do so because of it.
-   subroutine find_first(problem, step, run, leg, change)
+   subroutine find_first(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run           !! its system is factored at the place of the change
-      type(step_interval_t), intent(inout) :: leg           !! shortened if a change is located before others
+      type(step_interval_t), intent(inout) :: interval      !! shortened if a change is located before others
       type(change_t), intent(out) :: change
       type(step_interval_t) :: near
       integer :: round
       logical :: fails
       associate (since => run%since_change)
-         since%arrives = since%arrives .and. any(leg%before%kind == test_curvature .and. leg%before%value <= 0.0_wp)
-         call excuse_arriving_points(leg, since%arrives, since%rises)
+         since%arrives = since%arrives .and. any(interval%before%kind == test_curvature .and. interval%before%value <= 0.0_wp)
+         call excuse_arriving_points(interval, since%arrives, since%rises)
       end associate
-      change%tests = leg%after
-      near = leg
-      fails = any_crosses(leg%before, leg%after)
-      do round = 0, size(leg%after)
+      change%tests = interval%after
+      near = interval
+      fails = any_crosses(interval%before, interval%after)
+      do round = 0, size(interval%after)
          call find_vanishing(problem, run, near, fails, change)
          if (any(change%kind == [change_vanishing, change_missed])) return
          if (fails) then
-            call tell_places_apart(problem, leg)
-            change%which = steepest(leg)
-            call locate(problem, step, run, leg, change)
-         else if (round == 0 .and. .not. turns(run, leg)) then
-            call look_ahead(problem, run, leg, change)
+            call tell_places_apart(problem, interval)
+            change%which = steepest(interval)
+            call locate(problem, step, run, interval, change)
+         else if (round == 0 .and. .not. turns(run, interval)) then
+            call look_ahead(problem, run, interval, change)
             if (change%kind == change_none) return
          else
             return
@@ -70,7 +70,7 @@ contains
          ! The located test is zero at its place.
          near%after(change%which)%value = 0.0_wp
          fails = another_fails(change%tests, change%which)
-         if (fails) leg = near
+         if (fails) interval = near
       end do
       change%kind = change_missed
    end subroutine find_first
@@ -79,12 +79,12 @@ contains
    !> as soon as the remaining span counts as zero; until it arrives the rod's slope is just below zero. A point into which a line
    !> contact has shrunk, or which has come to a segment boundary, is osculating at first; on another mesh, or for the rest of a
    !> span, its curvature may be slightly too large.
-   pure subroutine excuse_arriving_points(leg, arrives, rises)
-      type(step_interval_t), intent(inout) :: leg
+   pure subroutine excuse_arriving_points(interval, arrives, rises)
+      type(step_interval_t), intent(inout) :: interval
       logical, intent(in) :: arrives, rises       !! see since_change_t
       integer :: k
-      do k = 1, size(leg%after)
-         associate (before => leg%before(k), after => leg%after(k))
+      do k = 1, size(interval%after)
+         associate (before => interval%before(k), after => interval%after(k))
             if (.not. (after%kind == test_slope .or. arrives .and. after%kind == test_curvature)) cycle
             ! On a new mesh the first point is not in equilibrium, and its value is a guess.
             if (before%value <= 0.0_wp .and. (after%value > before%value .or. after%kind == test_curvature .and. rises)) &
@@ -95,29 +95,29 @@ contains
 
    !> A free span that closes on the increment or just beyond its end, where no increment may converge; or a line contact that
    !> shrinks onto a support.
-   subroutine find_vanishing(problem, run, leg, fails, change)
+   subroutine find_vanishing(problem, run, interval, fails, change)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       logical, intent(in) :: fails                !! true: another test fails at the end and may have its zero earlier
       type(change_t), intent(inout) :: change     !! unchanged if nothing is found
       type(next_t) :: next
       integer :: k
       logical :: found, wave
-      do k = 1, size(leg%after)
-         if (leg%after(k)%kind == test_length .and. leg%after(k)%value < 0.0_wp) then
-            call locate_lost_line(problem, run, leg, k, next, found)
+      do k = 1, size(interval%after)
+         if (interval%after(k)%kind == test_length .and. interval%after(k)%value < 0.0_wp) then
+            call locate_lost_line(problem, run, interval, k, next, found)
             if (found) exit
          end if
-         if (leg%after(k)%kind /= test_vanishing) cycle
+         if (interval%after(k)%kind /= test_vanishing) cycle
          ! The value of a closed gap is rounding.
-         if (leg%after(k)%value > reach_of(leg) * (leg%before(k)%value - leg%after(k)%value) .and. .not. &
-            & (is_gone(problem, leg%after(k)) .and. closes(leg, k))) cycle
-         call locate_vanishing(problem, run, leg, k, fails, next, found, wave)
+         if (interval%after(k)%value > reach_of(interval) * (interval%before(k)%value - interval%after(k)%value) .and. .not. &
+            & (is_gone(problem, interval%after(k)) .and. closes(interval, k))) cycle
+         call locate_vanishing(problem, run, interval, k, fails, next, found, wave)
          if (found) exit
-         if (wave .and. abs(leg%after(k)%value) <= test_slack(test_gap)) call withdraw_flat_point(change)
+         if (wave .and. abs(interval%after(k)%value) <= test_slack(test_gap)) call withdraw_flat_point(change)
       end do
-      if (k > size(leg%after)) return
+      if (k > size(interval%after)) return
       change%kind = change_vanishing
       change%which = k
       call copy_next(next, change%next)
@@ -132,24 +132,24 @@ contains
    end subroutine withdraw_flat_point
 
    !> Looks for a point contact that is about to become osculating, because no increment may converge at this place.
-   subroutine look_ahead(problem, run, leg, change)
+   subroutine look_ahead(problem, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change
       integer :: k
       logical :: found
-      do k = 1, size(leg%after)
-         associate (before => leg%before(k), after => leg%after(k))
+      do k = 1, size(interval%after)
+         associate (before => interval%before(k), after => interval%after(k))
             if (after%kind /= test_curvature) cycle
             if (.not. problem%candidates%rolls(after%candidate)) cycle
             ! Beside a closed span the place of a point contact is undetermined.
-            if (any(leg%after%kind == test_vanishing .and. leg%after%value * problem%size <= rounding_gap(problem) .and. &
-               & (leg%after%beside(1) == after%touch .or. leg%after%beside(2) == after%touch))) cycle
-            if (after%value <= 0.0_wp .or. after%value > reach_of(leg) * (before%value - after%value)) cycle
+            if (any(interval%after%kind == test_vanishing .and. interval%after%value * problem%size <= rounding_gap(problem) .and. &
+               & (interval%after%beside(1) == after%contact_span .or. interval%after%beside(2) == after%contact_span))) cycle
+            if (after%value <= 0.0_wp .or. after%value > reach_of(interval) * (before%value - after%value)) cycle
          end associate
          change%which = k
-         call locate_flat_point(problem, run, leg, change, found)
+         call locate_flat_point(problem, run, interval, change, found)
          if (found) exit
       end do
       if (change%kind == change_by_rule) then
@@ -160,29 +160,29 @@ contains
    !> Corrects gap tests at the beginning of an increment. A free span that penetrates at the end may have had its least gap
    !> elsewhere at the beginning, as where it just opened; nothing begins there, and the gap at the place of the later penetration
    !> counts.
-   subroutine tell_places_apart(problem, leg)
+   subroutine tell_places_apart(problem, interval)
       type(problem_t), intent(in) :: problem
-      type(step_interval_t), intent(inout) :: leg
+      type(step_interval_t), intent(inout) :: interval
       integer :: k
-      do k = 1, size(leg%after)
-         associate (before => leg%before(k), after => leg%after(k))
+      do k = 1, size(interval%after)
+         associate (before => interval%before(k), after => interval%after(k))
             if (after%kind /= test_gap .or. after%value >= -test_slack(test_gap)) cycle
-            if (gap_at(problem, leg%to, before%contact, before%stretch, before%at) <= 0.0_wp) cycle
-            before%value = gap_at(problem, leg%from, after%contact, after%stretch, after%at) / problem%size
+            if (gap_at(problem, interval%to, before%contact, before%rod_segment, before%at) <= 0.0_wp) cycle
+            before%value = gap_at(problem, interval%from, after%contact, after%rod_segment, after%at) / problem%size
          end associate
       end do
    end subroutine tell_places_apart
 
    !> Failing test with the earliest zero by linear interpolation between the ends of the increment; 0: no test fails.
-   pure integer function steepest(leg) result(first)
-      type(step_interval_t), intent(in) :: leg
+   pure integer function steepest(interval) result(first)
+      type(step_interval_t), intent(in) :: interval
       real(wp) :: at, least
       integer :: k
       first = 0
       least = 1.0_wp
-      do k = 1, size(leg%after)
-         if (.not. crosses(leg%before(k), leg%after(k))) cycle
-         associate (before => max(leg%before(k)%value, 0.0_wp), fall => leg%before(k)%value - leg%after(k)%value)
+      do k = 1, size(interval%after)
+         if (.not. crosses(interval%before(k), interval%after(k))) cycle
+         associate (before => max(interval%before(k)%value, 0.0_wp), fall => interval%before(k)%value - interval%after(k)%value)
             at = before / max(fall, tiny(fall))
          end associate
          if (first > 0 .and. at >= least) cycle

@@ -25,47 +25,47 @@ module span_location
 contains
 
    !> Zero of the test change%which between both ends.
-   subroutine locate(problem, step, run, leg, change)
+   subroutine locate(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run           !! its system is factored at the place on return
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change     !! by a rule, or missed
       real(wp) :: tolerance
       logical :: found
-      associate (before => leg%before(change%which), after => leg%after(change%which))
+      associate (before => interval%before(change%which), after => interval%after(change%which))
          change%kind = change_by_rule
          change%where = place_within
          tolerance = 0.5_wp * step%locate_tolerance * max(before%value, -after%value)
          if (before%value <= tolerance) then
             ! A test of a contact that just began is about zero here, but increases; its zero is further on, and is not located on
             ! this increment.
-            if (before%value >= -tolerance .and. grows(problem, run, leg, change%which, tolerance)) then
+            if (before%value >= -tolerance .and. grows(problem, run, interval, change%which, tolerance)) then
                change%kind = change_missed
                return
             end if
             change%where = place_here
             change%place = run%state
             change%heading = run%heading
-            change%tests = leg%before
+            change%tests = interval%before
             return
          end if
          found = .false.
          if (after%kind == test_curvature) then
-            if (problem%candidates%rolls(after%candidate) .and. .not. turns(run, leg)) &
-               & call locate_flat_point(problem, run, leg, change, found)
+            if (problem%candidates%rolls(after%candidate) .and. .not. turns(run, interval)) &
+               & call locate_flat_point(problem, run, interval, change, found)
          end if
-         if (.not. found) call locate_by_parts(problem, step, run, leg, tolerance, change, found)
+         if (.not. found) call locate_by_parts(problem, step, run, interval, tolerance, change, found)
          if (.not. found) change%kind = change_missed
       end associate
    end subroutine locate
 
    !> True if the test increases from the present point by more than the tolerance over the increment, by its slope at the present
    !> point.
-   logical function grows(problem, run, leg, which, tolerance)
+   logical function grows(problem, run, interval, which, tolerance)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run           !! its system is factored at its state on return
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which                !! index into the tests
       real(wp), intent(in) :: tolerance
       type(span_test_t), allocatable :: here(:), ahead(:)
@@ -75,26 +75,26 @@ contains
       call linearise(problem, run%state, run%state, run%system)
       if (.not. run%system%ok) return
       call states_along(problem, run%system, run%state, run%heading%load, beside(1), beside(2), step)
-      here = run_span_tests(problem, beside(1), leg%scale, which)
-      ahead = run_span_tests(problem, beside(2), leg%scale, which)
-      grows = (ahead(which)%value - here(which)%value) * path_length(problem, run%state, leg%to) > &
+      here = run_span_tests(problem, beside(1), interval%scale, which)
+      ahead = run_span_tests(problem, beside(2), interval%scale, which)
+      grows = (ahead(which)%value - here(which)%value) * path_length(problem, run%state, interval%to) > &
          & tolerance * path_length(problem, beside(1), beside(2))
    end function grows
 
    !> Locates an osculating contact by Newton's method: on the increment, or beyond its end if the relative curvature is not yet
    !> zero.
-   subroutine locate_flat_point(problem, run, leg, change, found)
+   subroutine locate_flat_point(problem, run, interval, change, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change     !! unchanged except for its test if nothing is found
       logical, intent(out) :: found
       type(state_t) :: place
-      associate (before => leg%before(change%which)%value, after => leg%after(change%which)%value)
+      associate (before => interval%before(change%which)%value, after => interval%after(change%which)%value)
          place = run%state
-         if (before > -after) place = leg%to
-         associate (candidate => leg%after(change%which)%candidate)
-            call find_flat_point(problem, run, candidate, flat_too(problem, leg, change%which), place, found)
+         if (before > -after) place = interval%to
+         associate (candidate => interval%after(change%which)%candidate)
+            call find_flat_point(problem, run, candidate, flat_too(problem, interval, change%which), place, found)
             ! At a segment boundary the place is exact to first order of the distance rolled; this is not enough if a line contact
             ! begins.
             if (found .and. .not. problem%candidates%moves(candidate)) found = would_press(problem, place, candidate, &
@@ -102,15 +102,15 @@ contains
          end associate
          if (.not. found) return
          if (after > 0.0_wp) then
-            found = leads_to(problem, leg%to, leg%ahead, .false., place)
+            found = leads_to(problem, interval%to, interval%ahead, .false., place)
          else
-            found = path_length(problem, run%state, place) <= path_length(problem, run%state, leg%to) .and. &
+            found = path_length(problem, run%state, place) <= path_length(problem, run%state, interval%to) .and. &
                & leads_to(problem, run%state, run%heading, run%fresh, place)
          end if
          if (.not. found) return
          call linearise(problem, place, run%state, run%system)
          ! One eigenvalue may be zero there; if more have changed their sign, other events are on the way.
-         found = after <= 0.0_wp .or. abs(run%system%negative_pivots - leg%pivots) <= 1
+         found = after <= 0.0_wp .or. abs(run%system%negative_pivots - interval%pivots) <= 1
          if (.not. found) return
          change%where = merge(place_ahead, place_within, after > 0.0_wp)
       end associate
@@ -118,42 +118,43 @@ contains
       change%place = place
       change%report = increment_t(converged=.true.)
       change%heading = arrival(problem, run, place)
-      change%tests = run_span_tests(problem, place, leg%scale)
+      change%tests = run_span_tests(problem, place, interval%scale)
    end subroutine locate_flat_point
 
    !> Other point contacts with negative relative curvature at the end of an increment, without those at segment boundaries.
-   pure function flat_too(problem, leg, which) result(candidate)
+   pure function flat_too(problem, interval, which) result(candidate)
       type(problem_t), intent(in) :: problem
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which                !! index of the test under examination
       integer, allocatable :: candidate(:)
       integer :: k
-      candidate = pack(leg%after%candidate, leg%after%kind == test_curvature .and. leg%after%value < 0.0_wp .and. &
-         & [(k, k=1, size(leg%after))] /= which)
+      candidate = pack(interval%after%candidate, interval%after%kind == test_curvature .and. interval%after%value < 0.0_wp .and. &
+         & [(k, k=1, size(interval%after))] /= which)
       candidate = pack(candidate, problem%candidates%moves(candidate) .and. problem%candidates%rolls(candidate))
    end function flat_too
 
    !> Zero of a test, located by points of the increment.
-   subroutine locate_by_parts(problem, step, run, leg, tolerance, change, found)
+   subroutine locate_by_parts(problem, step, run, interval, tolerance, change, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       real(wp), intent(in) :: tolerance           !! of the test's value
       type(change_t), intent(inout) :: change
       logical, intent(out) :: found
       type(division_t) :: division
       type(bracket_t) :: bracket
       real(wp) :: f, fraction
-      division = new_division(problem, run, leg%to, leg%ahead, .false.)
+      division = new_division(problem, run, interval%to, interval%ahead, .false.)
       ! The place is on the near side of the zero, for beyond it the set is not valid.
-      bracket = new_bracket(leg%before(change%which)%value - tolerance, leg%after(change%which)%value - tolerance)
+      bracket = new_bracket(interval%before(change%which)%value - tolerance, interval%after(change%which)%value - tolerance)
       found = .false.
       do while (next_guess(bracket, epsilon(f), fraction))
-         call point_within(problem, run, leg%to, leg%ahead, division, fraction, .false., .true., change%place, change%report)
+         call point_within(problem, run, interval%to, interval%ahead, division, fraction, .false., .true., change%place, &
+            & change%report)
          if (.not. change%report%converged) return
          change%heading = arrival(problem, run, change%place)
-         change%tests = run_span_tests(problem, change%place, leg%scale)
+         change%tests = run_span_tests(problem, change%place, interval%scale)
          f = change%tests(change%which)%value - tolerance
          found = abs(f) <= tolerance
          if (found) return

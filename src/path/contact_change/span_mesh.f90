@@ -22,7 +22,7 @@ module span_mesh
    use flat_points, only: turn_flattest
    use path_continuity, only: path_tangent_t, path_tangent_at, normal_plane, angle_between, largest_turn
    use path_events, only: test_values_t, new_test_values
-   use path_state, only: path_state_t, copy_path_state, checkpoint_t, forget_mesh, rest_of_mesh
+   use path_state, only: path_state_t, copy_path_state, finer_mesh_t, forget_mesh, rest_of_mesh
    use corrector, only: increment_t, correct
    use mesh_request, only: stays_within
    use timing, only: count_up, counter_remeshed
@@ -38,7 +38,7 @@ contains
       type(contact_span_t) :: none(0)
       if (any(problem%deck%contact%along)) then
          call prepare_spans(problem)
-      else if (any(problem%layout%stretch%placed)) then
+      else if (any(problem%layout%rod_segment%placed)) then
          problem = new_span_problem(problem, none)
       end if
    end subroutine prepare_mesh
@@ -49,7 +49,7 @@ contains
       type(path_state_t), intent(inout) :: run
       logical :: done
       type(cut_t), allocatable :: cut(:)
-      if (any(problem%layout%stretch%placed)) problem%demand = lasting_demand(problem, run%state)
+      if (any(problem%layout%rod_segment%placed)) problem%demand = lasting_demand(problem, run%state)
       cut = find_cuts(problem, run%state)
       if (.not. (problem%has_spans() .or. size(cut) > 0 .or. size(problem%mark) > 0)) return
       if (marked(problem, run%state, cut)) then
@@ -70,12 +70,12 @@ contains
       logical, intent(out) :: done                   !! false: no equilibrium was found, nothing has changed. The new mesh may be
       !! the one before the last coarsening
       type(problem_t) :: asked, here
-      type(checkpoint_t), allocatable :: finer
+      type(finer_mesh_t), allocatable :: finer
       type(cut_t), allocatable :: cut(:)
       integer :: k
       taken = .false.
       done = .false.
-      call move_alloc(run%footing, finer)
+      call move_alloc(run%before_coarsening, finer)
       call copy_problem(problem, asked)
       asked%demand = run%request%density
       deallocate (run%request%density)
@@ -144,14 +144,14 @@ contains
       type(state_t) :: untaken
       type(state_t) :: start
       type(path_tangent_t) :: heading
-      type(test_values_t) :: probe
+      type(test_values_t) :: test_values
       logical :: fresh, settled
       call copy_problem(problem, before)
       call copy_path_state(run, unmoved)
       untaken = trial
       start = run%state
       heading = run%heading
-      probe = run%probe
+      test_values = run%test_values
       run%state = trial
       fresh = run%fresh
       run%fresh = .false.
@@ -162,7 +162,7 @@ contains
       trial = run%state
       run%state = start
       run%heading = heading
-      run%probe = probe
+      run%test_values = test_values
       if (.not. taken) return
       run%state = carried(before, start, problem)
       call tell_segments(problem, run%state, carried=.true.)
@@ -186,7 +186,7 @@ contains
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(problem_t) :: asked
-      type(checkpoint_t), allocatable :: before
+      type(finer_mesh_t), allocatable :: before
       logical :: done
       call copy_problem(problem, asked)
       asked%demand = run%spare
@@ -197,7 +197,7 @@ contains
          run%kept_meshes = rest_of_mesh
          return
       end if
-      before = checkpoint_t(problem, run%state, run%heading, run%probe)
+      before = finer_mesh_t(problem, run%state, run%heading, run%test_values)
       call stand_on(asked, problem, run, done)
       if (.not. done) return
       ! The coarser mesh is rejected if the rate of the load changes sign on it.
@@ -205,19 +205,19 @@ contains
          call step_back(before, problem, run)
          return
       end if
-      call move_alloc(before, run%footing)
+      call move_alloc(before, run%before_coarsening)
       call count_up(counter_remeshed)
    end subroutine coarsen_mesh
 
    !> Returns the run to the checkpoint before its mesh was coarsened; the mesh is not coarsened again for some points.
    subroutine step_back(finer, problem, run)
-      type(checkpoint_t), intent(in) :: finer
+      type(finer_mesh_t), intent(in) :: finer
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       call copy_problem(finer%problem, problem)
       run%state = finer%state
       run%heading = finer%heading
-      run%probe = finer%probe
+      run%test_values = finer%test_values
       call forget_mesh(run)
       run%kept_meshes = rest_of_mesh
       run%system = new_system(problem)
@@ -230,7 +230,7 @@ contains
       type(path_state_t), intent(inout) :: run
       logical, intent(out) :: asked                  !! false: the deck prescribes the mesh
       integer :: k
-      asked = any(problem%layout%stretch%placed) .and. .not. problem%is_sampled()
+      asked = any(problem%layout%rod_segment%placed) .and. .not. problem%is_sampled()
       if (.not. asked) return
       run%request%density = present_demand(problem, run%state)
       do k = 1, size(run%request%density)
@@ -264,7 +264,7 @@ contains
       type(state_t) :: better
       type(control_t) :: hold
       type(increment_t) :: report
-      type(test_values_t) :: probe
+      type(test_values_t) :: test_values
       type(path_tangent_t) :: ahead
       logical :: behind_flat
       done = run%system%ok
@@ -283,28 +283,30 @@ contains
       if (done) ahead = path_tangent_at(problem, run%system, run%heading%u, run%heading%load)
       ! If the displacements of a coarse mesh differ so much that they do not give the sense of the path, the rate of the load does:
       ! this rate changes sign together with the stability.
-      if (done .and. run%system%negative_pivots == run%probe%negative_pivots .and. ahead%load * run%heading%load < 0.0_wp) then
+      if (done .and. run%system%negative_pivots == run%test_values%negative_pivots .and. &
+         & ahead%load * run%heading%load < 0.0_wp) then
          if (angle_between(problem, run%heading%u, ahead%u) > largest_turn) &
             & ahead = path_tangent_at(problem, run%system, 0.0_wp * run%heading%u, run%heading%load)
       end if
       ! A mesh change that changes both direction and stability of the path is rejected.
-      if (done .and. .not. run%fresh .and. run%system%negative_pivots /= run%probe%negative_pivots) &
+      if (done .and. .not. run%fresh .and. run%system%negative_pivots /= run%test_values%negative_pivots) &
          & done = angle_between(problem, run%heading%u, ahead%u) <= largest_turn
       if (.not. done) return
       run%behind_flat = behind_flat
       run%state = better
       run%heading = ahead
-      probe = new_test_values(problem, run%state, run%system, run%heading%load)
+      test_values = new_test_values(problem, run%state, run%system, run%heading%load)
       ! Pivots without force-free line contacts do not depend on the mesh.
-      probe%weak = run%probe%weak
-      probe%free_pivots = run%probe%free_pivots
+      test_values%weak = run%test_values%weak
+      test_values%free_pivots = run%test_values%free_pivots
       ! Events between the two meshes must be reported once: begin or end of contact with a foundation, bifurcation, limit point.
       ! Just after a contact change there is no followed path on which the load's rate could have changed sign.
-      probe%grounded = run%probe%grounded
-      if (.not. run%fresh) probe%negative_pivots = run%probe%negative_pivots
-      if (.not. run%fresh .and. run%arc_length > run%since_change%at .and. probe%load_rate * run%probe%load_rate < 0.0_wp) &
-         & probe%load_rate = run%probe%load_rate
-      run%probe = probe
+      test_values%grounded = run%test_values%grounded
+      if (.not. run%fresh) test_values%negative_pivots = run%test_values%negative_pivots
+      if (.not. run%fresh .and. run%arc_length > run%since_change%at .and. &
+         & test_values%load_rate * run%test_values%load_rate < 0.0_wp) &
+         & test_values%load_rate = run%test_values%load_rate
+      run%test_values = test_values
 
    contains
 
@@ -334,11 +336,11 @@ contains
    end subroutine rebalance
 
    !> Transfers the run to the mesh of another contact set.
-   subroutine mesh_for_touches(problem, run, touch)
+   subroutine mesh_for_touches(problem, run, contact_span)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
-      type(contact_span_t), intent(in) :: touch(:)
-      call move_to_mesh(new_span_problem(problem, touch), problem, run)
+      type(contact_span_t), intent(in) :: contact_span(:)
+      call move_to_mesh(new_span_problem(problem, contact_span), problem, run)
    end subroutine mesh_for_touches
 
    !> Transfers the run to the mesh of another problem.

@@ -39,10 +39,10 @@ contains
       logical, intent(out) :: grows              !! false: what has lain down was not found with a length
       type(problem_t) :: next
       type(path_state_t) :: on
-      type(contact_span_t) :: old, now(size(problem%touch))
+      type(contact_span_t) :: old, now(size(problem%contact_span))
       logical :: ok, leaves
       now = present_contact_spans(problem, run%state)
-      if (test%touch > 0) old = now(test%touch)
+      if (test%contact_span > 0) old = now(test%contact_span)
       if (allocated(answer%no_rule)) then
          grows = .true.
          run%stuck = answer%no_rule
@@ -56,10 +56,10 @@ contains
          return
       end if
       call take_sense(next, on, test, answer, old, leaves)
-      on%probe = new_test_values(next, on%state, on%system, on%heading%load)
+      on%test_values = new_test_values(next, on%state, on%system, on%heading%load)
       ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
       on%since_change%shrunk = test%kind == test_length
-      if (on%since_change%shrunk) on%probe%negative_pivots = run%probe%negative_pivots
+      if (on%since_change%shrunk) on%test_values%negative_pivots = run%test_values%negative_pivots
       on%since_change%arrives = any(test%kind == [test_length, test_crossing])
       call copy_problem(next, problem)
       call copy_path_state(on, run)
@@ -82,8 +82,8 @@ contains
       if (test%kind == test_gap) then
          call begin_touches(problem, run, begins, ok)
       else
-         run%touches = max(run%touches, maxval(answer%touch%number))
-         call mesh_for_touches(problem, run, answer%touch)
+         run%spans_begun = max(run%spans_begun, maxval(answer%contact_span%number))
+         call mesh_for_touches(problem, run, answer%contact_span)
          ok = run%system%ok
       end if
       if (ok .and. parts(answer)) call begin_span(problem, run, answer%between, ok)
@@ -112,7 +112,8 @@ contains
       select case (test%kind)
       case (test_gap)
          rate = 1.0_wp
-         if (candidate_of(problem, run%touches) > 0) rate = reaction_rate(problem, run%system, candidate_of(problem, run%touches))
+         if (candidate_of(problem, run%spans_begun) > 0) rate = reaction_rate(problem, run%system, candidate_of(problem, &
+            & run%spans_begun))
          call head_for(problem, run, rate)
       case (test_force)
          call head_for(problem, run, opening_rate(problem, run, old))
@@ -166,14 +167,14 @@ contains
       real(wp) :: rate
       integer :: c, try, k
       do k = 1, size(begins)
-         run%touches = run%touches + 1
-         new(k) = contact_span_t(number=run%touches, contact=begins(k)%contact, stretch=begins(k)%stretch, &
+         run%spans_begun = run%spans_begun + 1
+         new(k) = contact_span_t(number=run%spans_begun, contact=begins(k)%contact, rod_segment=begins(k)%rod_segment, &
             & at=spread(beginning_place(problem, begins(k)), 1, 2))
       end do
       call mesh_for_touches(problem, run, [present_contact_spans(problem, run%state), new])
       ok = run%system%ok
       if (.not. ok) return
-      c = candidate_of(problem, run%touches)
+      c = candidate_of(problem, run%spans_begun)
       ! At a breakpoint the gap was that of a node.
       if (c == 0) return
       if (.not. problem%candidates%moves(c)) return
@@ -204,11 +205,11 @@ contains
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test
       at = test%at
-      associate (length => problem%layout%stretch(test%stretch)%length)
+      associate (length => problem%layout%rod_segment(test%rod_segment)%length)
          if (test%at <= shortest * length) then
-            if (rolls_at(problem, test%contact, test%stretch, 1)) at = 0.0_wp
+            if (rolls_at(problem, test%contact, test%rod_segment, 1)) at = 0.0_wp
          else if (test%at >= (1.0_wp - shortest) * length) then
-            if (rolls_at(problem, test%contact, test%stretch, 2)) at = length
+            if (rolls_at(problem, test%contact, test%rod_segment, 2)) at = length
          end if
       end associate
    end function beginning_place
@@ -219,10 +220,10 @@ contains
       integer, intent(in) :: number
       integer :: k
       c = 0
-      k = findloc(problem%touch%number, number, 1)
-      if (k > 0) c = problem%touch(k)%candidate(1)
+      k = findloc(problem%contact_span%number, number, 1)
+      if (k > 0) c = problem%contact_span(k)%candidate(1)
       if (c > 0) then
-         if (problem%candidates%touch(c) /= k) c = 0
+         if (problem%candidates%contact_span(c) /= k) c = 0
       end if
    end function candidate_of
 
@@ -235,7 +236,7 @@ contains
       integer :: k, c
       there = begins
       do k = 1, size(begins)
-         c = candidate_of(problem, run%touches - size(begins) + k)
+         c = candidate_of(problem, run%spans_begun - size(begins) + k)
          if (c > 0) there(k)%at = touch_place(problem, run%state, c)
       end do
    end function touched_at
@@ -248,7 +249,7 @@ contains
       type(state_t) :: ahead, here
       real(wp) :: step
       call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)
-      rate = gap_at(problem, ahead, lost%contact, lost%stretch, lost%at(1)) - &
-         & gap_at(problem, here, lost%contact, lost%stretch, lost%at(1))
+      rate = gap_at(problem, ahead, lost%contact, lost%rod_segment, lost%at(1)) - &
+         & gap_at(problem, here, lost%contact, lost%rod_segment, lost%at(1))
    end function opening_rate
 end module span_set

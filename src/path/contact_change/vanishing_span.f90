@@ -42,33 +42,33 @@ contains
    !>   all of it lies down (lie_down); not the last bit before a breakpoint that contact goes on past, which passes it
    !>   a wave between two points: one of them goes into the clamp that the other is (go_into_clamp)
    !>   a wave between two points that become one (become_one)
-   subroutine locate_vanishing(problem, run, leg, which, fails, next, found, wave)
+   subroutine locate_vanishing(problem, run, interval, which, fails, next, found, wave)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which               !! the test of the span
       logical, intent(in) :: fails               !! another test does at the end of the leg, and may come first
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       logical, intent(out) :: wave               !! what does not lie down is one between two points
       wave = .false.
-      call find_arrival(problem, leg, leg%after(which), next, found)
-      if (found) found = holds_within_reach(problem, run, leg, fails, next)
+      call find_arrival(problem, interval, interval%after(which), next, found)
+      if (found) found = holds_within_reach(problem, run, interval, fails, next)
       if (.not. found) then
-         if (is_passage(problem, leg%after(which))) return
-         call lie_down(problem, run, leg, which, next, found)
-         if (found) found = holds_within_reach(problem, run, leg, fails, next)
+         if (is_passage(problem, interval%after(which))) return
+         call lie_down(problem, run, interval, which, next, found)
+         if (found) found = holds_within_reach(problem, run, interval, fails, next)
       end if
-      if (.not. found) wave = is_wave(problem, leg%to, leg%after(which))
+      if (.not. found) wave = is_wave(problem, interval%to, interval%after(which))
       ! As long as there is a gap between them, and both push, they are two.
-      if (wave .and. .not. turns(run, leg)) then
-         if (any(clamped_ends(problem, leg%to, leg%after(which)))) then
-            call go_into_clamp(problem, run, leg, which, next, found)
+      if (wave .and. .not. turns(run, interval)) then
+         if (any(clamped_ends(problem, interval%to, interval%after(which)))) then
+            call go_into_clamp(problem, run, interval, which, next, found)
          else
-            call become_one(problem, run, leg, which, next, found)
+            call become_one(problem, run, interval, which, next, found)
          end if
-         if (found) found = leads_to_next(problem, run, next, leg%ahead%load)
-         if (found) found = holds_within_reach(problem, run, leg, fails, next)
+         if (found) found = leads_to_next(problem, run, next, interval%ahead%load)
+         if (found) found = holds_within_reach(problem, run, interval, fails, next)
       end if
       if (.not. found .or. next%label /= '') return
       if (size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, run%state))) next%label = 'C+'
@@ -76,68 +76,68 @@ contains
 
    !> The set without a line that has shrunk onto the support at its end, and its equilibrium where it begins to hold, if the path
    !> leads there.
-   subroutine locate_lost_line(problem, run, leg, which, next, found)
+   subroutine locate_lost_line(problem, run, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which               !! the test of its length
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
-      call lose_line(problem, run, leg, which, next, found)
-      if (found) found = leads_to_next(problem, run, next, leg%ahead%load)
-      if (found) found = holds_within_reach(problem, run, leg, another_fails(leg%after, which), next)
+      call lose_line(problem, run, interval, which, next, found)
+      if (found) found = leads_to_next(problem, run, next, interval%ahead%load)
+      if (found) found = holds_within_reach(problem, run, interval, another_fails(interval%after, which), next)
    end subroutine locate_lost_line
 
    !> True for an equilibrium that holds and lies as far ahead as something may be that is looked for.
-   logical function holds_within_reach(problem, run, leg, fails, next) result(right)
+   logical function holds_within_reach(problem, run, interval, fails, next) result(right)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       logical, intent(in) :: fails               !! another test does at the end of the leg, and may come first
       type(next_t), intent(in) :: next
       real(wp) :: away, whole
-      away = path_length(next%problem, carried(problem, leg%to, next%problem), next%state)
-      whole = path_length(problem, leg%from, leg%to)
-      right = away <= reach_of(leg) * whole
+      away = path_length(next%problem, carried(problem, interval%to, next%problem), next%state)
+      whole = path_length(problem, interval%from, interval%to)
+      right = away <= reach_of(interval) * whole
       ! Where nothing moves by more than rounding the load tells.
       if (.not. right .and. away <= rounding_gap(problem) * sqrt(sum(problem%weight))) right = abs(next%state%load_factor - &
-         & leg%to%load_factor) <= reach_of(leg) * abs(leg%to%load_factor - leg%from%load_factor)
+         & interval%to%load_factor) <= reach_of(interval) * abs(interval%to%load_factor - interval%from%load_factor)
       if (right) right = .not. another_fails(tests_of(next), 0)
-      associate (load => next%state%load_factor, here => run%state%load_factor, from => leg%from%load_factor, &
-         & to => leg%to%load_factor)
+      associate (load => next%state%load_factor, here => run%state%load_factor, from => interval%from%load_factor, &
+         & to => interval%to%load_factor)
          right = right .and. (load - here) * (to - from) >= 0.0_wp .and. &
             & (.not. fails .or. (load - here) * (load - to) <= 0.0_wp)
-         if (right .and. .not. leg%stuck) right = .not. behind_turn(problem, leg, next, away, whole)
+         if (right .and. .not. interval%stuck) right = .not. behind_turn(problem, interval, next, away, whole)
       end associate
    end function holds_within_reach
 
    !> True for an equilibrium that has its load behind a limit point, on the way to it or beyond: of another stability, and further
    !> from where the leg begins than its end is, which has a larger load, or so far beyond its end that the load has not gone half
    !> as far as its rate there says, as it would have on a parabola up to its vertex.
-   logical function behind_turn(problem, leg, next, away, whole) result(behind)
+   logical function behind_turn(problem, interval, next, away, whole) result(behind)
       type(problem_t), intent(in) :: problem
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(next_t), intent(in) :: next
       real(wp), intent(in) :: away               !! from the end of the leg
       real(wp), intent(in) :: whole              !! length of the leg
-      behind = next%system%negative_pivots /= leg%pivots
+      behind = next%system%negative_pivots /= interval%pivots
       if (.not. behind) return
-      associate (load => next%state%load_factor, from => leg%from%load_factor, to => leg%to%load_factor)
+      associate (load => next%state%load_factor, from => interval%from%load_factor, to => interval%to%load_factor)
          if ((load - from) * (load - to) <= 0.0_wp) then
-            behind = path_length(next%problem, carried(problem, leg%from, next%problem), next%state) > &
+            behind = path_length(next%problem, carried(problem, interval%from, next%problem), next%state) > &
                & (1.0_wp + largest_distance) * whole
          else
             behind = away > largest_distance * whole .and. abs(load - to) < 0.5_wp * (1.0_wp - largest_distance) * &
-               & abs(leg%ahead%load) * away
+               & abs(interval%ahead%load) * away
          end if
       end associate
    end function behind_turn
 
    !> The line in which a free span lies down, and its equilibrium where it begins to press.
-   subroutine lie_down(problem, run, leg, which, next, lies)
+   subroutine lie_down(problem, run, interval, which, next, lies)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which               !! the test of the span
       type(next_t), intent(out) :: next
       logical, intent(out) :: lies
@@ -147,26 +147,27 @@ contains
       integer :: across                          ! the other part of a span that goes on over a breakpoint
       integer :: held                            ! the force of a breakpoint that the obstacle would have to pull
       logical :: gone
-      associate (test => leg%after(which))
+      associate (test => interval%after(which))
          left = test%value
-         come = leg%before(which)%value
+         come = interval%before(which)%value
          gone = is_gone(problem, test)
-         lying = laid_down(present_contact_spans(problem, leg%to), test%beside, test%ends)
+         lying = laid_down(present_contact_spans(problem, interval%to), test%beside, test%ends)
       end associate
-      across = gone_across(problem, leg, which)
-      if (gone .and. across > 0) lying = laid_down(lying, leg%after(across)%beside, leg%after(across)%ends)
-      next = new_next(problem, leg%to, lying)
-      call find_begin(run, leg, gone, next, lies)
+      across = gone_across(problem, interval, which)
+      if (gone .and. across > 0) lying = laid_down(lying, interval%after(across)%beside, interval%after(across)%ends)
+      next = new_next(problem, interval%to, lying)
+      call find_begin(run, interval, gone, next, lies)
       if (.not. lies) return
       tests = tests_of(next)
       held = findloc(tests%kind == test_force .and. tests%value < -test_slack(test_force), .true., 1)
-      if (held > 0) call find_begin(run, leg, .false., next, lies, held)
+      if (held > 0) call find_begin(run, interval, .false., next, lies, held)
       if (.not. lies) return
       if (gone) return
       ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells. Else not some other equilibrium:
       ! a gap that has changed its sign on the way was gone there; one that falls as it did is gone where it leads to, as far as
       ! paths are followed as straight. What is below zero by less than gaps err by may be gone just ahead.
-      associate (load => next%state%load_factor - leg%from%load_factor, whole => leg%to%load_factor - leg%from%load_factor)
+      associate (load => next%state%load_factor - interval%from%load_factor, &
+         & whole => interval%to%load_factor - interval%from%load_factor)
          lies = left >= -test_slack(test_vanishing) .and. abs(load * (come - left) - whole * come) <= largest_distance * &
             & abs(whole * (come - left))
          if (left * problem%size < -rounding_gap(problem)) lies = lies .or. load * (load - whole) <= 0.0_wp
@@ -175,15 +176,15 @@ contains
    end subroutine lie_down
 
    !> The test of what goes on from a span over a breakpoint of the rod where nothing touches, and is gone like it. 0: none does.
-   pure integer function gone_across(problem, leg, which) result(other)
+   pure integer function gone_across(problem, interval, which) result(other)
       type(problem_t), intent(in) :: problem
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which               !! the test of the span
-      associate (tests => leg%after)
+      associate (tests => interval%after)
          do other = 1, size(tests)
             if (other == which .or. tests(other)%kind /= test_vanishing .or. tests(other)%contact /= tests(which)%contact) cycle
             if (open_node(tests(other)) == 0 .or. open_node(tests(other)) /= open_node(tests(which))) cycle
-            if (is_gone(problem, tests(other)) .and. closes(leg, other)) return
+            if (is_gone(problem, tests(other)) .and. closes(interval, other)) return
          end do
       end associate
       other = 0
@@ -196,18 +197,18 @@ contains
          node = 0
          if (count(test%beside > 0) /= 1) return
          if (test%beside(1) == 0) then
-            node = problem%model%mesh%node(1, problem%element_first(test%stretch))
+            node = problem%model%mesh%node(1, problem%element_first(test%rod_segment))
          else
-            node = problem%model%mesh%node(2, problem%element_last(test%stretch))
+            node = problem%model%mesh%node(2, problem%element_last(test%rod_segment))
          end if
       end function open_node
    end function gone_across
 
    !> True for a span that has become shorter on the way.
-   pure logical function closes(leg, which)
-      type(step_interval_t), intent(in) :: leg
+   pure logical function closes(interval, which)
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which               !! its test
-      closes = length(leg%after(which)) < length(leg%before(which))
+      closes = length(interval%after(which)) < length(interval%before(which))
 
    contains
 
@@ -222,7 +223,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test      !! of the span
       gone = abs(test%value) * problem%size <= rounding_gap(problem) .or. &
-         & test%ends(2) - test%ends(1) < shortest * problem%layout%stretch(test%stretch)%length
+         & test%ends(2) - test%ends(1) < shortest * problem%layout%rod_segment(test%rod_segment)%length
    end function is_gone
 
    !> True for the last bit before a breakpoint that contact goes on past: it does not lie down, contact passes it (passages).
@@ -232,7 +233,7 @@ contains
       integer :: side
       side = findloc(test%beside > 0, .true., 1)
       is_passage = count(test%beside > 0) == 1 .and. test%ends(2) - test%ends(1) <= line_share * &
-         & problem%layout%stretch(test%stretch)%length
+         & problem%layout%rod_segment(test%rod_segment)%length
       if (is_passage) is_passage = beyond(problem, test%beside(side), merge(1, -1, side == 1)) > 0
    end function is_passage
 
@@ -244,11 +245,11 @@ contains
       logical :: clamped(2)
       integer :: k
       is_wave = all(test%beside > 0)
-      if (is_wave) is_wave = .not. any(problem%touch(test%beside)%line)
+      if (is_wave) is_wave = .not. any(problem%contact_span(test%beside)%line)
       if (.not. is_wave) return
       clamped = clamped_ends(problem, state, test)
       do k = 1, 2
-         associate (c => problem%touch(test%beside(k))%candidate(1))
+         associate (c => problem%contact_span(test%beside(k))%candidate(1))
             if (clamped(k)) then
                is_wave = virtual_pressure(problem, state, c, 3 - k) < 0.0_wp
             else
@@ -260,22 +261,22 @@ contains
    end function is_wave
 
    !> The equilibrium at which the two points beside a span are one.
-   subroutine become_one(problem, run, leg, which, next, found)
+   subroutine become_one(problem, run, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which               !! the test of the span, a wave
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       type(path_state_t) :: on
       integer :: k
-      associate (beside => leg%after(which)%beside)
-         next = new_next(problem, leg%to, merged(present_contact_spans(problem, leg%to), beside(1), beside(2)))
-         k = findloc(next%problem%touch%number, problem%touch(beside(1))%number, 1)
+      associate (beside => interval%after(which)%beside)
+         next = new_next(problem, interval%to, merged(present_contact_spans(problem, interval%to), beside(1), beside(2)))
+         k = findloc(next%problem%contact_span%number, problem%contact_span(beside(1))%number, 1)
       end associate
       call copy_path_state(run, on)
       on%system = next%system
-      call find_flat_point(next%problem, on, next%problem%touch(k)%candidate(1), [integer ::], next%state, found)
+      call find_flat_point(next%problem, on, next%problem%contact_span(k)%candidate(1), [integer ::], next%state, found)
       if (.not. found) return
       next%system = on%system
       call linearise(next%problem, next%state, next%state, next%system)

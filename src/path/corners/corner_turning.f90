@@ -65,7 +65,7 @@ contains
       if (finished .or. allocated(outcome%why) .or. wants_another(run)) return
       load = max(load, abs(run%last_load), least_load * abs(run%state%load_factor))
       call leave_corner(problem, corner, run%state, run%system, run%heading, turned)
-      run%probe = new_test_values(problem, run%state, run%system, run%heading%load)
+      run%test_values = new_test_values(problem, run%state, run%system, run%heading%load)
       if (.not. turned) then
          outcome%why = 'no way on from where the contact set changes'
       else if (is_arc_length(run%control%method)) then

@@ -53,12 +53,13 @@ contains
       integer :: j
       here = run%arc_length + path_length(problem, run%state, place)
       do j = 1, size(run%critical_points%list)
-         associate (landmark => run%critical_points%list(j))
-            if (landmark%label(1:1) /= label(1:1)) cycle
-            if (.not. path_length(problem, seen_here(problem, place, landmark), place) < near * (here - landmark%arc_length)) cycle
+         associate (critical_point => run%critical_points%list(j))
+            if (critical_point%label(1:1) /= label(1:1)) cycle
+            if (.not. path_length(problem, seen_here(problem, place, critical_point), &
+               & place) < near * (here - critical_point%arc_length)) cycle
             outcome%home = .true.
-            outcome%why = 'the path comes back to its point '//to_text(landmark%point)//' at load factor '// &
-               & to_text(landmark%state%load_factor)//': beyond lies what it has passed'
+            outcome%why = 'the path comes back to its point '//to_text(critical_point%point)//' at load factor '// &
+               & to_text(critical_point%state%load_factor)//': beyond lies what it has passed'
             return
          end associate
       end do
@@ -79,18 +80,18 @@ contains
       if (.not. associated(run%home)) return
       relation = relate(problem, run%state, trial, run%heading, ahead, run%fresh)
       do j = 1, size(run%home%list)
-         associate (landmark => run%home%list(j))
-            if (landmark%label /= 'BP' .or. landmark%multiplicity == 0) cycle
+         associate (critical_point => run%home%list(j))
+            if (critical_point%label /= 'BP' .or. critical_point%multiplicity == 0) cycle
             allocate (home)
-            home%place = seen_here(problem, trial, landmark)
+            home%place = seen_here(problem, trial, critical_point)
             before = path_length(problem, run%state, home%place)
             after = path_length(problem, home%place, trial)
             ! On a circle the two chords together are longer than the increment's by turn^2/32.
-            if (max(before, after) < relation%length .and. comes_back(run, landmark, before) .and. &
+            if (max(before, after) < relation%length .and. comes_back(run, critical_point, before) .and. &
                & before + after <= (1.0_wp + 0.125_wp * relation%turn**2 + near) * relation%length) then
-               home%event = event_t(kind=event_bifurcation, label='BP', scale=landmark%scale)
+               home%event = event_t(kind=event_bifurcation, label='BP', scale=critical_point%scale)
                home%event%note = 'bifurcation'
-               if (allocated(landmark%bars)) home%bars = landmark%bars
+               if (allocated(critical_point%bars)) home%bars = critical_point%bars
                home%fraction = before / (before + after)
                home%heading = run%heading
                home%located = .true.
@@ -113,22 +114,22 @@ contains
    end subroutine check_parent_path
 
    !> False for a bifurcation that the path has just passed and leaves on a straight line.
-   pure logical function comes_back(run, landmark, distance)
+   pure logical function comes_back(run, critical_point, distance)
       type(path_state_t), intent(in) :: run
-      type(critical_point_t), intent(in) :: landmark
+      type(critical_point_t), intent(in) :: critical_point
       real(wp), intent(in) :: distance           !! arc length from the bifurcation
-      comes_back = run%branch > 0 .or. run%arc_length - landmark%arc_length > 2.0_wp * distance
+      comes_back = run%branch > 0 .or. run%arc_length - critical_point%arc_length > 2.0_wp * distance
    end function comes_back
 
    !> State of a critical point, transferred to the present mesh.
-   function seen_here(problem, here, landmark) result(state)
+   function seen_here(problem, here, critical_point) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: here          !! any state on the present mesh
-      type(critical_point_t), intent(in) :: landmark
+      type(critical_point_t), intent(in) :: critical_point
       type(state_t) :: state
-      state = landmark%state
+      state = critical_point%state
       if (problem%deck_mesh) return
       state%geometry = here%geometry
-      call carry_to(landmark%problem, landmark%state, problem, state)
+      call carry_to(critical_point%problem, critical_point%state, problem, state)
    end function seen_here
 end module branch_closure

@@ -28,52 +28,53 @@ contains
 
    !> Finds the zero of the event function between the last accepted point and the trial. The event counts as located if the zero is
    !> within tolerance, lies on the path between the two points, and has the properties of its kind.
-   subroutine locate(problem, step, run, trial, ahead, sighting)
+   subroutine locate(problem, step, run, trial, ahead, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run            !! its system is factored at some point of the increment on return
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead         !! path tangent at the trial
-      type(located_event_t), intent(inout) :: sighting  !! its event is given on entry
+      type(located_event_t), intent(inout) :: located_event !! its event is given on entry
       type(division_t) :: division
       type(law_corner_t) :: law
       real(wp) :: before
-      division = new_division(problem, run, trial, ahead, sighting%event%load_tells)
-      sighting%place = trial
-      sighting%heading = ahead
-      sighting%fraction = 1.0_wp
-      if (passed_by_mesh(run, sighting%event)) then
-         before = sighting%event%before
-         if (sighting%event%kind == event_limit) sighting%event%before = run%heading%load
-         call look_behind(problem, step, run, trial, ahead, division, sighting)
-         sighting%event%before = before
-         if (sighting%located) return
+      division = new_division(problem, run, trial, ahead, located_event%event%load_tells)
+      located_event%place = trial
+      located_event%heading = ahead
+      located_event%fraction = 1.0_wp
+      if (passed_by_mesh(run, located_event%event)) then
+         before = located_event%event%before
+         if (located_event%event%kind == event_limit) located_event%event%before = run%heading%load
+         call look_behind(problem, step, run, trial, ahead, division, located_event)
+         located_event%event%before = before
+         if (located_event%located) return
          ! The last point serves only if it is an equilibrium on the new mesh.
          call linearise(problem, run%state, run%state, run%system)
-         call note_balance(step, run%system, sighting%report, sighting%located)
-         if (.not. sighting%located) return
-         sighting%place = run%state
-         sighting%heading = run%heading
-         sighting%fraction = 0.0_wp
+         call note_balance(step, run%system, located_event%report, located_event%located)
+         if (.not. located_event%located) return
+         located_event%place = run%state
+         located_event%heading = run%heading
+         located_event%fraction = 0.0_wp
          return
       end if
       law = corner_between(problem, run%state, trial)
-      if (sighting%event%kind == event_bifurcation .or. (division%smooth .and. (sighting%event%kind == event_turning .or. &
-         & (sighting%event%kind == event_limit .and. law%candidate == 0)))) then
-         call locate_smooth(problem, step, run, trial, ahead, division, sighting)
+      if (located_event%event%kind == event_bifurcation .or. (division%smooth .and. (located_event%event%kind == &
+         & event_turning .or. &
+         & (located_event%event%kind == event_limit .and. law%candidate == 0)))) then
+         call locate_smooth(problem, step, run, trial, ahead, division, located_event)
       else
-         call bracket_zero(problem, step, run, trial, ahead, division, sighting)
+         call bracket_zero(problem, step, run, trial, ahead, division, located_event)
       end if
-      if (.not. sighting%located) return
-      if (any(sighting%event%kind == [event_value_reached, event_stop])) call meet_value(problem, run, sighting)
+      if (.not. located_event%located) return
+      if (any(located_event%event%kind == [event_value_reached, event_stop])) call meet_value(problem, run, located_event)
       if (division%smooth) then
-         sighting%located = is_what_it_says(problem, step, run, trial, ahead, sighting)
+         located_event%located = is_what_it_says(problem, step, run, trial, ahead, located_event)
          ! If a line contact just became a point, the load may be constant and its rate change sign by rounding only.
-         if (sighting%event%kind == event_limit .and. run%since_change%shrunk .and. .not. sighting%located) &
-            & call take_beginning(problem, step, run, sighting)
+         if (located_event%event%kind == event_limit .and. run%since_change%shrunk .and. .not. located_event%located) &
+            & call take_beginning(problem, step, run, located_event)
       else if (division%length > 0.0_wp .and. is_arc_length(run%control%method)) then
          ! Load and displacement increments keep the fraction of their controlled quantity, which exists even if nothing moves.
-         sighting%fraction = chord_fraction(problem, run, division, sighting%place)
+         located_event%fraction = chord_fraction(problem, run, division, located_event%place)
       end if
    end subroutine locate
 
@@ -93,33 +94,33 @@ contains
 
    !> Searches for the event before the last point, on the present mesh: where the straight line through the event function at both
    !> ends of the increment is zero, but not before the start of the step or branch.
-   subroutine look_behind(problem, step, run, trial, ahead, division, sighting)
+   subroutine look_behind(problem, step, run, trial, ahead, division, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run            !! its system is factored at some point on return
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(in) :: division     !! fractions of the increment
-      type(located_event_t), intent(inout) :: sighting  !! unchanged if the event is not located there
+      type(located_event_t), intent(inout) :: located_event !! unchanged if the event is not located there
       type(located_event_t) :: found
       type(division_t) :: part
       type(path_state_t) :: behind
       type(state_t) :: place
       real(wp) :: fall, fraction
-      fall = sighting%event%before - sighting%event%after
-      if (.not. sighting%event%before * fall < 0.0_wp) return
+      fall = located_event%event%before - located_event%event%after
+      if (.not. located_event%event%before * fall < 0.0_wp) return
       ! Twice that distance, so that the zero is bracketed.
-      fraction = 2.0_wp * sighting%event%before / fall
+      fraction = 2.0_wp * located_event%event%before / fall
       if (-fraction * division%length > run%arc_length - run%left_at) return
       call copy_path_state(run, behind)
-      if (sighting%event%ground%contact > 0) call forget_opening(problem, sighting%event, behind%state)
+      if (located_event%event%ground%contact > 0) call forget_opening(problem, located_event%event, behind%state)
       part = division
       call point_within(problem, behind, trial, ahead, part, fraction, .true., .false., place, found%report)
       behind%state = place
       if (.not. found%report%converged) return
       behind%heading = path_tangent_of(problem, run, place)
-      found%event = sighting%event
-      found%event%after = sighting%event%before
+      found%event = located_event%event
+      found%event%after = located_event%event%before
       found%event%before = event_value(problem, found%event, place, test_values_at(problem, behind, place, behind%heading))
       if (.not. found%event%before * found%event%after < 0.0_wp) return
       behind%control%increment = -fraction * run%control%increment
@@ -128,10 +129,10 @@ contains
       found%heading = run%heading
       call bracket_zero(problem, step, behind, run%state, run%heading, part, found)
       if (.not. found%located) return
-      found%event%before = sighting%event%before
-      found%event%after = sighting%event%after
+      found%event%before = located_event%event%before
+      found%event%after = located_event%event%after
       found%fraction = 0.0_wp
-      sighting = found
+      located_event = found
    end subroutine look_behind
 
    !> Lets elements determine anew where contact with the foundation is open: beyond the event it is closed.
@@ -151,21 +152,21 @@ contains
    end subroutine forget_opening
 
    !> Zero of the event function by Chandrupatla's bracketing rule.
-   subroutine bracket_zero(problem, step, run, trial, ahead, division, sighting)
+   subroutine bracket_zero(problem, step, run, trial, ahead, division, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
-      type(located_event_t), intent(inout) :: sighting
+      type(located_event_t), intent(inout) :: located_event
       type(state_t) :: here, below, above
       type(path_tangent_t) :: heading, heading_above
       type(bracket_t) :: bracket
       real(wp) :: f, f_below, f_above, left
       logical :: held, low_moved, releases
 
-      associate (event => sighting%event, located => sighting%located)
+      associate (event => located_event%event, located => located_event%located)
          releases = event%kind == event_release
          held = event%kind == event_contact .and. event%ground%contact == 0 .and. &
             & .not. (event%divided .and. event%before < 0.0_wp)
@@ -186,10 +187,10 @@ contains
          ! sign.
          located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. held
          search: do while (.not. located)
-            if (.not. next_guess(bracket, step%locate_tolerance, sighting%fraction)) then
-               sighting%place = above
-               sighting%heading = heading_above
-               sighting%fraction = bracket%high
+            if (.not. next_guess(bracket, step%locate_tolerance, located_event%fraction)) then
+               located_event%place = above
+               located_event%heading = heading_above
+               located_event%fraction = bracket%high
                ! The bracket cannot be narrowed further. A continuous event function hardly differs between its ends; a function
                ! that jumps has no zero. For a contact change the length of the bracket decides instead: the contact force may begin
                ! with any slope, and the structure may yield by the effect of one node more or less in contact.
@@ -203,15 +204,15 @@ contains
                exit search
             end if
             ! With the contact set of the start the event function of a contact change is smooth through its zero.
-            call point_within(problem, run, trial, ahead, division, sighting%fraction, held, held, here, sighting%report)
-            if (held .and. sighting%report%converged) then
+            call point_within(problem, run, trial, ahead, division, located_event%fraction, held, held, here, located_event%report)
+            if (held .and. located_event%report%converged) then
                ! If other candidates violate their conditions with that set, the LCP has to determine it.
                if (.not. holds_elsewhere(problem, run%system, event%marked, here)) then
                   held = .false.
                   cycle search
                end if
             end if
-            if (.not. sighting%report%converged) exit search
+            if (.not. located_event%report%converged) exit search
             heading = path_tangent_of(problem, run, here)
             event%pivots = run%system%negative_pivots
             if (releases) then
@@ -219,15 +220,15 @@ contains
             else
                f = event_value(problem, event, here, test_values_at(problem, run, here, heading))
             end if
-            sighting%place = here
-            sighting%heading = heading
+            located_event%place = here
+            located_event%heading = heading
             ! Distance to the zero as a change of the load factor, estimated by the flatter of the secants to both ends.
             left = abs(f) * max(abs(above%load_factor - here%load_factor) / max(abs(f_above - f), tiny(f)), &
                & abs(here%load_factor - below%load_factor) / max(abs(f - f_below), tiny(f)))
             located = abs(f) <= step%locate_tolerance * bracket%scale .and. left <= step%locate_tolerance * &
                & max(abs(here%load_factor), abs(trial%load_factor - run%state%load_factor))
             if (located) exit search
-            call take_value(bracket, sighting%fraction, f, low_moved)
+            call take_value(bracket, located_event%fraction, f, low_moved)
             if (low_moved) then
                below = here
                f_below = f
@@ -249,66 +250,69 @@ contains
          type(law_corner_t) :: law
          law = corner_between(problem, below, above)
          if (alike(problem, below, above) .and. law%candidate == 0) return
-         sighting%located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial) .and. &
-            & is_extreme(step, run%state%load_factor, trial%load_factor, sighting)
-         sighting%event%corner = sighting%located
-         if (.not. sighting%located) return
-         sighting%event%law = law
-         sighting%event%note = note_of_corner
+         located_event%located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, &
+            & trial) .and. &
+            & is_extreme(step, run%state%load_factor, trial%load_factor, located_event)
+         located_event%event%corner = located_event%located
+         if (.not. located_event%located) return
+         located_event%event%law = law
+         located_event%event%note = note_of_corner
       end subroutine take_corner
    end subroutine bracket_zero
 
    !> Corrects the located state to the prescribed value itself. If the value cannot be prescribed or the corrector fails, the state
    !> stays, and its error bar contains the difference.
-   subroutine meet_value(problem, run, sighting)
+   subroutine meet_value(problem, run, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run            !! its system is factored at the place on success
-      type(located_event_t), intent(inout) :: sighting  !! located
+      type(located_event_t), intent(inout) :: located_event !! located
       type(increment_t) :: report
       type(state_t) :: there
       type(path_tangent_t) :: heading
       real(wp) :: left
-      if (.not. can_be_held(problem, sighting%event%monitor)) return
-      call linearise(problem, sighting%place, sighting%place, run%system)
-      left = event_value(problem, sighting%event, sighting%place, test_values_at(problem, run, sighting%place, sighting%heading))
-      there = sighting%place
-      call correct(problem, sighting%place, holding_value(sighting%event%monitor, -left), .false., there, run%system, report)
+      if (.not. can_be_held(problem, located_event%event%monitor)) return
+      call linearise(problem, located_event%place, located_event%place, run%system)
+      left = event_value(problem, located_event%event, located_event%place, test_values_at(problem, run, located_event%place, &
+         & located_event%heading))
+      there = located_event%place
+      call correct(problem, located_event%place, holding_value(located_event%event%monitor, -left), .false., there, &
+         & run%system, report)
       if (.not. report%converged) return
       heading = path_tangent_of(problem, run, there)
-      sighting%event%held = .true.
-      sighting%place = there
-      sighting%heading = heading
+      located_event%event%held = .true.
+      located_event%place = there
+      located_event%heading = heading
    end subroutine meet_value
 
    !> Checks that the located state lies on the path between both ends, and that a limit point is not below (maximum) or above
    !> (minimum) both of them.
-   logical function is_what_it_says(problem, step, run, trial, ahead, sighting) result(right)
+   logical function is_what_it_says(problem, step, run, trial, ahead, located_event) result(right)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead
-      type(located_event_t), intent(in) :: sighting
-      right = run%fresh .or. .not. alike(problem, run%state, sighting%place)
-      if (.not. right) right = lies_between(problem, run%state, trial, run%heading, ahead, sighting%place)
-      if (sighting%event%kind == event_limit) right = right .and. is_extreme(step, run%state%load_factor, trial%load_factor, &
-         & sighting)
+      type(located_event_t), intent(in) :: located_event
+      right = run%fresh .or. .not. alike(problem, run%state, located_event%place)
+      if (.not. right) right = lies_between(problem, run%state, trial, run%heading, ahead, located_event%place)
+      if (located_event%event%kind == event_limit) right = right .and. is_extreme(step, run%state%load_factor, trial%load_factor, &
+         & located_event)
    end function is_what_it_says
 
    !> True for a limit point whose load is above, or below, those of both ends of the increment.
-   pure logical function is_extreme(step, first, last, sighting) result(right)
+   pure logical function is_extreme(step, first, last, located_event) result(right)
       type(step_t), intent(in) :: step
       real(wp), intent(in) :: first, last          !! load factors of the ends
-      type(located_event_t), intent(in) :: sighting
+      type(located_event_t), intent(in) :: located_event
       real(wp) :: noise
       right = .true.
-      associate (top => sighting%place%load_factor)
+      associate (top => located_event%place%load_factor)
          ! The load is stationary there: its error is the square of the position error, while the loads of the end points err by the
          ! residual that the iteration leaves.
          noise = step%locate_tolerance * max(abs(top - first), abs(top - last)) + 4.0_wp * spacing(top) + &
             & step%tolerance * max(abs(first), abs(last))
-         if (sighting%event%before > 0.0_wp) right = right .and. top >= max(first, last) - noise
-         if (sighting%event%before < 0.0_wp) right = right .and. top <= min(first, last) + noise
+         if (located_event%event%before > 0.0_wp) right = right .and. top >= max(first, last) - noise
+         if (located_event%event%before < 0.0_wp) right = right .and. top <= min(first, last) + noise
       end associate
    end function is_extreme
 

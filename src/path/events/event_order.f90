@@ -73,14 +73,14 @@ contains
 
    !> True if the load rate changes its sign while the contact set stays and the number of negative pivots changes by an even
    !> number: the eigenvalue of the limit point is accompanied by a second one that changes its sign undetected.
-   pure logical function one_sided(run, trial, probe, seen)
+   pure logical function one_sided(run, trial, test_values, seen)
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
-      type(test_values_t), intent(in) :: probe
+      type(test_values_t), intent(in) :: test_values
       type(located_event_t), intent(in) :: seen(:)
       integer :: i
-      one_sided = run%probe%load_rate * probe%load_rate < 0.0_wp .and. all(run%state%active .eqv. trial%active) .and. &
-         & modulo(probe%negative_pivots - run%probe%negative_pivots, 2) == 0
+      one_sided = run%test_values%load_rate * test_values%load_rate < 0.0_wp .and. all(run%state%active .eqv. trial%active) .and. &
+         & modulo(test_values%negative_pivots - run%test_values%negative_pivots, 2) == 0
       ! If bifurcations were located at the limit point, the several eigenvalues are listed already.
       do i = 1, size(seen)
          if (seen(i)%event%kind == event_limit .and. seen(i)%located) one_sided = one_sided .and. .not. any( &
@@ -96,7 +96,7 @@ contains
       logical, intent(in) :: told(:)
       real(wp), intent(in) :: fraction           !! position of the place in the increment, 0 to 1
       integer :: i
-      pivots = run%probe%negative_pivots
+      pivots = run%test_values%negative_pivots
       do i = 1, size(seen)
          if (seen(i)%event%kind /= event_bifurcation .or. .not. seen(i)%located) cycle
          if (told(i) .and. seen(i)%fraction <= same_place) cycle

@@ -20,10 +20,10 @@ module event_search
 
    !> Results of the search for events, before anything is recorded.
    type :: findings_t
-      type(test_values_t) :: probe                   !! at the trial
+      type(test_values_t) :: test_values             !! at the trial
       type(located_event_t), allocatable :: seen(:)
       logical :: comes_home = .false.          !! the last of them is a branch closure: the branch returns to its parent path
-      logical, allocatable :: told(:)          !! (seen) true: duplicate of another event, or spurious; not reported
+      logical, allocatable :: duplicate(:)     !! (seen) true: duplicate of another event, or spurious; not reported
       integer, allocatable :: beside(:) !! (seen) limit point at a corner: index of the contact change there; 0: none
       type(system_t), allocatable :: at_trial !! system factored at the trial, which the location of events overwrites; not
       !! allocated if there are no events
@@ -44,13 +44,13 @@ contains
       type(findings_t), intent(out) :: findings  !! components not determined here keep their defaults
       type(event_t), allocatable :: events(:)
       type(located_event_t), allocatable :: home
-      findings%probe = test_values_at(problem, run, trial, ahead)
-      call count_released(problem, trial, run%system, findings%probe%free_pivots, findings%probe%weak)
+      findings%test_values = test_values_at(problem, run, trial, ahead)
+      call count_released(problem, trial, run%system, findings%test_values%free_pivots, findings%test_values%weak)
       if (run%fresh) then
-         run%probe%load_rate = findings%probe%load_rate
-         run%probe%monitor_rate = findings%probe%monitor_rate
+         run%test_values%load_rate = findings%test_values%load_rate
+         run%test_values%monitor_rate = findings%test_values%monitor_rate
       end if
-      call detect_events(problem, step, run%probe, findings%probe, run%state, trial, events)
+      call detect_events(problem, step, run%test_values, findings%test_values, run%state, trial, events)
       call check_parent_path(problem, run, trial, ahead, events, home)
       findings%comes_home = allocated(home)
       if (size(events) > 0 .or. findings%comes_home) findings%at_trial = run%system
@@ -85,19 +85,19 @@ contains
       part = findings%seen(limit)%fraction
       call linearise(problem, place, place, run%system)
       top = test_values_at(problem, run, place, heading)
-      call value_events(problem, step, run%probe, top, run%state, place, events)
-      call value_events(problem, step, top, findings%probe, place, trial, beyond_it)
+      call value_events(problem, step, run%test_values, top, run%state, place, events)
+      call value_events(problem, step, top, findings%test_values, place, trial, beyond_it)
       if (size(events) + size(beyond_it) == 0) return
-      call drop_known(run%probe, findings%probe, events)
+      call drop_known(run%test_values, findings%test_values, events)
       n = size(findings%seen)
       call look(problem, step, run, place, heading, events, findings%seen)
       findings%seen(n + 1:)%fraction = part * findings%seen(n + 1:)%fraction
       call copy_path_state(run, beyond)
       beyond%state = place
       beyond%heading = heading
-      beyond%probe = top
+      beyond%test_values = top
       beyond%fresh = .false.
-      call drop_known(run%probe, findings%probe, beyond_it)
+      call drop_known(run%test_values, findings%test_values, beyond_it)
       n = size(findings%seen)
       call look(problem, step, beyond, trial, ahead, beyond_it, findings%seen)
       findings%seen(n + 1:)%fraction = part + (1.0_wp - part) * findings%seen(n + 1:)%fraction

@@ -31,99 +31,100 @@ module smooth_zero
 contains
 
    !> Finds the zero of the event function between the last accepted point and the trial.
-   subroutine locate_smooth(problem, step, run, trial, ahead, division, sighting)
+   subroutine locate_smooth(problem, step, run, trial, ahead, division, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
-      type(located_event_t), intent(inout) :: sighting  !! sets located, place, heading, fraction, and the scale of its event
+      type(located_event_t), intent(inout) :: located_event !! sets located, place, heading, fraction, and the scale of its event
       type(zero_search_t) :: search
       logical :: told, found
-      sighting%located = .false.
-      search%bracket = new_bracket(sighting%event%before, sighting%event%after)
-      if (sighting%event%kind == event_bifurcation) then
-         call bracket_eigenvalue(problem, step, run, trial, search%bracket, sighting, told)
+      located_event%located = .false.
+      search%bracket = new_bracket(located_event%event%before, located_event%event%after)
+      if (located_event%event%kind == event_bifurcation) then
+         call bracket_eigenvalue(problem, step, run, trial, search%bracket, located_event, told)
          if (told) return
       end if
-      sighting%event%scale = search%bracket%scale
+      located_event%event%scale = search%bracket%scale
       ! A contact change at nodes may make the function jump, so that no zero can be interpolated. Foundations that act along
       ! elements begin and end their contact gradually.
       if (.not. division%smooth .and. any(run%state%active .neqv. trial%active)) return
-      call find_zero(problem, step, run, trial, ahead, division, search, sighting, found)
-      if (found) call bring_to_balance(problem, step, run, sighting, found)
+      call find_zero(problem, step, run, trial, ahead, division, search, located_event, found)
+      if (found) call bring_to_balance(problem, step, run, located_event, found)
       if (found) then
-         sighting%event%pivots = run%system%negative_pivots
+         located_event%event%pivots = run%system%negative_pivots
          ! The state is in balance like any other point, and the function zero relative to its change over the increment. At the
          ! zero of an eigenvalue other test functions are undefined; the samples have decided about them.
-         sighting%located = .true.
-         if (sighting%event%kind == event_bifurcation) call confirm_bifurcation(problem, step, run, trial, search, sighting)
+         located_event%located = .true.
+         if (located_event%event%kind == event_bifurcation) call confirm_bifurcation(problem, step, run, trial, search, &
+            & located_event)
       else if (run%since_change%shrunk) then
-         call take_beginning(problem, step, run, sighting)
-      else if (sighting%event%kind == event_limit) then
-         call take_nearer_end(problem, step, run, trial, ahead, sighting)
+         call take_beginning(problem, step, run, located_event)
+      else if (located_event%event%kind == event_limit) then
+         call take_nearer_end(problem, step, run, trial, ahead, located_event)
       end if
    end subroutine locate_smooth
 
    !> Computes the event's eigenvalue at both ends of the increment.
-   subroutine bracket_eigenvalue(problem, step, run, trial, bracket, sighting, told)
+   subroutine bracket_eigenvalue(problem, step, run, trial, bracket, located_event, told)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(bracket_t), intent(out) :: bracket
-      type(located_event_t), intent(inout) :: sighting
+      type(located_event_t), intent(inout) :: located_event
       logical, intent(out) :: told               !! the event is decided at the ends: no zero is to be searched inside
       real(wp) :: f
       call linearise(problem, trial, trial, run%system)
-      f = zero_eigenvalue(problem, run, sighting%event, trial)
+      f = zero_eigenvalue(problem, run, located_event%event, trial)
       call linearise(problem, run%state, run%state, run%system)
-      bracket = new_bracket(zero_eigenvalue(problem, run, sighting%event, run%state), f)
-      sighting%event%scale = bracket%scale
-      sighting%later = bracket%f_low * f > 0.0_wp .and. sighting%event%before * f > 0.0_wp
-      told = sighting%later .or. bracket%f_low * sighting%event%before <= 0.0_wp
-      if (sighting%later .or. .not. told) return
+      bracket = new_bracket(zero_eigenvalue(problem, run, located_event%event, run%state), f)
+      located_event%event%scale = bracket%scale
+      located_event%later = bracket%f_low * f > 0.0_wp .and. located_event%event%before * f > 0.0_wp
+      told = located_event%later .or. bracket%f_low * located_event%event%before <= 0.0_wp
+      if (located_event%later .or. .not. told) return
       ! The eigenvalue vanished close to the last point, whose pivots had the sign of rounding.
-      call take_beginning(problem, step, run, sighting)
-      sighting%located = sighting%located .or. abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
+      call take_beginning(problem, step, run, located_event)
+      located_event%located = located_event%located .or. abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
    end subroutine bracket_eigenvalue
 
    !> Corrects the interpolated state if its residual is above tolerance, as happens if touchdown points moved far between the
    !> samples. Bifurcations are not corrected, for the reason in the header.
-   subroutine bring_to_balance(problem, step, run, sighting, balanced)
+   subroutine bring_to_balance(problem, step, run, located_event, balanced)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! its system is factored at the place on return
-      type(located_event_t), intent(inout) :: sighting !! its place is corrected
+      type(located_event_t), intent(inout) :: located_event !! its place is corrected
       logical, intent(out) :: balanced
       type(control_t) :: hold
       type(state_t) :: base
-      call linearise(problem, sighting%place, sighting%place, run%system)
+      call linearise(problem, located_event%place, located_event%place, run%system)
       balanced = run%system%ok
       if (.not. balanced) return
-      call note_balance(step, run%system, sighting%report, balanced)
-      if (balanced .or. sighting%event%kind == event_bifurcation) return
-      base = sighting%place
-      hold = normal_plane(problem, base, sighting%heading)
+      call note_balance(step, run%system, located_event%report, balanced)
+      if (balanced .or. located_event%event%kind == event_bifurcation) return
+      base = located_event%place
+      hold = normal_plane(problem, base, located_event%heading)
       hold%increment = 0.0_wp
-      call correct(problem, base, hold, .true., sighting%place, run%system, sighting%report)
-      if (sighting%report%converged) call note_balance(step, run%system, sighting%report, balanced)
+      call correct(problem, base, hold, .true., located_event%place, run%system, located_event%report)
+      if (located_event%report%converged) call note_balance(step, run%system, located_event%report, balanced)
    end subroutine bring_to_balance
 
    !> Checks that an eigenvalue is zero at the interpolated state, and computes the turn of the path tangent per unit force on the
    !> null vector, by which two close paths would be separated. The order of the eigenvalues is rounding there, and the smallest one
    !> counts.
-   subroutine confirm_bifurcation(problem, step, run, trial, search, sighting)
+   subroutine confirm_bifurcation(problem, step, run, trial, search, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! its system is factored at the place
       type(state_t), intent(in) :: trial
       type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: sighting !! sets located, swerve
+      type(located_event_t), intent(inout) :: located_event !! sets located, swerve
       real(wp) :: f
-      f = zero_eigenvalue(problem, run, sighting%event, sighting%place, search%modes)
-      sighting%located = minval(abs(search%modes%mu)) <= sqrt(step%locate_tolerance) * search%bracket%scale
-      sighting%swerve = swerve_per_force(search, path_length(problem, run%state, trial))
+      f = zero_eigenvalue(problem, run, located_event%event, located_event%place, search%modes)
+      located_event%located = minval(abs(search%modes%mu)) <= sqrt(step%locate_tolerance) * search%bracket%scale
+      located_event%swerve = swerve_per_force(search, path_length(problem, run%state, trial))
    end subroutine confirm_bifurcation
 end module smooth_zero

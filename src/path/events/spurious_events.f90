@@ -32,24 +32,25 @@ contains
       type(state_t), intent(in) :: trial
       type(findings_t), intent(in) :: findings
       integer :: i
-      better = .not. findings%comes_home .and. one_sided(run, trial, findings%probe, findings%seen)
+      better = .not. findings%comes_home .and. one_sided(run, trial, findings%test_values, findings%seen)
       do i = 1, size(findings%seen)
          if (better) return
-         associate (sighting => findings%seen(i))
-            better = .not. (findings%told(i) .or. sighting%located .or. &
-               & any(sighting%event%kind == [event_value_reached, event_turning])) .or. passes_kinks(problem, run%state, sighting)
+         associate (located_event => findings%seen(i))
+            better = .not. (findings%duplicate(i) .or. located_event%located .or. &
+               & any(located_event%event%kind == [event_value_reached, event_turning])) .or. passes_kinks(problem, run%state, &
+               & located_event)
          end associate
       end do
    end function better_from_nearer
 
    !> True if the located event has more interface points of foundations inside elements than the last point: a point in between
    !> gives them nodes. The interface points of the last point were refused nodes already.
-   logical function passes_kinks(problem, last, sighting)
+   logical function passes_kinks(problem, last, located_event)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: last
-      type(located_event_t), intent(in) :: sighting
-      passes_kinks = sighting%located .and. any(problem%layout%stretch%free)
-      if (passes_kinks) passes_kinks = inner_cuts(find_cuts(problem, sighting%place)) > max(size(problem%mark), &
+      type(located_event_t), intent(in) :: located_event
+      passes_kinks = located_event%located .and. any(problem%layout%rod_segment%free)
+      if (passes_kinks) passes_kinks = inner_cuts(find_cuts(problem, located_event%place)) > max(size(problem%mark), &
          & inner_cuts(find_cuts(problem, last)))
    end function passes_kinks
 
@@ -64,56 +65,56 @@ contains
       logical :: weak
       associate (seen => findings%seen)
          call count_released(problem, seen(end)%place, run%system, pivots, weak)
-         hides = weak .and. run%probe%weak .and. run%system%negative_pivots == run%probe%negative_pivots
+         hides = weak .and. run%test_values%weak .and. run%system%negative_pivots == run%test_values%negative_pivots
          do i = 1, size(seen)
-            if (seen(i)%event%kind == event_release .and. seen(i)%located .and. .not. findings%told(i) .and. &
+            if (seen(i)%event%kind == event_release .and. seen(i)%located .and. .not. findings%duplicate(i) .and. &
                & seen(i)%fraction < seen(end)%fraction) pivots = pivots - nint(sign(1.0_wp, seen(i)%event%before))
          end do
       end associate
-      hides = hides .and. pivots /= run%probe%free_pivots
+      hides = hides .and. pivots /= run%test_values%free_pivots
    end function hides_release
 
    !> True for a turning point of a monitor that changes by rounding only, for example a monitor that is constant by symmetry.
-   logical function turns_by_rounding(problem, step, run, probe, sighting) result(no_turn)
+   logical function turns_by_rounding(problem, step, run, test_values, located_event) result(no_turn)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run             !! its system is factored at the place
-      type(test_values_t), intent(in) :: probe         !! at the trial
-      type(located_event_t), intent(in) :: sighting
+      type(test_values_t), intent(in) :: test_values   !! at the trial
+      type(located_event_t), intent(in) :: located_event
       type(test_values_t) :: there
       real(wp) :: least
       integer :: m
       no_turn = .false.
-      if (sighting%event%kind /= event_turning) return
-      m = step%turning(sighting%event%monitor)
-      there = new_test_values(problem, sighting%place, run%system, sighting%heading%load)
+      if (located_event%event%kind /= event_turning) return
+      m = step%turning(located_event%event%monitor)
+      there = new_test_values(problem, located_event%place, run%system, located_event%heading%load)
       least = rounding_of(problem, m)
-      if (allocated(sighting%bars)) then
-         if (sighting%bars%monitor(m)%told) least = max(least, sighting%bars%monitor(m)%rounding)
+      if (allocated(located_event%bars)) then
+         if (located_event%bars%monitor(m)%estimated) least = max(least, located_event%bars%monitor(m)%rounding)
       end if
-      no_turn = maxval(abs(there%monitor(m) - [run%probe%monitor(m), probe%monitor(m)])) <= least
+      no_turn = maxval(abs(there%monitor(m) - [run%test_values%monitor(m), test_values%monitor(m)])) <= least
    end function turns_by_rounding
 
    !> Rejects a limit point that the enriched elements have farther away than the path since the last contact change, or, ahead,
    !> than that path and the path to the trial together: where the load is nearly constant, the mesh error alone may make it fall.
-   subroutine doubt_limit(problem, run, trial, sighting)
+   subroutine doubt_limit(problem, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: trial
-      type(located_event_t), intent(inout) :: sighting !! its bars become sign-uncertain
+      type(located_event_t), intent(inout) :: located_event !! its bars become sign-uncertain
       real(wp) :: reach
-      if (.not. allocated(sighting%bars) .or. sighting%event%kind /= event_limit) return
-      reach = run%arc_length - max(run%left_at, run%since_change%at) + path_length(problem, run%state, sighting%place)
-      if (sighting%bars%way > 0.0_wp) reach = reach + path_length(problem, sighting%place, trial)
-      if (abs(sighting%bars%way) > reach) sighting%bars%unsure = .true.
+      if (.not. allocated(located_event%bars) .or. located_event%event%kind /= event_limit) return
+      reach = run%arc_length - max(run%left_at, run%since_change%at) + path_length(problem, run%state, located_event%place)
+      if (located_event%bars%way > 0.0_wp) reach = reach + path_length(problem, located_event%place, trial)
+      if (abs(located_event%bars%way) > reach) located_event%bars%unsure = .true.
    end subroutine doubt_limit
 
    !> Rejects a bifurcation that may be two paths passing each other closely: the null vector feels a force, which separates the
    !> paths, and the points of the interpolation lie on both.
-   pure subroutine doubt_bifurcation(sighting)
-      type(located_event_t), intent(inout) :: sighting !! located becomes false if rejected
-      if (.not. allocated(sighting%bars) .or. sighting%event%kind /= event_bifurcation) return
-      sighting%located = sighting%bars%unfolding * sighting%swerve <= largest_turn
-      if (.not. sighting%located) sighting%event%note = passing
+   pure subroutine doubt_bifurcation(located_event)
+      type(located_event_t), intent(inout) :: located_event !! located becomes false if rejected
+      if (.not. allocated(located_event%bars) .or. located_event%event%kind /= event_bifurcation) return
+      located_event%located = located_event%bars%unfolding * located_event%swerve <= largest_turn
+      if (.not. located_event%located) located_event%event%note = passing
    end subroutine doubt_bifurcation
 end module spurious_events

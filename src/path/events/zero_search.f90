@@ -39,7 +39,7 @@ contains
 
    !> Finds the zero and the state there: by cubic interpolation between samples around it, or else, unless it is a bifurcation, by
    !> bracketing.
-   subroutine find_zero(problem, step, run, trial, ahead, division, search, sighting, found)
+   subroutine find_zero(problem, step, run, trial, ahead, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! its system is factored at some point of the increment on return
@@ -47,29 +47,29 @@ contains
       type(path_tangent_t), intent(in) :: ahead       !! path tangent at the trial
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search !! its bracket is given
-      type(located_event_t), intent(inout) :: sighting !! sets place, heading, fraction, as far as the search succeeded
+      type(located_event_t), intent(inout) :: located_event !! sets place, heading, fraction, as far as the search succeeded
       logical, intent(out) :: found
-      call narrow_bracket(problem, run, trial, ahead, division, search, sighting, found)
-      if (found) call interpolate_zero(problem, run, trial, ahead, division, search, sighting, found)
-      if (.not. found .and. sighting%event%kind /= event_bifurcation) &
-         & call close_in(problem, step, run, trial, ahead, division, search, sighting, found)
+      call narrow_bracket(problem, run, trial, ahead, division, search, located_event, found)
+      if (found) call interpolate_zero(problem, run, trial, ahead, division, search, located_event, found)
+      if (.not. found .and. located_event%event%kind /= event_bifurcation) &
+         & call close_in(problem, step, run, trial, ahead, division, search, located_event, found)
    end subroutine find_zero
 
    !> Narrows the bracket to the spacing of the samples. If the corrector fails near the zero, several eigenvalues may vanish, and
    !> the samples around the estimate decide.
-   subroutine narrow_bracket(problem, run, trial, ahead, division, search, sighting, found)
+   subroutine narrow_bracket(problem, run, trial, ahead, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: sighting
+      type(located_event_t), intent(inout) :: located_event
       logical, intent(out) :: found
       found = .true.
       do while (next_guess(search%bracket, reach, search%centre))
-         call look_at(problem, run, trial, ahead, division, search%centre, search, sighting)
-         found = search%known .or. .not. sighting%report%converged
+         call look_at(problem, run, trial, ahead, division, search%centre, search, located_event)
+         found = search%known .or. .not. located_event%report%converged
          if (.not. search%known .or. abs(search%value_here) <= reach * search%bracket%scale) return
          call take_value(search%bracket, search%centre, search%value_here)
       end do
@@ -77,26 +77,26 @@ contains
 
    !> Zero of the cubic through four samples around the estimate, repeated until the estimate moves by less than two sample
    !> spacings.
-   subroutine interpolate_zero(problem, run, trial, ahead, division, search, sighting, found)
+   subroutine interpolate_zero(problem, run, trial, ahead, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: sighting
+      type(located_event_t), intent(inout) :: located_event
       logical, intent(out) :: found
       type(state_t) :: sample(n_samples)
       real(wp) :: guess
       integer :: try
       do try = 1, max_centres
          guess = search%centre
-         call take_samples(problem, run, trial, ahead, division, search, sighting, sample, found)
+         call take_samples(problem, run, trial, ahead, division, search, located_event, sample, found)
          if (.not. found) return
          found = .not. jumps(search%value)
          if (.not. found) then
             ! A jump from an unstable path to a more stable one, too close to be separated, is accepted as the continuation.
-            sighting%passes = sighting%event%after > 0.0_wp .and. &
+            located_event%passes = located_event%event%after > 0.0_wp .and. &
                & path_length(problem, sample(2), sample(3)) <= apart * path_length(problem, sample(1), sample(4))
             return
          end if
@@ -107,35 +107,35 @@ contains
       found = search%centre >= -reach .and. search%centre <= 1.0_wp + reach
       if (.not. found) return
       search%centre = min(max(search%centre, 0.0_wp), 1.0_wp)
-      sighting%fraction = search%centre
-      call state_between(problem, sample, search%at, search%centre, sighting%place, sighting%heading)
-      if (run%heading%load * ahead%load > 0.0_wp) sighting%place%load_factor = min(max(sighting%place%load_factor, &
+      located_event%fraction = search%centre
+      call state_between(problem, sample, search%at, search%centre, located_event%place, located_event%heading)
+      if (run%heading%load * ahead%load > 0.0_wp) located_event%place%load_factor = min(max(located_event%place%load_factor, &
          & min(run%state%load_factor, trial%load_factor)), max(run%state%load_factor, trial%load_factor))
    end subroutine interpolate_zero
 
    !> Computes states of the path around the search's centre, and the function there.
-   subroutine take_samples(problem, run, trial, ahead, division, search, sighting, sample, found)
+   subroutine take_samples(problem, run, trial, ahead, division, search, located_event, sample, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: sighting
+      type(located_event_t), intent(inout) :: located_event
       type(state_t), intent(inout) :: sample(n_samples)
       logical, intent(out) :: found
       type(modes_t) :: modes(n_samples)
       integer :: k
       search%at = sample_places(search%centre)
       do k = 1, n_samples
-         call look_at(problem, run, trial, ahead, division, search%at(k), search, sighting)
+         call look_at(problem, run, trial, ahead, division, search%at(k), search, located_event)
          search%value(k) = search%value_here
          sample(k) = search%here
          found = search%known
          if (.not. found) return
-         if (sighting%event%kind == event_bifurcation) modes(k) = search%modes
+         if (located_event%event%kind == event_bifurcation) modes(k) = search%modes
       end do
-      if (sighting%event%kind == event_bifurcation) call follow_through_zero(modes, sighting%event, search%value)
+      if (located_event%event%kind == event_bifurcation) call follow_through_zero(modes, located_event%event, search%value)
    end subroutine take_samples
 
    !> Positions of the samples: two on each side of the centre, or, next to an end of the increment, four on one side at a distance
@@ -150,7 +150,7 @@ contains
 
    !> Zero by bracketing alone: when a foundation begins to act, the function may bend so much between the samples that they mistake
    !> it for a jump.
-   subroutine close_in(problem, step, run, trial, ahead, division, search, sighting, found)
+   subroutine close_in(problem, step, run, trial, ahead, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -158,25 +158,25 @@ contains
       type(path_tangent_t), intent(in) :: ahead
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: sighting
+      type(located_event_t), intent(inout) :: located_event
       logical, intent(out) :: found
       found = .false.
       do while (next_guess(search%bracket, epsilon(1.0_wp), search%centre))
-         call look_at(problem, run, trial, ahead, division, search%centre, search, sighting)
-         sighting%place = search%here
+         call look_at(problem, run, trial, ahead, division, search%centre, search, located_event)
+         located_event%place = search%here
          if (.not. search%known) return
          found = abs(search%value_here) <= step%locate_tolerance * search%bracket%scale
          if (found) exit
          call take_value(search%bracket, search%centre, search%value_here)
       end do
       if (.not. found) return
-      sighting%fraction = search%centre
-      sighting%heading = path_tangent_of(problem, run, sighting%place)
+      located_event%fraction = search%centre
+      located_event%heading = path_tangent_of(problem, run, located_event%place)
    end subroutine close_in
 
    !> Computes a point of the increment and the function there; `known` is false if the corrector fails or the contact set differs
    !> from the trial's.
-   subroutine look_at(problem, run, trial, ahead, division, fraction, search, sighting)
+   subroutine look_at(problem, run, trial, ahead, division, fraction, search, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run          !! its system is factored at the point on return
       type(state_t), intent(in) :: trial
@@ -184,16 +184,16 @@ contains
       type(division_t), intent(inout) :: division
       real(wp), value :: fraction               !! 0 to 1; may alias a component of the search
       type(zero_search_t), intent(inout) :: search
-      type(located_event_t), intent(inout) :: sighting !! its report is that of the point
+      type(located_event_t), intent(inout) :: located_event !! its report is that of the point
       search%value_here = 0.0_wp
-      call point_within(problem, run, trial, ahead, division, fraction, .false., .false., search%here, sighting%report)
-      search%known = sighting%report%converged
+      call point_within(problem, run, trial, ahead, division, fraction, .false., .false., search%here, located_event%report)
+      search%known = located_event%report%converged
       if (search%known) search%known = all(search%here%active .eqv. trial%active)
       if (.not. search%known) return
-      if (sighting%event%kind == event_bifurcation) then
-         search%value_here = zero_eigenvalue(problem, run, sighting%event, search%here, search%modes)
+      if (located_event%event%kind == event_bifurcation) then
+         search%value_here = zero_eigenvalue(problem, run, located_event%event, search%here, search%modes)
       else
-         search%value_here = event_value(problem, sighting%event, search%here, test_values_at(problem, run, search%here, &
+         search%value_here = event_value(problem, located_event%event, search%here, test_values_at(problem, run, search%here, &
             & path_tangent_of(problem, run, search%here)))
       end if
    end subroutine look_at

@@ -87,10 +87,10 @@ contains
       type(next_t), intent(inout) :: next
       type(differences_t) :: differences
       integer :: begun, ended
-      call compare_sets(present_contact_spans(problem, run%state), run%touches, &
-         & nodes%layout%stretch%length / (nodes%element_last - &
+      call compare_sets(present_contact_spans(problem, run%state), run%spans_begun, &
+         & nodes%layout%rod_segment%length / (nodes%element_last - &
          & nodes%element_first + 1), problem%chain_start, nodes%candidates%chain_length, &
-         & present_contact_spans(next%problem, next%state), next%problem%touch, differences)
+         & present_contact_spans(next%problem, next%state), next%problem%contact_span, differences)
       begun = differences%gained + differences%merged
       ended = differences%lost + differences%divided
       if (begun > 0) next%label = 'C+'
@@ -114,10 +114,10 @@ contains
    end function is_near
 
    !> Nodes on line contacts, and nodes next to point contacts.
-   function at_touches(nodes, state, touch) result(active)
+   function at_touches(nodes, state, contact_span) result(active)
       type(problem_t), intent(in) :: nodes
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: touch(:)
+      type(contact_span_t), intent(in) :: contact_span(:)
       logical :: active(nodes%candidates%n)
       real(wp) :: at(2)
       integer :: c, side, e, k
@@ -129,9 +129,10 @@ contains
             ! Half of the element next to the node.
             at = state%geometry%element(e)%s + nodes%origin(e)
             at(side) = 0.5_wp * sum(at)
-            do k = 1, size(touch)
-               if (touch(k)%stretch /= nodes%stretch(e) .or. touch(k)%contact /= nodes%candidates%contact(c)) cycle
-               active(c) = active(c) .or. (touch(k)%at(2) >= at(1) .and. touch(k)%at(1) <= at(2))
+            do k = 1, size(contact_span)
+               if (contact_span(k)%rod_segment /= nodes%rod_segment(e) .or. contact_span(k)%contact /= &
+                  & nodes%candidates%contact(c)) cycle
+               active(c) = active(c) .or. (contact_span(k)%at(2) >= at(1) .and. contact_span(k)%at(1) <= at(2))
             end do
          end do
       end do

@@ -14,36 +14,36 @@ module initial_contacts
 contains
 
    !> All places with a least gap of zero. A rod along its obstacle has no such places.
-   function find_first_touches(problem) result(touch)
+   function find_first_touches(problem) result(contact_span)
       type(problem_t), intent(in) :: problem         !! on the deck's mesh
-      type(contact_span_t), allocatable :: touch(:)
+      type(contact_span_t), allocatable :: contact_span(:)
       real(wp), allocatable :: at(:), gap(:)
       logical, allocatable :: touches(:)              ! with one additional value at each end
-      integer :: contact, stretch, i
-      allocate (touch(0))
+      integer :: contact, rod_segment, i
+      allocate (contact_span(0))
       do contact = 1, size(problem%deck%contact)
          if (.not. problem%deck%contact(contact)%along) cycle
-         do stretch = 1, size(problem%layout%stretch)
-            if (.not. (problem%covered(stretch, contact) .and. problem%layout%stretch(stretch)%free)) cycle
-            call sample_gap(problem, contact, stretch, at, gap)
+         do rod_segment = 1, size(problem%layout%rod_segment)
+            if (.not. (problem%covered(rod_segment, contact) .and. problem%layout%rod_segment(rod_segment)%free)) cycle
+            call sample_gap(problem, contact, rod_segment, at, gap)
             touches = [.false., gap <= touching_gap(problem), .false.]
             do i = 1, size(at)
                if (.not. touches(i + 1) .or. touches(i) .or. touches(i + 2)) cycle
-               touch = [touch, contact_span_t(contact=contact, stretch=stretch, at=[at(i), at(i)])]
+               contact_span = [contact_span, contact_span_t(contact=contact, rod_segment=rod_segment, at=[at(i), at(i)])]
             end do
          end do
       end do
    end function find_first_touches
 
    !> Gap at the deck's nodes along a rod segment, and its minimum inside each element.
-   subroutine sample_gap(problem, contact, stretch, at, gap)
+   subroutine sample_gap(problem, contact, rod_segment, at, gap)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: contact, stretch
+      integer, intent(in) :: contact, rod_segment
       real(wp), allocatable, intent(out) :: at(:)    !! coordinates along the rod segment, increasing
       real(wp), allocatable, intent(out) :: gap(:)
       real(wp) :: inside, place
       integer :: k, n
-      associate (whole => problem%layout%stretch(stretch))
+      associate (whole => problem%layout%rod_segment(rod_segment))
          allocate (at(2 * size(whole%element) + 1), gap(2 * size(whole%element) + 1))
          n = 0
          call keep(whole%at(1), gap_at(problem, contact, whole%element(1), 0.0_wp))

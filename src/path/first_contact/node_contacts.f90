@@ -15,16 +15,16 @@ contains
 
    !> Contact spans from runs of nodes in contact: one or two nodes make a point contact, more a line contact on each rod segment. A
    !> few open nodes between others are waves by the concentration of forces at nodes.
-   function touches_at_nodes(problem, state, most) result(touch)
+   function touches_at_nodes(problem, state, most) result(contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: most        !! largest number of consecutive open nodes that count as such waves
-      type(contact_span_t), allocatable :: touch(:)
+      type(contact_span_t), allocatable :: contact_span(:)
       logical, dimension(problem%candidates%n) :: told, active, done
       integer, allocatable :: run(:)
       logical :: closed
       integer :: c
-      allocate (touch(0))
+      allocate (contact_span(0))
       told = nodes_in_contact(problem, state)
       active = told
       do c = 1, problem%candidates%n
@@ -38,9 +38,9 @@ contains
          call follow_run(problem, active, c, run, closed)
          done(run) = .true.
          if (size(run) <= 2 .and. all(told(run))) then
-            touch = [touch, point_at(problem, state, run(maxloc(state%reaction(run), 1)))]
+            contact_span = [contact_span, point_at(problem, state, run(maxloc(state%reaction(run), 1)))]
          else
-            touch = [touch, lines_along(problem, state, run, closed)]
+            contact_span = [contact_span, lines_along(problem, state, run, closed)]
          end if
       end do
    end function touches_at_nodes
@@ -128,7 +128,7 @@ contains
       integer :: side
       side = merge(1, 2, problem%candidates%element(2, c) > 0)
       new%contact = problem%candidates%contact(c)
-      new%stretch = problem%stretch(problem%candidates%element(3 - side, c))
+      new%rod_segment = problem%rod_segment(problem%candidates%element(3 - side, c))
       new%at = end_of(problem, state, problem%candidates%element(3 - side, c), side)
    end function point_at
 
@@ -144,9 +144,9 @@ contains
       allocate (line(0))
       do i = 1, size(run) - merge(0, 1, closed)
          e = problem%candidates%element(2, run(i))
-         if (new%stretch /= problem%stretch(e) .or. (i > 1 .and. e == problem%element_first(problem%stretch(e)))) then
-            if (new%stretch > 0) line = [line, new]
-            new%stretch = problem%stretch(e)
+         if (new%rod_segment /= problem%rod_segment(e) .or. (i > 1 .and. e == problem%element_first(problem%rod_segment(e)))) then
+            if (new%rod_segment > 0) line = [line, new]
+            new%rod_segment = problem%rod_segment(e)
             new%contact = problem%candidates%contact(run(1))
             new%line = .true.
             new%at(1) = end_of(problem, state, e, 1)
@@ -162,7 +162,8 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e, side
       end_of = state%geometry%element(e)%s(side) + problem%origin(e)
-      if (side == 1 .and. e == problem%element_first(problem%stretch(e))) end_of = 0.0_wp
-      if (side == 2 .and. e == problem%element_last(problem%stretch(e))) end_of = problem%layout%stretch(problem%stretch(e))%length
+      if (side == 1 .and. e == problem%element_first(problem%rod_segment(e))) end_of = 0.0_wp
+      if (side == 2 .and. e == problem%element_last(problem%rod_segment(e))) end_of = &
+         & problem%layout%rod_segment(problem%rod_segment(e))%length
    end function end_of
 end module node_contacts

@@ -79,16 +79,16 @@ contains
       type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       logical, intent(out) :: found
       character(:), allocatable, intent(out) :: why !! reason of the failure
-      type(contact_span_t), allocatable :: touch(:), first(:)
+      type(contact_span_t), allocatable :: contact_span(:), first(:)
       integer :: wave, k, c
       found = .false.
       ! From the literal interpretation of the nodes to the freer ones.
       waves: do wave = 1, size(open_nodes)
-         touch = touches_at_nodes(problem, trial, open_nodes(wave))
+         contact_span = touches_at_nodes(problem, trial, open_nodes(wave))
          if (wave > 1) then
-            if (same_set(touch, first)) cycle waves
+            if (same_set(contact_span, first)) cycle waves
          end if
-         first = touch
+         first = contact_span
          call take_these()
          if (found) call lay_closed_spans()
          if (found) exit waves
@@ -106,7 +106,7 @@ contains
          do while (k <= size(tests))
             if (tests(k)%kind == test_vanishing .and. abs(tests(k)%value) <= test_slack(test_vanishing)) then
                call copy_next(next, kept)
-               touch = laid_down(present_contact_spans(next%problem, next%state), tests(k)%beside, tests(k)%ends)
+               contact_span = laid_down(present_contact_spans(next%problem, next%state), tests(k)%beside, tests(k)%ends)
                call take_these()
                if (found) then
                   tests = tests_of(next)
@@ -122,8 +122,8 @@ contains
 
       !> Finds the equilibrium with these contact spans, and tests it.
       subroutine take_these()
-         touch%number = [(c, c=1, size(touch))]
-         next = new_next(problem, trial, touch)
+         contact_span%number = [(c, c=1, size(contact_span))]
+         next = new_next(problem, trial, contact_span)
          call settle(next, found)
          why = 'equilibrium was not found'
          if (.not. found) return

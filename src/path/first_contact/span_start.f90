@@ -54,7 +54,8 @@ contains
       end do
       first = find_first_touches(problem)
       do k = 1, size(first)
-         touches = touches .or. (first(k)%at(1) > 0.0_wp .and. first(k)%at(1) < problem%layout%stretch(first(k)%stretch)%length)
+         touches = touches .or. (first(k)%at(1) > 0.0_wp .and. &
+            & first(k)%at(1) < problem%layout%rod_segment(first(k)%rod_segment)%length)
       end do
       if (touches) then
          problem = new_sampled_problem(problem, first)
@@ -91,41 +92,42 @@ contains
       type(next_t), intent(in) :: next
       integer :: k
       associate (problem => next%problem)
-         gains = any([(carries(problem%touch(k)) .and. nearest_gap(problem, problem%touch(k)) > touching_gap(problem), &
-            & k=1, size(problem%touch))])
+         gains = any([(carries(problem%contact_span(k)) .and. nearest_gap(problem, &
+            & problem%contact_span(k)) > touching_gap(problem), &
+            & k=1, size(problem%contact_span))])
       end associate
 
    contains
 
       !> True for a contact span with a force that is not taken by a support.
-      logical function carries(touch)
-         type(contact_span_t), intent(in) :: touch
+      logical function carries(contact_span)
+         type(contact_span_t), intent(in) :: contact_span
          real(wp) :: gap, normal(2), bend
-         carries = touch%line
+         carries = contact_span%line
          if (carries) return
-         call candidate_gap(next%problem, next%state, touch%candidate(1), gap, normal, bend)
-         carries = may_react(next%problem, touch%candidate(1), normal)
+         call candidate_gap(next%problem, next%state, contact_span%candidate(1), gap, normal, bend)
+         carries = may_react(next%problem, contact_span%candidate(1), normal)
       end function carries
    end function gains_contact
 
    !> Gap at the start at the local minimum to which the deck's nodes descend from a contact span; 0 if the rod touched beside the
    !> lowest node. Nodes whose supports take the whole contact force do not count, unless there are no others.
-   real(wp) function nearest_gap(problem, touch) result(gap)
+   real(wp) function nearest_gap(problem, contact_span) result(gap)
       type(problem_t), intent(in) :: problem
-      type(contact_span_t), intent(in) :: touch
-      real(wp) :: first(size(problem%deck%contact(touch%contact)%node)), normal(2), bend
+      type(contact_span_t), intent(in) :: contact_span
+      real(wp) :: first(size(problem%deck%contact(contact_span%contact)%node)), normal(2), bend
       integer :: row(problem%deck%mesh%n_nodes), i, e, here, next
       type(contact_span_t), allocatable :: inside(:)
       inside = find_first_touches(problem)
       row = 0
-      associate (contact => problem%deck%contact(touch%contact), mesh => problem%deck%mesh, &
-         & whole => problem%layout%stretch(touch%stretch))
+      associate (contact => problem%deck%contact(contact_span%contact), mesh => problem%deck%mesh, &
+         & whole => problem%layout%rod_segment(contact_span%rod_segment))
          row(contact%node) = [(i, i=1, size(contact%node))]
          do i = 1, size(contact%node)
-            call first_gap(problem, touch%contact, i, first(i), normal, bend)
+            call first_gap(problem, contact_span%contact, i, first(i), normal, bend)
             if (all(problem%deck%fixed(1:2, contact%node(i)) .or. abs(normal) <= along)) first(i) = huge(gap)
          end do
-         e = whole%element(stretch_element(whole, touch%at(1)))
+         e = whole%element(stretch_element(whole, contact_span%at(1)))
          here = lower_end(e)
          do
             next = here
@@ -146,12 +148,12 @@ contains
       !> True for a place in an element at that node; a place closer to a node than gaps can resolve is at the node.
       logical function beside(place)
          type(contact_span_t), intent(in) :: place
-         associate (whole => problem%layout%stretch(place%stretch))
+         associate (whole => problem%layout%rod_segment(place%rod_segment))
             e = whole%element(stretch_element(whole, place%at(1)))
-            beside = place%contact == touch%contact .and. &
+            beside = place%contact == contact_span%contact .and. &
                & minval(abs(whole%at - place%at(1))) > sqrt(touching_gap(problem) * problem%size)
          end associate
-         beside = beside .and. any(problem%deck%mesh%node(:, e) == problem%deck%contact(touch%contact)%node(here))
+         beside = beside .and. any(problem%deck%mesh%node(:, e) == problem%deck%contact(contact_span%contact)%node(here))
       end function beside
 
       !> Node of an element that is nearer to the obstacle, as an index into the contact's nodes.
@@ -179,18 +181,18 @@ contains
       e = problem%beside(3 - side, node)
       home = new_geometry(problem%model, problem%tableau)
       angle = home%element(e)%end_angle(side)
-      held = problem%covered(problem%stretch(e), contact) .and. (.not. problem%model%fixed(3, node) .or. &
+      held = problem%covered(problem%rod_segment(e), contact) .and. (.not. problem%model%fixed(3, node) .or. &
          & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along)
    end function held_end
 
    !> Point contact at such an end.
-   type(contact_span_t) function touch_at_end(problem, contact, node, number) result(touch)
+   type(contact_span_t) function touch_at_end(problem, contact, node, number) result(contact_span)
       type(problem_t), intent(in) :: problem         !! on the deck's mesh
       integer, intent(in) :: contact, node, number
-      touch%contact = contact
-      touch%number = number
-      touch%stretch = problem%stretch(maxval(problem%beside(:, node)))
-      if (problem%beside(1, node) > 0) touch%at = problem%layout%stretch(touch%stretch)%length
+      contact_span%contact = contact
+      contact_span%number = number
+      contact_span%rod_segment = problem%rod_segment(maxval(problem%beside(:, node)))
+      if (problem%beside(1, node) > 0) contact_span%at = problem%layout%rod_segment(contact_span%rod_segment)%length
    end function touch_at_end
 
    !> First point of a path with contact at the start; the run passes from contact at nodes to contact spans.
@@ -231,7 +233,7 @@ contains
          report%hopeless = .true.
          return
       end if
-      next%problem%touch%number = run%touches + next%problem%touch%number
+      next%problem%contact_span%number = run%spans_begun + next%problem%contact_span%number
       run = bound_for(problem, run, next)
       call copy_problem(next%problem, problem)
       trial = next%state

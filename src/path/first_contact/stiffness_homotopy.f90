@@ -184,13 +184,13 @@ contains
          free(i) = huge(free)
          j = i + 2 * side - 3
          if (j >= 1 .and. j <= size(cut)) then
-            if (cut(j)%stretch == cut(i)%stretch) free(i) = abs(at(j) - at(i))
+            if (cut(j)%rod_segment == cut(i)%rod_segment) free(i) = abs(at(j) - at(i))
          end if
       end do
       do i = 1, size(cut)
          nearest = i
          do j = 1, size(cut)
-            if (cut(j)%stretch /= cut(i)%stretch .or. abs(at(j) - at(i)) > beside * maxval(cut(j)%layer)) cycle
+            if (cut(j)%rod_segment /= cut(i)%rod_segment .or. abs(at(j) - at(i)) > beside * maxval(cut(j)%layer)) cycle
             if (free(j) > free(nearest)) nearest = j
          end do
          associate (first => cut(nearest))
@@ -200,12 +200,12 @@ contains
       end do
       ! Ends of one contact that would pass each other are too close for this prediction.
       do i = 1, size(cut)
-         associate (length => problem%layout%stretch(cut(i)%stretch)%length)
+         associate (length => problem%layout%rod_segment(cut(i)%rod_segment)%length)
             if (.not. cut(i)%at_end .and. (cut(i)%at <= 0.0_wp .or. cut(i)%at >= length)) cut%at = at
          end associate
       end do
       do i = 2, size(cut)
-         if (cut(i)%stretch == cut(i - 1)%stretch .and. cut(i)%at <= cut(i - 1)%at .and. .not. (cut(i)%at_end .or. &
+         if (cut(i)%rod_segment == cut(i - 1)%rod_segment .and. cut(i)%at <= cut(i - 1)%at .and. .not. (cut(i)%at_end .or. &
             & cut(i - 1)%at_end)) cut%at = at
       end do
       do side = 1, 2

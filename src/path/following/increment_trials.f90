@@ -67,7 +67,7 @@ contains
       type(relation_t) :: before
       attempt%astray = .false.
       if (attempt%cuts == 0) then
-         attempt%relation%told = .false.
+         attempt%relation%comparable = .false.
          attempt%corner = corner_t()
       end if
       if (.not. attempt%report%converged) return

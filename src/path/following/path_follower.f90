@@ -45,6 +45,8 @@ contains
       type(attempt_t) :: attempt
       if (present(before)) attempt = before
       if (.not. attempt%finished) call go_on(problem, step, run, attempt, recorder, outcome)
+      outcome%dead_end = allocated(outcome%why) .and. outcome%deck_line == 0 .and. .not. (outcome%turns .or. outcome%home .or. &
+         & outcome%wrong .or. outcome%used_up .or. outcome%ended)
       if (.not. outcome%ended) call report_turned_load(problem, step, run, recorder, outcome)
       call keep_standing(problem, run, attempt, recorder, outcome, .true.)
    end subroutine follow_points
@@ -165,7 +167,7 @@ contains
       type(path_state_t), intent(inout) :: run
       run%slopes%closer = 0
       if (allocated(run%slopes%ahead)) call move_alloc(run%slopes%ahead, run%slopes%here)
-      if (allocated(run%footing)) deallocate (run%footing)
+      if (allocated(run%before_coarsening)) deallocate (run%before_coarsening)
       call renew_mesh(problem, run)
       if (allocated(run%spare)) call coarsen_mesh(problem, run)
    end subroutine look_at_mesh

@@ -8,7 +8,7 @@ module step_recovery
    use bordered_system, only: linearise
    use corner_ahead, only: part_before, differ
    use corner_turning, only: turn_corner
-   use path_state, only: path_state_t, checkpoint_t
+   use path_state, only: path_state_t, finer_mesh_t
    use step_control, only: smallest
    use remeshing, only: wants_another
    use path_outcome, only: outcome_t
@@ -84,10 +84,10 @@ contains
       type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       logical, intent(out) :: done
-      type(checkpoint_t), allocatable :: finer
-      done = attempt%cuts > cuts_before_change .and. allocated(run%footing)
+      type(finer_mesh_t), allocatable :: finer
+      done = attempt%cuts > cuts_before_change .and. allocated(run%before_coarsening)
       if (.not. done) return
-      call move_alloc(run%footing, finer)
+      call move_alloc(run%before_coarsening, finer)
       call step_back(finer, problem, run)
       run%control%increment = sign(attempt%first_increment, run%control%increment)
       attempt%cuts = 0

@@ -46,7 +46,7 @@ contains
       real(wp) :: place(2), sizes(1 + size(follower%problem%deck%monitor))
       integer :: tries, searches
       logical :: unsettled
-      if (.not. (step%error_bars .and. step%asked > 0.0_wp .and. any(follower%problem%layout%stretch%placed))) return
+      if (.not. (step%error_bars .and. step%asked > 0.0_wp .and. any(follower%problem%layout%rod_segment%placed))) return
       do tries = 0, most_meshes
          call bars_here(follower, bars)
          sizes = abs(follower%state%load_factor)

@@ -62,12 +62,13 @@ contains
       real(wp), allocatable, intent(inout) :: direction(:, :)
       logical, intent(out) :: ok
       type(problem_t) :: base
-      type(contact_span_t), allocatable :: touch(:)
+      type(contact_span_t), allocatable :: contact_span(:)
       call copy_problem(problem, base)
       base%deck = deck
       call place_spans(new_problem(deck), base)
-      touch = present_contact_spans(problem, state)
-      call stand_on(new_span_problem(base, [touch, pressed_lines(curve, problem, state, maxval([0, touch%number]))], state), &
+      contact_span = present_contact_spans(problem, state)
+      call stand_on(new_span_problem(base, [contact_span, pressed_lines(curve, problem, state, maxval([0, &
+         & contact_span%number]))], state), &
          & problem, state, direction, ok)
    end subroutine lay_down
 
@@ -81,23 +82,24 @@ contains
       type(cut_t), allocatable :: cut(:)
       real(wp), allocatable :: at(:)
       real(wp) :: stiffness
-      integer :: contact, stretch, k, i, segment
+      integer :: contact, rod_segment, k, i, segment
       logical :: before
       allocate (line(0))
       cut = find_cuts(problem, state)
       do contact = 1, size(problem%deck%contact)
          if (problem%deck%contact(contact)%obstacle /= curve%obstacle) cycle
-         do stretch = 1, size(problem%layout%stretch)
-            at = [0.0_wp, pack(cut%at, cut%stretch == stretch .and. cut%contact == contact .and. .not. cut%at_end), &
-               & problem%layout%stretch(stretch)%length]
+         do rod_segment = 1, size(problem%layout%rod_segment)
+            at = [0.0_wp, pack(cut%at, cut%rod_segment == rod_segment .and. cut%contact == contact .and. .not. cut%at_end), &
+               & problem%layout%rod_segment(rod_segment)%length]
             before = .false.
             do k = 1, size(at) - 1
-               call segment_at(problem, state, stretch, contact, 0.5_wp * (at(k) + at(k + 1)), segment, stiffness)
+               call segment_at(problem, state, rod_segment, contact, 0.5_wp * (at(k) + at(k + 1)), segment, stiffness)
                i = size(line)
                if (carries(segment) .and. before) then
                   line(i)%at(2) = at(k + 1)
                else if (carries(segment)) then
-                  line = [line, contact_span_t(number=last + i + 1, contact=contact, stretch=stretch, at=at(k:k + 1), line=.true.)]
+                  line = [line, contact_span_t(number=last + i + 1, contact=contact, rod_segment=rod_segment, at=at(k:k + 1), &
+                     & line=.true.)]
                end if
                before = carries(segment)
             end do

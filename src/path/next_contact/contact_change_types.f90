@@ -12,7 +12,7 @@ module contact_change_types
    use error_bar, only: error_bars_t
    implicit none
    private
-   public :: step_interval_t, change_t, new_leg
+   public :: step_interval_t, change_t, new_interval
    public :: change_none, change_missed, change_by_rule, change_opening, change_vanishing
    public :: place_within, place_here, place_ahead
 
@@ -60,21 +60,21 @@ module contact_change_types
 contains
 
    !> The increment from the run's point to a trial, with the tests at its ends.
-   function new_leg(problem, run, trial, ahead, stuck) result(leg)
+   function new_interval(problem, run, trial, ahead, stuck) result(interval)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run              !! its system is factored at the trial
       type(state_t), intent(in) :: trial
       type(path_tangent_t), intent(in) :: ahead        !! path tangent at the trial
       logical, intent(in) :: stuck                !! true: the trial is the run's state
-      type(step_interval_t) :: leg
-      leg%to = trial
-      leg%ahead = ahead
-      leg%stuck = stuck
-      leg%from = run%state
-      if (stuck) leg%from = run%trail(1)%from
-      leg%pivots = run%system%negative_pivots
-      leg%scale = max(run%system%force_scale, tiny(leg%scale))
-      leg%after = run_span_tests(problem, leg%to, leg%scale)
-      leg%before = run_span_tests(problem, leg%from, leg%scale)
-   end function new_leg
+      type(step_interval_t) :: interval
+      interval%to = trial
+      interval%ahead = ahead
+      interval%stuck = stuck
+      interval%from = run%state
+      if (stuck) interval%from = run%trail(1)%from
+      interval%pivots = run%system%negative_pivots
+      interval%scale = max(run%system%force_scale, tiny(interval%scale))
+      interval%after = run_span_tests(problem, interval%to, interval%scale)
+      interval%before = run_span_tests(problem, interval%from, interval%scale)
+   end function new_interval
 end module contact_change_types

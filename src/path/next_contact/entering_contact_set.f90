@@ -55,7 +55,7 @@ contains
       call forget_mesh(run)
       if (.not. abs(next%rate) > 0.0_wp) return
       run%heading = path_tangent_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, next%rate))
-      run%probe = new_test_values(problem, run%state, run%system, run%heading%load)
+      run%test_values = new_test_values(problem, run%state, run%system, run%heading%load)
    end subroutine go_to_next
 
    !> The next set where the step ends, if that is on the way to where it is known, and it holds there. Its spans are too short to
@@ -69,11 +69,11 @@ contains
       integer, parameter :: most = 10            ! parts of the way back
       type(next_t) :: there
       type(state_t) :: from
-      type(test_values_t) :: probe
+      type(test_values_t) :: test_values
       real(wp) :: left, part                     ! to the value
       integer :: k, try
-      probe = new_test_values(problem, next%state, next%system, next%rate)
-      call value_events(problem, step, run%probe, probe, run%state, next%state, events)
+      test_values = new_test_values(problem, next%state, next%system, next%rate)
+      call value_events(problem, step, run%test_values, test_values, run%state, next%state, events)
       k = findloc(events%kind == event_stop, .true., 1)
       if (k == 0) return
       if (.not. can_be_held(problem, events(k)%monitor)) return
@@ -97,11 +97,11 @@ contains
    end subroutine stop_before
 
    !> A span that opens where the run stands is known at the end of a leg: nearer, as long as something else happens before.
-   subroutine come_nearer(problem, step, run, leg, change)
+   subroutine come_nearer(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! at the change's place
-      type(step_interval_t), intent(in) :: leg             !! from there on to its end
+      type(step_interval_t), intent(in) :: interval        !! from there on to its end
       type(change_t), intent(inout) :: change
       type(next_t) :: nearer
       type(state_t) :: here
@@ -118,16 +118,16 @@ contains
          associate (next => change%next)
             on = bound_for(problem, run, next)
             next%heading = path_tangent_of(next%problem, on, next%state)
-            call detect_events(next%problem, step, on%probe, new_test_values(next%problem, next%state, next%system, &
+            call detect_events(next%problem, step, on%test_values, new_test_values(next%problem, next%state, next%system, &
                & next%heading%load), on%state, next%state, events)
          end associate
          if (size(events) == 0) return
          part = 0.5_wp * part
-         here = between(problem, run%state, leg%to, run%heading, leg%ahead, part)
+         here = between(problem, run%state, interval%to, run%heading, interval%ahead, part)
          control%increment = here%load_factor - run%state%load_factor
          call correct(problem, run%state, control, .true., here, run%system, report)
          if (.not. report%converged) return
-         call open_line(problem, run%state, here, change%tests(change%which), leg%scale, run%touches + 1, nearer, &
+         call open_line(problem, run%state, here, change%tests(change%which), interval%scale, run%spans_begun + 1, nearer, &
             & found)
          if (.not. found) return
          nearer%report = report
@@ -143,7 +143,7 @@ contains
       type(path_state_t) :: on
       real(wp) :: rise
       call copy_path_state(run, on)
-      on%touches = max(run%touches, maxval(next%problem%touch%number))
+      on%spans_begun = max(run%spans_begun, maxval(next%problem%contact_span%number))
       on%state = carried(problem, run%state, next%problem)
       on%system = next%system
       call forget_mesh(on)
@@ -156,7 +156,7 @@ contains
       else
          on%heading = path_tangent_at(next%problem, next%system, displacement_between(next%problem, on%state, next%state), rise)
       end if
-      on%probe = new_test_values(next%problem, on%state, next%system, on%heading%load)
+      on%test_values = new_test_values(next%problem, on%state, next%system, on%heading%load)
    end function bound_for
 
    !> True where both sets have one equilibrium: what is between them is what their meshes differ by.

@@ -50,7 +50,8 @@ contains
          lifted = pulled_off(problem, state, test%candidate, test%sense)
          if (pressed) then
             call lay_down_points(problem, state, test, too, answer)
-         else if (lifted > 0.0_wp .and. lifted <= first_length * stretch_length(problem, answer%touch(test%touch))) then
+         else if (lifted > 0.0_wp .and. lifted <= first_length * stretch_length(problem, &
+            & answer%contact_span(test%contact_span))) then
             call lay_down_behind(problem, state, test, lifted, answer)
          else
             share = first_length
@@ -85,10 +86,10 @@ contains
          if (too(c)) flat = would_press(problem, state, c, 0.0_wp)
          if (.not. any(flat)) cycle
          if (problem%candidates%moves(c)) then
-            point = problem%candidates%touch(c)
+            point = problem%candidates%contact_span(c)
             beside = point
-            whole = stretch_length(problem, answer%touch(point))
-            answer%touch = spread_out(answer%touch, point, 0.5_wp * line_share * whole, whole)
+            whole = stretch_length(problem, answer%contact_span(point))
+            answer%contact_span = spread_out(answer%contact_span, point, 0.5_wp * line_share * whole, whole)
          else
             call go_beside(problem, c, flat, line_share, .true., answer, beside)
          end if
@@ -110,7 +111,7 @@ contains
       do side = 1, 2
          if (beside(side) == 0) cycle
          answer%between = beside(side)
-         answer%touch(beside(side))%at = answer%touch(beside(side))%at + merge(-lifted, lifted, side == 1)
+         answer%contact_span(beside(side))%at = answer%contact_span(beside(side))%at + merge(-lifted, lifted, side == 1)
       end do
    end subroutine lay_down_behind
 
@@ -121,10 +122,10 @@ contains
       type(span_test_t), intent(in) :: test
       real(wp), intent(in) :: share                !! of the stretch, that they are apart
       type(answer_t), intent(inout) :: answer
-      associate (c => test%candidate, k => test%touch)
+      associate (c => test%candidate, k => test%contact_span)
          if (problem%candidates%moves(c)) then
-            answer%touch = parted(answer%touch, k, share * stretch_length(problem, answer%touch(k)))
-            answer%between = [k, size(answer%touch)]
+            answer%contact_span = parted(answer%contact_span, k, share * stretch_length(problem, answer%contact_span(k)))
+            answer%between = [k, size(answer%contact_span)]
          else
             call go_beside(problem, c, flat_sides(problem, state, c, test, .false.), 0.5_wp * share, .false., answer, &
                & answer%between)
@@ -142,30 +143,30 @@ contains
       logical, intent(in) :: line
       type(answer_t), intent(inout) :: answer
       integer, intent(out) :: beside(2)            !! the touches before and after it, 0: nothing goes there
-      type(contact_span_t) :: touch
-      integer :: side, stretch(2), k
+      type(contact_span_t) :: contact_span
+      integer :: side, rod_segment(2), k
       real(wp) :: length
       logical :: stays
-      stretch = 0
+      rod_segment = 0
       length = 0.0_wp
       do side = 1, 2
          if (problem%candidates%element(side, c) == 0) cycle
-         stretch(side) = problem%stretch(problem%candidates%element(side, c))
-         if (goes(side)) length = max(length, share * problem%layout%stretch(stretch(side))%length)
+         rod_segment(side) = problem%rod_segment(problem%candidates%element(side, c))
+         if (goes(side)) length = max(length, share * problem%layout%rod_segment(rod_segment(side))%length)
       end do
-      k = problem%candidates%touch(c)
-      stays = answer%touch(k)%line .or. .not. line .and. any(stretch > 0 .and. .not. goes)
+      k = problem%candidates%contact_span(c)
+      stays = answer%contact_span(k)%line .or. .not. line .and. any(rod_segment > 0 .and. .not. goes)
       beside = 0
       do side = 1, 2
          if (.not. goes(side)) cycle
-         touch = contact_span_t(contact=answer%touch(k)%contact, stretch=stretch(side), line=line, &
-            & at=behind(problem, stretch(side), 2 * side - 3, length, line))
+         contact_span = contact_span_t(contact=answer%contact_span(k)%contact, rod_segment=rod_segment(side), line=line, &
+            & at=behind(problem, rod_segment(side), 2 * side - 3, length, line))
          if (stays .or. any(beside > 0)) then
-            answer%touch = [answer%touch, touch]
-            beside(side) = size(answer%touch)
+            answer%contact_span = [answer%contact_span, contact_span]
+            beside(side) = size(answer%contact_span)
          else
-            touch%number = answer%touch(k)%number
-            answer%touch(k) = touch
+            contact_span%number = answer%contact_span(k)%number
+            answer%contact_span(k) = contact_span
             beside(side) = k
          end if
       end do
@@ -183,11 +184,11 @@ contains
       real(wp) :: excess, extension, sense
       integer :: side
       flat = .false.
-      if (problem%candidates%touch(c) == 0) return
+      if (problem%candidates%contact_span(c) == 0) return
       associate (clamped => problem%model%fixed(3, problem%candidates%node(c)), moves => problem%candidates%moves(c))
          if (c == test%candidate .and. .not. clamped) then
             flat = moves .or. problem%candidates%element(:, c) > 0
-         else if (clamped .or. moves .and. .not. problem%touch(problem%candidates%touch(c))%line) then
+         else if (clamped .or. moves .and. .not. problem%contact_span(problem%candidates%contact_span(c))%line) then
             do side = 1, 2
                if (.not. (moves .or. rests_beside(problem, c, side))) cycle
                sense = merge(0.0_wp, real(2 * side - 3, wp), moves)
@@ -219,7 +220,7 @@ contains
       comes = .false.
       do k = 1, size(tests)
          if (tests(k)%kind /= test_curvature .or. k == which .or. .not. fall(k) > 0.0_wp) cycle
-         comes(k) = problem%candidates%moves(tests(k)%candidate) .and. .not. problem%touch(tests(k)%touch)%line
+         comes(k) = problem%candidates%moves(tests(k)%candidate) .and. .not. problem%contact_span(tests(k)%contact_span)%line
       end do
       do while (count(next) < more .and. any(comes))
          k = minloc(tests%value / merge(fall, 1.0_wp, comes), 1, comes)
@@ -240,7 +241,8 @@ contains
       if (.not. would_press) return
       ! What pulls there lifts as little as is taken for none, or more.
       lifted = pulled_off(problem, state, c, sense)
-      would_press = lifted <= line_share * problem%layout%stretch(problem%touch(problem%candidates%touch(c))%stretch)%length
+      would_press = lifted <= &
+         & line_share * problem%layout%rod_segment(problem%contact_span(problem%candidates%contact_span(c))%rod_segment)%length
    end function would_press
 
    !> The density of the obstacle's force beside a point.

@@ -55,7 +55,7 @@ contains
       integer :: c
       excess = huge(excess)
       do c = 1, size(excess)
-         if (problem%candidates%touch(c) == 0) cycle
+         if (problem%candidates%contact_span(c) == 0) cycle
          if (problem%candidates%moves(c) .and. problem%candidates%rolls(c)) call excess_curvature(problem, state, c, excess(c), &
             & extension)
       end do
@@ -115,7 +115,7 @@ contains
       integer :: e
       e = maxval(problem%candidates%element(:, candidate))
       excess = max(part * abs(point_force(problem, state, candidate)) * problem%compliance(e)%bending * shortest * &
-         & problem%layout%stretch(problem%stretch(e))%length, least_told(problem))
+         & problem%layout%rod_segment(problem%rod_segment(e))%length, least_told(problem))
    end function of_no_line
 
    !> An excess that can be told from none.

@@ -114,7 +114,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       real(wp) :: step(2)
-      step = [held_load(run), 1.0e-2_wp * first_length * maxval(problem%layout%stretch%length)]
+      step = [held_load(run), 1.0e-2_wp * first_length * maxval(problem%layout%rod_segment%length)]
    end function held_steps
 
    !> That of the load factor.
@@ -130,8 +130,8 @@ contains
       integer :: ends(2), k, side
       ends = 0
       do side = 1, 2
-         k = findloc(problem%touch%number, opened(side), 1)
-         if (k > 0) ends(side) = problem%touch(k)%candidate(merge(side, 3 - side, opened(1) == opened(2)))
+         k = findloc(problem%contact_span%number, opened(side), 1)
+         if (k > 0) ends(side) = problem%contact_span(k)%candidate(merge(side, 3 - side, opened(1) == opened(2)))
          if (ends(side) == 0) cycle
          if (.not. problem%candidates%moves(ends(side))) ends(side) = 0
       end do

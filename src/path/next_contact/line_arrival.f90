@@ -22,34 +22,34 @@ module line_arrival
 contains
 
    !> The set with the ends at the breakpoint, and its equilibrium where it holds, on the leg or not further beyond than it is long.
-   subroutine find_arrival(problem, leg, test, next, found)
+   subroutine find_arrival(problem, interval, test, next, found)
       type(problem_t), intent(in) :: problem
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(span_test_t), intent(in) :: test      !! of the free span between a contact and a breakpoint
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       type(contact_span_t), allocatable :: set(:)
       integer :: k, side
       logical :: meets
-      call set_at_breakpoint(problem, leg, test, set, k, side, meets)
+      call set_at_breakpoint(problem, interval, test, set, k, side, meets)
       found = allocated(set)
       if (.not. found) return
-      next = new_next(problem, leg%to, set)
-      k = findloc(next%problem%touch%number, problem%touch(k)%number, 1)
-      call find_load(problem, leg, next%problem%touch(k)%candidate(3 - side), meets, next, found)
+      next = new_next(problem, interval%to, set)
+      k = findloc(next%problem%contact_span%number, problem%contact_span(k)%number, 1)
+      call find_load(problem, interval, next%problem%contact_span(k)%candidate(3 - side), meets, next, found)
    end subroutine find_arrival
 
    !> The set with a line's end at the breakpoint, and that of another line that it meets there. Not allocated: there is none.
-   subroutine set_at_breakpoint(problem, leg, test, set, k, side, meets)
+   subroutine set_at_breakpoint(problem, interval, test, set, k, side, meets)
       type(problem_t), intent(in) :: problem
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(span_test_t), intent(in) :: test
       type(contact_span_t), allocatable, intent(out) :: set(:)
       integer, intent(out) :: k                  !! which touch the line is
       integer, intent(out) :: side               !! of the free span, on which it is
       logical, intent(out) :: meets              !! another line comes from the other side
       real(wp) :: whole
-      integer :: way, other, stretch
+      integer :: way, other, rod_segment
       k = 0
       side = 0
       meets = .false.
@@ -57,26 +57,29 @@ contains
       side = findloc(test%beside > 0, .true., 1)
       k = test%beside(side)
       way = merge(1, -1, side == 1)
-      stretch = beyond(problem, k, way)
-      if (.not. (problem%touch(k)%line .and. stretch > 0)) return
-      other = findloc(problem%touch%stretch == stretch .and. problem%touch%contact == problem%touch(k)%contact, .true., 1, &
+      rod_segment = beyond(problem, k, way)
+      if (.not. (problem%contact_span(k)%line .and. rod_segment > 0)) return
+      other = findloc(problem%contact_span%rod_segment == rod_segment .and. problem%contact_span%contact == &
+         & problem%contact_span(k)%contact, .true., 1, &
          & back=way < 0)
       meets = other > 0
-      if (meets) meets = problem%touch(other)%line .and. problem%candidates%moves(problem%touch(other)%candidate(side))
-      whole = problem%layout%stretch(test%stretch)%length
+      if (meets) meets = problem%contact_span(other)%line .and. &
+         & problem%candidates%moves(problem%contact_span(other)%candidate(side))
+      whole = problem%layout%rod_segment(test%rod_segment)%length
       if (.not. meets) then
-         if (lifted_ahead(problem, leg%to, problem%touch(k)%candidate(3 - side), end_node(problem, k, way)) <= shortest * whole) &
+         if (lifted_ahead(problem, interval%to, problem%contact_span(k)%candidate(3 - side), end_node(problem, k, way)) <= &
+            & shortest * whole) &
             & return
       end if
-      set = end_moved(present_contact_spans(problem, leg%to), k, 3 - side, merge(whole, 0.0_wp, way > 0))
-      if (meets) set = end_moved(set, other, side, merge(problem%layout%stretch(stretch)%length, 0.0_wp, way < 0))
+      set = end_moved(present_contact_spans(problem, interval%to), k, 3 - side, merge(whole, 0.0_wp, way > 0))
+      if (meets) set = end_moved(set, other, side, merge(problem%layout%rod_segment(rod_segment)%length, 0.0_wp, way < 0))
    end subroutine set_at_breakpoint
 
    !> The load at which nothing has to hold the node at the breakpoint, by secants: a couple, or a force where two lines meet and
    !> there is no couple.
-   subroutine find_load(problem, leg, c, meets, next, found)
+   subroutine find_load(problem, interval, c, meets, next, found)
       type(problem_t), intent(in) :: problem
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: c                   !! candidate of the node, in the next set
       logical, intent(in) :: meets
       type(next_t), intent(inout) :: next
@@ -84,19 +87,20 @@ contains
       type(span_test_t), allocatable :: tests(:)
       real(wp) :: load(2), couple(2), force(2), held(2)
       integer :: try
-      load = [leg%from%load_factor, leg%to%load_factor]
+      load = [interval%from%load_factor, interval%to%load_factor]
       call look_at(load(2), couple(2), force(2))
       if (found) call look_at(load(1), couple(1), force(1))
       if (.not. found) return
       held = couple
-      if (meets .and. maxval(abs(couple)) <= left_over(problem) * leg%scale * problem%size) held = force
+      if (meets .and. maxval(abs(couple)) <= left_over(problem) * interval%scale * problem%size) held = force
       do try = 1, max_tries
          found = abs(held(2) - held(1)) > 0.0_wp
          if (.not. found) return
          load = [load(2), load(2) - held(2) * (load(2) - load(1)) / (held(2) - held(1))]
-         found = leg%stuck .or. abs(load(2) - leg%to%load_factor) <= abs(leg%to%load_factor - leg%from%load_factor)
+         found = interval%stuck .or. abs(load(2) - interval%to%load_factor) <= &
+            & abs(interval%to%load_factor - interval%from%load_factor)
          associate (stop => problem%model%step(problem%step)%stop)
-            found = found .and. .not. any(stop%monitor == 0 .and. (stop%value - leg%to%load_factor) * &
+            found = found .and. .not. any(stop%monitor == 0 .and. (stop%value - interval%to%load_factor) * &
                & (load(2) - stop%value) > 0.0_wp)
          end associate
          if (.not. found) return
@@ -107,7 +111,7 @@ contains
          if (.not. found) return
          if (abs(load(2) - load(1)) <= 10.0_wp * epsilon(load) * abs(load(2))) return
          held(2) = merge(couple(2), force(2), abs(held(1) - couple(1)) <= 0.0_wp)
-         if (abs(held(2)) <= 1.0e-3_wp * left_over(problem) * leg%scale * problem%size) return
+         if (abs(held(2)) <= 1.0e-3_wp * left_over(problem) * interval%scale * problem%size) return
       end do
 
    contains

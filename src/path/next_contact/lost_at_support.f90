@@ -29,48 +29,48 @@ contains
       logical :: clamped(2)
       integer :: k
       do k = 1, 2
-         associate (c => problem%touch(test%beside(k))%candidate(1))
+         associate (c => problem%contact_span(test%beside(k))%candidate(1))
             clamped(k) = problem%model%fixed(3, problem%candidates%node(c)) .and. stands(problem, state, c)
          end associate
       end do
    end function clamped_ends
 
    !> The equilibrium at which the point beside a span has come to the clamp on its other side.
-   subroutine go_into_clamp(problem, run, leg, which, next, found)
+   subroutine go_into_clamp(problem, run, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which               !! the test of the span, a wave
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       integer :: side
-      associate (beside => leg%after(which)%beside)
-         side = findloc(clamped_ends(problem, leg%to, leg%after(which)), .true., 1)
-         next = new_next(problem, leg%to, lost(present_contact_spans(problem, leg%to), beside(3 - side)))
+      associate (beside => interval%after(which)%beside)
+         side = findloc(clamped_ends(problem, interval%to, interval%after(which)), .true., 1)
+         next = new_next(problem, interval%to, lost(present_contact_spans(problem, interval%to), beside(3 - side)))
       end associate
-      call lose(run, leg, next, found)
+      call lose(run, interval, next, found)
    end subroutine go_into_clamp
 
    !> The equilibrium at which a line has shrunk onto the support at its end. Not found where it goes on beyond, or has no such end.
-   subroutine lose_line(problem, run, leg, which, next, found)
+   subroutine lose_line(problem, run, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which               !! the test of its length
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       type(answer_t) :: answer
       found = .false.
-      answer = answer_to(problem, leg%to, leg%after, which, leg%before%value - leg%after%value, run%touches)
+      answer = answer_to(problem, interval%to, interval%after, which, interval%before%value - interval%after%value, run%spans_begun)
       if (answer%label /= 'C-' .or. allocated(answer%no_rule) .or. size(answer%crosses, 2) > 0) return
-      next = new_next(problem, leg%to, answer%touch)
-      call lose(run, leg, next, found)
+      next = new_next(problem, interval%to, answer%contact_span)
+      call lose(run, interval, next, found)
    end subroutine lose_line
 
    !> Where the set without it begins to hold, by the test beside a support that is nearest to zero.
-   subroutine lose(run, leg, next, found)
+   subroutine lose(run, interval, next, found)
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       type(next_t), intent(inout) :: next
       logical, intent(out) :: found
       type(span_test_t), allocatable :: tests(:)
@@ -85,7 +85,7 @@ contains
       if (.not. found) return
       next%label = 'C-'
       next%test = minloc(abs(tests%value), 1, mask=beside)
-      call find_begin(run, leg, .false., next, found, next%test)
+      call find_begin(run, interval, .false., next, found, next%test)
       ! The path goes on as it came.
       next%rate = 0.0_wp
    end subroutine lose

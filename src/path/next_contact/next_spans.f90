@@ -45,12 +45,12 @@ contains
    end subroutine copy_next
 
    !> Another contact set, not in equilibrium yet.
-   function new_next(problem, state, touch) result(next)
+   function new_next(problem, state, contact_span) result(next)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state          !! of `problem`: first guess
-      type(contact_span_t), intent(in) :: touch(:)       !! with ends as in the state
+      type(contact_span_t), intent(in) :: contact_span(:) !! with ends as in the state
       type(next_t) :: next
-      next%problem = new_span_problem(problem, touch)
+      next%problem = new_span_problem(problem, contact_span)
       next%state = carried(problem, state, next%problem)
       next%system = new_system(next%problem)
    end function new_next

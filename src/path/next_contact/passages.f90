@@ -18,10 +18,10 @@ module passages
    public :: pass_breakpoints, is_turned, behind
 
    type :: passage_t
-      integer :: touch = 0                  !! index into the set
+      integer :: contact_span = 0           !! index into the set
       integer :: way = 0                    !! -1: the breakpoint is before the touch, 1: after it
       logical :: shrinks = .false.          !! it is behind the breakpoint, and goes on as another touch before it
-      integer :: stretch = 0                !! on which it goes on, 0: it stays at the breakpoint
+      integer :: rod_segment = 0            !! on which it goes on, 0: it stays at the breakpoint
       integer :: other = 0                  !! shrinks: as which touch
       real(wp) :: left = 0.0_wp             !! way to the breakpoint
       real(wp) :: least = 0.0_wp            !! so little of it is taken for none
@@ -49,14 +49,14 @@ contains
       integer :: last, k
       allocate (passes(2, 0))
       passage = [(passage_of(problem, set, tests(k), fall(k)), k=1, size(tests))]
-      passed = passage(which)%touch > 0
+      passed = passage(which)%contact_span > 0
       meets = .false.
       if (.not. passed) return
       taken = .false.
       taken(which) = .true.
       do
          call find_last(passage, taken, last, time)
-         k = findloc(.not. taken .and. passage%stretch > 0 .and. passage%rate > 0.0_wp .and. &
+         k = findloc(.not. taken .and. passage%rod_segment > 0 .and. passage%rate > 0.0_wp .and. &
             & passage%left - passage%rate * time < passage%least, .true., 1)
          if (k == 0) exit
          taken(k) = .true.
@@ -81,12 +81,13 @@ contains
       type(contact_span_t), intent(in) :: set(:)
       logical :: meet(size(passage))
       integer :: k
-      meet = passage%touch > 0 .and. .not. (one%shrinks .or. passage%shrinks) .and. passage%way == -one%way .and. one%stretch > 0
+      meet = passage%contact_span > 0 .and. .not. (one%shrinks .or. passage%shrinks) .and. passage%way == -one%way .and. &
+         & one%rod_segment > 0
       do k = 1, size(passage)
          if (.not. meet(k)) cycle
-         associate (a => set(one%touch), b => set(passage(k)%touch))
-            meet(k) = a%line .and. b%line .and. a%contact == b%contact .and. a%stretch == passage(k)%stretch .and. &
-               & b%stretch == one%stretch
+         associate (a => set(one%contact_span), b => set(passage(k)%contact_span))
+            meet(k) = a%line .and. b%line .and. a%contact == b%contact .and. a%rod_segment == passage(k)%rod_segment .and. &
+               & b%rod_segment == one%rod_segment
          end associate
       end do
    end function meet
@@ -98,10 +99,10 @@ contains
       type(span_test_t), intent(in) :: test          !! of a crossing
       integer :: way
       way = nint(test%sense)
-      associate (touch => problem%touch(test%touch))
-         is_turned = touch%line .and. beyond(problem, test%touch, way) > 0
-         if (is_turned) is_turned = lifted_ahead(problem, state, touch%candidate(merge(1, 2, way < 0)), end_node(problem, &
-            & test%touch, way)) > shortest * problem%layout%stretch(touch%stretch)%length
+      associate (contact_span => problem%contact_span(test%contact_span))
+         is_turned = contact_span%line .and. beyond(problem, test%contact_span, way) > 0
+         if (is_turned) is_turned = lifted_ahead(problem, state, contact_span%candidate(merge(1, 2, way < 0)), end_node(problem, &
+            & test%contact_span, way)) > shortest * problem%layout%rod_segment(contact_span%rod_segment)%length
       end associate
    end function is_turned
 
@@ -124,32 +125,33 @@ contains
       type(contact_span_t), intent(in) :: set(:)
       type(span_test_t), intent(in) :: test
       real(wp), intent(in) :: fall
-      integer :: k, way, next, stretch
+      integer :: k, way, next, rod_segment
       real(wp) :: whole
-      k = test%touch
+      k = test%contact_span
       if (test%kind == test_crossing) then
-         passage = passage_t(touch=k, way=nint(test%sense), stretch=beyond(problem, k, nint(test%sense)))
+         passage = passage_t(contact_span=k, way=nint(test%sense), rod_segment=beyond(problem, k, nint(test%sense)))
          ! It leaves from there where it rolls on, which it may never, as where a load stands.
-         if (.not. set(k)%line .and. rolls_at(problem, set(k)%contact, set(k)%stretch, merge(1, 2, passage%way < 0))) &
-            & passage%stretch = 0
+         if (.not. set(k)%line .and. rolls_at(problem, set(k)%contact, set(k)%rod_segment, merge(1, 2, passage%way < 0))) &
+            & passage%rod_segment = 0
       else if (test%kind == test_length) then
-         whole = problem%layout%stretch(set(k)%stretch)%length
+         whole = problem%layout%rod_segment(set(k)%rod_segment)%length
          do way = -1, 1, 2
-            stretch = beyond(problem, k, way)
-            if (stretch == 0) cycle
+            rod_segment = beyond(problem, k, way)
+            if (rod_segment == 0) cycle
             if (abs(set(k)%at(merge(1, 2, way < 0)) - merge(0.0_wp, whole, way < 0)) > 0.0_wp) cycle
-            next = findloc(set%line .and. set%stretch == stretch .and. set%contact == set(k)%contact .and. &
-               & abs(set%at(merge(2, 1, way < 0)) - merge(problem%layout%stretch(stretch)%length, 0.0_wp, way < 0)) <= 0.0_wp, &
+            next = findloc(set%line .and. set%rod_segment == rod_segment .and. set%contact == set(k)%contact .and. &
+               & abs(set%at(merge(2, 1, way < 0)) - merge(problem%layout%rod_segment(rod_segment)%length, 0.0_wp, way < 0)) <= &
+               & 0.0_wp, &
                & .true., 1)
             if (next == 0) cycle
-            passage = passage_t(touch=k, way=way, shrinks=.true., stretch=stretch, other=next)
+            passage = passage_t(contact_span=k, way=way, shrinks=.true., rod_segment=rod_segment, other=next)
             exit
          end do
       end if
-      if (passage%touch == 0) return
-      passage%least = shortest * problem%layout%stretch(set(k)%stretch)%length
+      if (passage%contact_span == 0) return
+      passage%least = shortest * problem%layout%rod_segment(set(k)%rod_segment)%length
       passage%left = test%value * problem%size + passage%least
-      if (passage%stretch > 0) passage%ahead = line_share * problem%layout%stretch(passage%stretch)%length
+      if (passage%rod_segment > 0) passage%ahead = line_share * problem%layout%rod_segment(passage%rod_segment)%length
       passage%rate = fall * problem%size
    end function passage_of
 
@@ -163,10 +165,11 @@ contains
       integer, allocatable, intent(inout) :: passes(:, :)
       integer :: side, k
       real(wp) :: at(2), end
-      k = passage%touch
+      k = passage%contact_span
       side = merge(1, 2, passage%way < 0)
       at = 0.0_wp
-      if (passage%stretch > 0) at = behind(problem, passage%stretch, passage%way, to, .not. passage%shrinks .and. set(k)%line)
+      if (passage%rod_segment > 0) at = behind(problem, passage%rod_segment, passage%way, to, .not. passage%shrinks .and. &
+         & set(k)%line)
       if (passage%shrinks) then
          if (gone(passage%other)) return
          associate (other => set(passage%other))
@@ -182,18 +185,18 @@ contains
          gone(k) = .true.
          return
       end if
-      associate (whole => problem%layout%stretch(set(k)%stretch)%length)
+      associate (whole => problem%layout%rod_segment(set(k)%rod_segment)%length)
          end = merge(0.0_wp, whole, passage%way < 0)
       end associate
-      if (passage%stretch == 0) then
+      if (passage%rod_segment == 0) then
          set = end_moved(set, k, side, end)
       else if (set(k)%line) then
          set = end_moved(set, k, side, end)
-         set = continued(set, k, passage%stretch, at)
+         set = continued(set, k, passage%rod_segment, at)
          gone = [gone, .false.]
          call add(merge([0, size(set)], [size(set), 0], side == 1))
       else
-         set = moved(set, k, passage%stretch, at)
+         set = moved(set, k, passage%rod_segment, at)
          call add([0, k])
       end if
 
@@ -207,15 +210,15 @@ contains
    end subroutine pass
 
    !> Places on a stretch behind a breakpoint: a line from there on, or a point.
-   pure function behind(problem, stretch, way, length, line) result(at)
+   pure function behind(problem, rod_segment, way, length, line) result(at)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: stretch
+      integer, intent(in) :: rod_segment
       integer, intent(in) :: way                     !! -1: before the breakpoint, 1: after it
       real(wp), intent(in) :: length                 !! of the line, or distance of the point
       logical, intent(in) :: line
       real(wp) :: at(2)
       at = length
       if (line) at(1) = 0.0_wp
-      if (way < 0) at = problem%layout%stretch(stretch)%length - at([2, 1])
+      if (way < 0) at = problem%layout%rod_segment(rod_segment)%length - at([2, 1])
    end function behind
 end module passages

@@ -19,16 +19,16 @@ module reachability
 contains
 
    !> Distance beyond the end of an increment at which a zero is still looked for, in lengths of the increment.
-   pure real(wp) function reach_of(leg) result(reach)
-      type(step_interval_t), intent(in) :: leg
-      reach = merge(far_when_stuck, far, leg%stuck)
+   pure real(wp) function reach_of(interval) result(reach)
+      type(step_interval_t), intent(in) :: interval
+      reach = merge(far_when_stuck, far, interval%stuck)
    end function reach_of
 
    !> True for an increment on which the load passes a limit point: a place found directly, not along the path, could hide it.
-   pure logical function turns(run, leg)
+   pure logical function turns(run, interval)
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
-      turns = run%heading%load * leg%ahead%load < 0.0_wp
+      type(step_interval_t), intent(in) :: interval
+      turns = run%heading%load * interval%ahead%load < 0.0_wp
    end function turns
 
    !> Path direction at a place: the tangent, or the chord if the tangent does not continue the path. The latter occurs if the set

@@ -21,9 +21,9 @@ contains
    !> Onset of the new set: the least pressure of its line contact is zero or slightly above, or a given test is zero. Secant
    !> method, bracketed if possible. If the closed span has zero length and the set is valid on the whole increment, the onset is at
    !> the run's point, for meshes differ.
-   subroutine find_begin(run, leg, gone, next, found, test)
+   subroutine find_begin(run, interval, gone, next, found, test)
       type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: leg
+      type(step_interval_t), intent(in) :: interval
       logical, intent(in) :: gone                !! the closed span has zero length
       type(next_t), intent(inout) :: next        !! as from new_next
       logical, intent(out) :: found
@@ -35,7 +35,7 @@ contains
       ! The pressure of a line contact shall be slightly above zero.
       slack = merge(0.0_wp, small, present(test))
       goal = 0.5_wp * slack
-      loads = leg%to%load_factor
+      loads = interval%to%load_factor
       call look_at(loads(2), value)
       found = .false.
       if (.not. ok) return
@@ -55,7 +55,7 @@ contains
          call look_at(load, value)
          if (.not. ok) return
          ! On a narrow interval the residual of forces spoils the slope.
-         narrow = abs(load - loads(2)) <= sqrt(small) * abs(leg%to%load_factor - leg%from%load_factor)
+         narrow = abs(load - loads(2)) <= sqrt(small) * abs(interval%to%load_factor - interval%from%load_factor)
          if (.not. (narrow .and. abs(next%rate) > 0.0_wp)) next%rate = (value - goal - values(2)) / (load - loads(2))
          found = (value >= 0.0_wp .and. value <= slack) .or. (narrow .and. abs(value) <= test_slack(test_pressure))
          if (found .or. .not. abs(next%rate) > 0.0_wp) return

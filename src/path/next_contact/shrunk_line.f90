@@ -36,7 +36,7 @@ contains
       leaves = .false.
       if (candidate == 0) return
       state = run%state
-      if (problem%touch(problem%candidates%touch(candidate))%line .or. .not. problem%candidates%moves(candidate)) then
+      if (problem%contact_span(problem%candidates%contact_span(candidate))%line .or. .not. problem%candidates%moves(candidate)) then
          here%method = method_load
          here%whole = run%state%load_factor
          call correct(problem, run%state, here, .true., state, run%system, report)

@@ -9,7 +9,7 @@ module span_answer
 
    !> What follows, and what is told of it.
    type :: answer_t
-      type(contact_span_t), allocatable :: touch(:)      !! the new set, but for what begins (beginning_together)
+      type(contact_span_t), allocatable :: contact_span(:) !! the new set, but for what begins (beginning_together)
       integer :: between(2) = 0                   !! numbers of the touches between which a free span begins, 0: a breakpoint; both
       !! the same: a line of contact begins, between its own ends
       integer, allocatable :: crosses(:, :)       !! (2, spans) the same of spans behind breakpoints, that which begins last first
@@ -32,9 +32,9 @@ contains
    end function numbers
 
    !> Length of the stretch of a touch.
-   pure real(wp) function stretch_length(problem, touch) result(length)
+   pure real(wp) function stretch_length(problem, contact_span) result(length)
       type(problem_t), intent(in) :: problem
-      type(contact_span_t), intent(in) :: touch
-      length = problem%layout%stretch(touch%stretch)%length
+      type(contact_span_t), intent(in) :: contact_span
+      length = problem%layout%rod_segment(contact_span%rod_segment)%length
    end function stretch_length
 end module span_answer

@@ -49,29 +49,29 @@ contains
       integer, intent(in) :: number                !! of the first contact that parts from it
       type(next_t), intent(out) :: next            !! at the load factor of `beyond`
       logical, intent(out) :: found
-      type(contact_span_t), allocatable :: touch(:)
+      type(contact_span_t), allocatable :: contact_span(:)
       if (test%kind == test_force .or. test%kind == test_couple) then
-         call lifted_touches(problem, beyond, test%candidate, test%kind == test_couple, touch)
-         if (allocated(touch)) touch = numbered(touch, number - 1)
+         call lifted_touches(problem, beyond, test%candidate, test%kind == test_couple, contact_span)
+         if (allocated(contact_span)) contact_span = numbered(contact_span, number - 1)
       else
-         call opened_touches(problem, place, beyond, scale, number, touch)
+         call opened_touches(problem, place, beyond, scale, number, contact_span)
       end if
-      found = allocated(touch)
+      found = allocated(contact_span)
       if (.not. found) return
-      next = new_next(problem, beyond, touch)
+      next = new_next(problem, beyond, contact_span)
       call settle(next, found)
       if (found) found = holds(next)
    end subroutine open_line
 
    !> The touches with open all that opens at one place of the path, as in a symmetric structure two spans do. Not allocated where
    !> the laws do not tell.
-   subroutine opened_touches(problem, place, state, scale, number, touch)
+   subroutine opened_touches(problem, place, state, scale, number, contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: place           !! where something opens
       type(state_t), intent(in) :: state           !! beyond
       real(wp), intent(in) :: scale                !! of forces
       integer, intent(in) :: number                !! of the first contact that parts
-      type(contact_span_t), allocatable, intent(out) :: touch(:)
+      type(contact_span_t), allocatable, intent(out) :: contact_span(:)
       type(contact_span_t), allocatable :: before(:), now(:), set(:)
       real(wp), allocatable :: zone(:, :)
       real(wp) :: nothing
@@ -93,7 +93,7 @@ contains
             if (.not. told) return
          end do
       end do
-      if (.not. same_set(set, now)) touch = numbered(set, number - 1)
+      if (.not. same_set(set, now)) contact_span = numbered(set, number - 1)
    end subroutine opened_touches
 
    !> True for a zone at an end of a line that is pressed there where it opens.
@@ -125,7 +125,7 @@ contains
       if (.not. told) return
       if (all(pulled)) then
          ! It lifts off all at once; what pushes at its ends stays.
-         if (problem%candidates%moves(line%candidate(2))) set = begun(set, line%contact, line%stretch, line%at(2))
+         if (problem%candidates%moves(line%candidate(2))) set = begun(set, line%contact, line%rod_segment, line%at(2))
          if (problem%candidates%moves(line%candidate(1))) then
             set = shrunk(set, rest, line%at(1))
          else
@@ -143,7 +143,7 @@ contains
       c = line%candidate(side)
       part = half_zone
       if (problem%candidates%moves(c)) then
-         set = begun(set, line%contact, line%stretch, line%at(side))
+         set = begun(set, line%contact, line%rod_segment, line%at(side))
       else if (.not. problem%model%fixed(3, problem%candidates%node(c))) then
          ! A line that goes on over a breakpoint, or ends at one that holds it.
          told = .false.
@@ -166,12 +166,12 @@ contains
    end subroutine open_zone
 
    !> The touches with lines that end before a breakpoint that a force or a couple lifts. Not allocated where the laws do not tell.
-   subroutine lifted_touches(problem, state, candidate, by_couple, touch)
+   subroutine lifted_touches(problem, state, candidate, by_couple, contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       logical, intent(in) :: by_couple
-      type(contact_span_t), allocatable, intent(out) :: touch(:)
+      type(contact_span_t), allocatable, intent(out) :: contact_span(:)
       type(contact_span_t), allocatable :: now(:)
       real(wp) :: beside(2), force, lift, length, local(3), x(2), normal(2), bend, angle, density
       integer :: c, e, k, side
@@ -186,7 +186,7 @@ contains
       if (.not. (by_couple .or. force > 0.0_wp .or. lift > 0.0_wp)) return
       now = present_contact_spans(problem, state)
       if (by_couple .and. .not. all(beside > 0.0_wp)) then
-         call turned_end(problem, state, candidate, now, touch)
+         call turned_end(problem, state, candidate, now, contact_span)
          return
       end if
       if (all(problem%candidates%element(:, candidate) > 0)) force = 0.5_wp * force
@@ -196,7 +196,7 @@ contains
          c = problem%candidates%neighbour(side, candidate)
          if (problem%conforms(e) == 0 .or. c == 0) return
          call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, x, angle, density)
-         k = problem%candidates%touch(c)
+         k = problem%candidates%contact_span(c)
          length = now(k)%at(2) - now(k)%at(1)
          if (all(beside > 0.0_wp)) then
             length = min(length, beside(side))
@@ -209,21 +209,21 @@ contains
          ! A line that nothing presses goes all at once; what pushes at its other end stays.
          if (now(k)%at(2) <= now(k)%at(1)) now = shrunk(now, k, now(k)%at(side))
       end do
-      touch = now
+      contact_span = now
    end subroutine lifted_touches
 
    !> The touches with a line that ends before a node that a couple turns, and a point that stays there: with x from the line's end
    !> the gap is r x^3 (l - x)/(24 EI), which is as good as no slope at the node, and its moment there, -r l^2/4, is the couple. Not
    !> allocated where it turns the other way.
-   subroutine turned_end(problem, state, candidate, now, touch)
+   subroutine turned_end(problem, state, candidate, now, contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(contact_span_t), intent(in) :: now(:)
-      type(contact_span_t), allocatable, intent(out) :: touch(:)
+      type(contact_span_t), allocatable, intent(out) :: contact_span(:)
       real(wp) :: couple, length, local(3), x(2), angle, density
       integer :: side, k, e
-      k = problem%candidates%touch(candidate)
+      k = problem%candidates%contact_span(candidate)
       side = findloc(now(k)%candidate == candidate, .true., 1)
       e = problem%candidates%element(3 - side, candidate)
       if (e == 0) return
@@ -233,7 +233,7 @@ contains
       length = now(k)%at(2) - now(k)%at(1)
       if (.not. (couple > 0.0_wp .and. 2.0_wp * sqrt(couple / max(density, tiny(density))) < length)) return
       length = 2.0_wp * sqrt(couple / density)
-      touch = end_moved(begun(now, now(k)%contact, now(k)%stretch, now(k)%at(side)), k, side, now(k)%at(side) + &
+      contact_span = end_moved(begun(now, now(k)%contact, now(k)%rod_segment, now(k)%at(side)), k, side, now(k)%at(side) + &
          & merge(length, -length, side == 1))
    end subroutine turned_end
 

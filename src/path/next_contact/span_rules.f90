@@ -40,13 +40,13 @@ contains
       logical :: passed, meets
       integer :: k
       test = tests(which)
-      answer%touch = present_contact_spans(problem, state)
+      answer%contact_span = present_contact_spans(problem, state)
       allocate (answer%crosses(2, 0))
       select case (test%kind)
       case (test_gap)
          answer%label = 'C+'
       case (test_force)
-         if (problem%touch(test%touch)%line) then
+         if (problem%contact_span(test%contact_span)%line) then
             ! Without a force the moments do not tell where the end goes; many nodes do (contact_in_doubt), and what is lost.
             answer%no_rule = 'a line contact lifts off at its end'
          else
@@ -56,13 +56,13 @@ contains
       case (test_curvature)
          call answer_flat_point(problem, state, tests, which, fall, answer, more, apart)
       case (test_length)
-         associate (ends => problem%touch(test%touch)%candidate)
+         associate (ends => problem%contact_span(test%contact_span)%candidate)
             if (stands(problem, state, ends(1)) .or. stands(problem, state, ends(2))) answer%label = 'C-'
          end associate
-         call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed, meets)
+         call pass_breakpoints(problem, tests, which, fall, answer%contact_span, answer%crosses, passed, meets)
          if (.not. passed) call shrink_lines(problem, state, tests, which, fall, answer)
       case (test_crossing)
-         call pass_breakpoints(problem, tests, which, fall, answer%touch, answer%crosses, passed, meets)
+         call pass_breakpoints(problem, tests, which, fall, answer%contact_span, answer%crosses, passed, meets)
          if (meets) then
             ! Located with the set that comes after (vanishing_span).
             answer%no_rule = 'two lines of contact meet at a breakpoint of the rod'
@@ -77,10 +77,10 @@ contains
          ! Lines that open, and spans that vanish, are known with the set that comes after (predicted_contact_set, vanishing_span).
          answer%no_rule = trim(test_words(test%kind))
       end select
-      answer%touch = numbered(answer%touch, last)
-      answer%between = numbers(answer%touch, answer%between)
+      answer%contact_span = numbered(answer%contact_span, last)
+      answer%between = numbers(answer%contact_span, answer%between)
       do k = 1, size(answer%crosses, 2)
-         answer%crosses(:, k) = numbers(answer%touch, answer%crosses(:, k))
+         answer%crosses(:, k) = numbers(answer%contact_span, answer%crosses(:, k))
       end do
    end function answer_to
 
@@ -123,7 +123,7 @@ contains
       integer :: i, j
       one_contact = .false.
       if (a%contact /= b%contact) return
-      associate (first => problem%layout%stretch(a%stretch), second => problem%layout%stretch(b%stretch))
+      associate (first => problem%layout%rod_segment(a%rod_segment), second => problem%layout%rod_segment(b%rod_segment))
          do i = 1, 2
             do j = 1, 2
                if (first%node(i) /= second%node(j)) cycle
@@ -151,15 +151,16 @@ contains
       integer, intent(in) :: which
       logical, intent(in) :: falling(:)            !! (tests)
       type(answer_t), intent(inout) :: answer
-      logical :: gone(size(answer%touch)), zero(size(tests))
+      logical :: gone(size(answer%contact_span)), zero(size(tests))
       integer :: k
       gone = .false.
       zero = at_zero(tests, which)
       do k = 1, size(tests)
          if (tests(k)%kind /= test_force) cycle
-         gone(tests(k)%touch) = k == which .or. .not. problem%touch(tests(k)%touch)%line .and. falling(k) .and. zero(k)
+         gone(tests(k)%contact_span) = k == which .or. .not. problem%contact_span(tests(k)%contact_span)%line .and. &
+            & falling(k) .and. zero(k)
       end do
-      answer%touch = pack(answer%touch, .not. gone)
+      answer%contact_span = pack(answer%contact_span, .not. gone)
    end subroutine lose_points
 
    !> The line of a test, and others that become as short as none before nothing is left of it: of two that a mirror makes one of
@@ -171,24 +172,24 @@ contains
       integer, intent(in) :: which
       real(wp), intent(in) :: fall(:)              !! (tests)
       type(answer_t), intent(inout) :: answer
-      logical :: gone(size(answer%touch))
+      logical :: gone(size(answer%contact_span))
       real(wp) :: left
       integer :: k
       gone = .false.
-      left = shortest * stretch_length(problem, answer%touch(tests(which)%touch)) / problem%size
+      left = shortest * stretch_length(problem, answer%contact_span(tests(which)%contact_span)) / problem%size
       do k = 1, size(tests)
          if (tests(k)%kind /= test_length) cycle
          if (k /= which .and. .not. (fall(k) > 0.0_wp .and. tests(k)%value * fall(which) <= left * fall(k))) cycle
-         call shrink(problem, state, tests(k)%touch, answer%touch(tests(k)%touch), gone(tests(k)%touch))
+         call shrink(problem, state, tests(k)%contact_span, answer%contact_span(tests(k)%contact_span), gone(tests(k)%contact_span))
       end do
-      answer%touch = pack(answer%touch, .not. gone)
+      answer%contact_span = pack(answer%contact_span, .not. gone)
    end subroutine shrink_lines
 
    !> What is left of a line that has become as short as none: a point where it was pushed, or nothing of its own.
    subroutine shrink(problem, state, k, line, gone)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: k                     !! index into problem%touch
+      integer, intent(in) :: k                     !! index into problem%contact_span
       type(contact_span_t), intent(inout) :: line         !! that one
       logical, intent(out) :: gone                 !! other contacts have its ends
       real(wp) :: push(2), whole
@@ -212,14 +213,14 @@ contains
    !> Which ends of a touch are held by another one, too.
    pure function others_touch(problem, k) result(shared)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: k                     !! index into problem%touch
+      integer, intent(in) :: k                     !! index into problem%contact_span
       logical :: shared(2)
       integer :: j, side
       shared = .false.
-      do j = 1, size(problem%touch)
+      do j = 1, size(problem%contact_span)
          if (j == k) cycle
          do side = 1, 2
-            shared(side) = shared(side) .or. any(problem%touch(j)%candidate == problem%touch(k)%candidate(side))
+            shared(side) = shared(side) .or. any(problem%contact_span(j)%candidate == problem%contact_span(k)%candidate(side))
          end do
       end do
    end function others_touch
@@ -234,26 +235,27 @@ contains
       type(answer_t), intent(inout) :: answer
       type(contact_span_t), allocatable :: set(:)
       real(wp) :: excess(2), length
-      integer :: k, way, side, stretch, e
-      k = test%touch
+      integer :: k, way, side, rod_segment, e
+      k = test%contact_span
       way = nint(test%sense)
       side = merge(1, 2, way < 0)
       e = problem%candidates%element(side, test%candidate)
-      stretch = problem%stretch(e)
-      length = line_share * problem%layout%stretch(stretch)%length
+      rod_segment = problem%rod_segment(e)
+      length = line_share * problem%layout%rod_segment(rod_segment)%length
       excess = problem%size * excess_inside(problem, state, test%candidate, side, length)
-      set = continued(answer%touch, k, stretch, behind(problem, stretch, way, length, .false.))
+      set = continued(answer%contact_span, k, rod_segment, behind(problem, rod_segment, way, length, .false.))
       if (excess(1) < -flat_excess .and. .not. stays_down(problem, e, excess(1) / (problem%size * problem%compliance(e)%bending), &
          & virtual_pressure(problem, state, test%candidate, side))) then
-         answer%touch = set
+         answer%contact_span = set
          answer%between = [k, size(set)]
          if (way < 0) answer%between = answer%between([2, 1])
          answer%label = 'C+'
          return
       end if
-      answer%touch(k)%line = excess(2) <= flat_excess
+      answer%contact_span(k)%line = excess(2) <= flat_excess
       if (stands(problem, state, test%candidate)) answer%label = 'C+'
-      answer%touch = moved(answer%touch, k, stretch, behind(problem, stretch, way, length, answer%touch(k)%line))
+      answer%contact_span = moved(answer%contact_span, k, rod_segment, behind(problem, rod_segment, way, length, &
+         & answer%contact_span(k)%line))
       answer%crosses = reshape(merge([k, 0], [0, k], way > 0), [2, 1])
    end subroutine lie_down_from_end
 
@@ -288,12 +290,12 @@ contains
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test        !! its sense: the point belongs before the breakpoint (-1), or after it
       type(answer_t), intent(inout) :: answer
-      integer :: way, stretch
-      associate (k => test%touch)
+      integer :: way, rod_segment
+      associate (k => test%contact_span)
          way = nint(test%sense)
-         stretch = problem%stretch(problem%candidates%element(merge(1, 2, way < 0), test%candidate))
-         answer%touch = moved(answer%touch, k, stretch, behind(problem, stretch, way, &
-            & line_share * problem%layout%stretch(stretch)%length, .false.))
+         rod_segment = problem%rod_segment(problem%candidates%element(merge(1, 2, way < 0), test%candidate))
+         answer%contact_span = moved(answer%contact_span, k, rod_segment, behind(problem, rod_segment, way, &
+            & line_share * problem%layout%rod_segment(rod_segment)%length, .false.))
          answer%crosses = reshape([0, k], [2, 1])
       end associate
    end subroutine leave_breakpoint

@@ -54,7 +54,7 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       real(wp) :: slower
-      associate (before => run%arrived%load_rate, after => run%probe%load_rate)
+      associate (before => run%arrived%load_rate, after => run%test_values%load_rate)
          turns = run%arrived%point > 0 .and. before * after < 0.0_wp
          if (.not. turns) return
          slower = min(abs(before), abs(after))

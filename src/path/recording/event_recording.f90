@@ -37,22 +37,22 @@ module event_recording
 contains
 
    !> Records a located event. The path state moves to it if it ends the step.
-   subroutine record_event(problem, step, run, trial, sighting, pivots, recorder, finished, outcome)
+   subroutine record_event(problem, step, run, trial, located_event, pivots, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! its system may be factored at any point
       type(state_t), intent(in) :: trial
-      type(located_event_t), intent(in) :: sighting
+      type(located_event_t), intent(in) :: located_event
       integer, intent(in) :: pivots              !! negative pivots before the event
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished           !! the step ends at this event
       type(outcome_t), intent(inout) :: outcome
       type(critical_t) :: critical
-      type(test_values_t) :: probe
+      type(test_values_t) :: test_values
       type(path_tangent_t), allocatable :: tangent    ! not allocated at a corner, which has two
       logical :: smooth
       finished = .false.
-      associate (event => sighting%event, place => sighting%place)
+      associate (event => located_event%event, place => located_event%place)
          call linearise(problem, place, place, run%system)
          smooth = any(event%kind == [event_bifurcation, event_limit])
          if (run%branch == 0 .and. smooth) outcome%home = on_parent_path(problem, run, place)
@@ -60,35 +60,35 @@ contains
             & to_text(place%load_factor)//': beyond lies what it has passed'
          if (event%kind == event_limit) call check_closure(problem, run, place, event%label, outcome)
          if (outcome%home) return
-         critical = new_critical(event%label, event%note, sighting%bars)
+         critical = new_critical(event%label, event%note, located_event%bars)
          if (smooth) run%system%negative_pivots = pivots
-         if (.not. event%corner) tangent = sighting%heading
-         call record(problem, run, place, event%label, sighting%report, recorder, outcome, first_touch(problem, event, &
-            & place), sighting%bars, tangent)
+         if (.not. event%corner) tangent = located_event%heading
+         call record(problem, run, place, event%label, located_event%report, recorder, outcome, first_touch(problem, event, &
+            & place), located_event%bars, tangent)
          if (allocated(outcome%why)) return
          call count_up(counter_located)
-         probe = new_test_values(problem, place, run%system, sighting%heading%load)
-         call keep_start(problem, step, run, trial, sighting, pivots, critical)
-         call announce(problem, run, critical, place, probe, .true., recorder, outcome)
+         test_values = new_test_values(problem, place, run%system, located_event%heading%load)
+         call keep_start(problem, step, run, trial, located_event, pivots, critical)
+         call announce(problem, run, critical, place, test_values, .true., recorder, outcome)
          if (allocated(outcome%why)) return
          if (smooth) then
             finished = on_parent_path(problem, run, place)
             if (finished) call announce(problem, run, new_critical('EP', 'back on the path it left, at a bifurcation', &
-               & sighting%bars), place, probe, .true., recorder, outcome)
+               & located_event%bars), place, test_values, .true., recorder, outcome)
          else if (event%kind == event_stop) then
             finished = .true.
-            call go_to(problem, run, place, sighting%heading, probe)
+            call go_to(problem, run, place, located_event%heading, test_values)
          end if
       end associate
    end subroutine record_event
 
    !> Keeps a critical point with its null vectors for branches and limit curves, and completes its message.
-   subroutine keep_start(problem, step, run, trial, sighting, pivots, critical)
+   subroutine keep_start(problem, step, run, trial, located_event, pivots, critical)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! its system is factored at the event
       type(state_t), intent(in) :: trial
-      type(located_event_t), intent(in) :: sighting
+      type(located_event_t), intent(in) :: located_event
       integer, intent(in) :: pivots              !! negative pivots before the event
       type(critical_t), intent(inout) :: critical
       type(modes_t) :: modes
@@ -97,16 +97,16 @@ contains
       type(system_t) :: other
       real(wp) :: arc_length
       logical :: weak
-      associate (event => sighting%event, place => sighting%place)
+      associate (event => located_event%event, place => located_event%place)
          arc_length = run%arc_length + path_length(problem, run%state, place)
          select case (event%kind)
          case (event_bifurcation)
             call find_null_vectors(problem, step, run%system, place, event, critical, modes)
-            if (allocated(sighting%bars)) then
-               if (sighting%bars%unfolding > 0.0_wp) critical%note = critical%note//imperfect
+            if (allocated(located_event%bars)) then
+               if (located_event%bars%unfolding > 0.0_wp) critical%note = critical%note//imperfect
             end if
-            call keep_critical_point(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, &
-               & size(critical%null_vector, 3), event%scale, sighting%bars)
+            call keep_critical_point(problem, run, 'BP', place, trial, located_event%fraction, arc_length, pivots, &
+               & size(critical%null_vector, 3), event%scale, located_event%bars)
          case (event_release)
             call remove_force_free_lines(problem, place, run%system, free, released, weak)
             other = new_system(free)
@@ -116,7 +116,7 @@ contains
             if (line_opening(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
                & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
             call let_turn(free)
-            call keep_critical_point(problem, run, 'BP', place, trial, sighting%fraction, arc_length, pivots, 1, &
+            call keep_critical_point(problem, run, 'BP', place, trial, located_event%fraction, arc_length, pivots, 1, &
                & free=free, released=released)
          case (event_limit)
             call keep_critical_point(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0, corner=event%corner)
@@ -125,19 +125,19 @@ contains
    end subroutine keep_start
 
    !> Moves the path state to a point with known path tangent and test values.
-   subroutine go_to(problem, run, place, heading, probe)
+   subroutine go_to(problem, run, place, heading, test_values)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: place
       type(path_tangent_t), intent(in) :: heading
-      type(test_values_t), intent(in) :: probe
+      type(test_values_t), intent(in) :: test_values
       call leave_trail(problem, run, place, heading)
       run%last_length = path_length(problem, run%state, place)
       run%arc_length = run%arc_length + run%last_length
       run%state = place
       run%motion = max(run%motion, motion_sizes(problem, place))
       run%heading = heading
-      run%probe = probe
+      run%test_values = test_values
       run%fresh = .false.
       run%since_change%shrunk = .false.
       run%arrived%point = 0

@@ -70,7 +70,7 @@ contains
       run%request%smaller_residual = .false.
       call find_events(problem, step, run, trial, ahead, findings)
       call find_corners(run, trial, findings)
-      findings%told = duplicates_of(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
+      findings%duplicate = duplicates_of(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
       shorter = arrival%can_cut .and. better_from_nearer(problem, run, trial, findings)
       if (shorter) return
       call begin_asking(problem, step, run, arrival, findings)
@@ -89,7 +89,7 @@ contains
       if (allocated(outcome%why)) return
       call announce_missed(problem, run, trial, findings, recorder, finished, outcome)
       if (arrival%label /= '') call announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
-      if (finished) call announce(problem, run, new_critical('EP', 'end of the step', findings%bars), trial, findings%probe, &
+      if (finished) call announce(problem, run, new_critical('EP', 'end of the step', findings%bars), trial, findings%test_values, &
          & .true., recorder, outcome)
       if (allocated(outcome%why)) return
       call arrive(problem, run, trial, ahead, arrival, findings)
@@ -123,11 +123,11 @@ contains
       type(path_state_t), intent(inout) :: run
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
-      run%request%events_located = any(findings%seen%located .and. .not. findings%told)
-      findings%stops = stop_met(step, run%probe, findings%probe)
+      run%request%events_located = any(findings%seen%located .and. .not. findings%duplicate)
+      findings%stops = stop_met(step, run%test_values, findings%test_values)
       ! A mesh given by the deck is not changed, and a second mesh of the program would lack the same nodes as the first. (A point
       ! before the event supplies them: the mesh of the next increment begins there.)
-      findings%as_it_is = .not. any(problem%layout%stretch%placed) .or. arrival%tries > 0
+      findings%as_it_is = .not. any(problem%layout%rod_segment%placed) .or. arrival%tries > 0
    end subroutine begin_asking
 
    !> Checks each located event and computes its error bars, up to the first that requires another increment.
@@ -144,7 +144,7 @@ contains
       integer :: i
       shorter = .false.
       do i = 1, size(findings%seen)
-         if (findings%told(i) .or. findings%beside(i) > 0 .or. .not. findings%seen(i)%located) cycle
+         if (findings%duplicate(i) .or. findings%beside(i) > 0 .or. .not. findings%seen(i)%located) cycle
          call settle_event(problem, step, run, trial, arrival, i, findings, shorter, outcome)
          if (shorter .or. wants_another(run)) return
       end do
@@ -163,24 +163,25 @@ contains
       logical, intent(out) :: shorter
       type(outcome_t), intent(in) :: outcome
       shorter = .false.
-      associate (sighting => findings%seen(i))
-         call linearise(problem, sighting%place, sighting%place, run%system)
-         findings%told(i) = turns_by_rounding(problem, step, run, findings%probe, sighting)
-         if (findings%told(i)) return
+      associate (located_event => findings%seen(i))
+         call linearise(problem, located_event%place, located_event%place, run%system)
+         findings%duplicate(i) = turns_by_rounding(problem, step, run, findings%test_values, located_event)
+         if (findings%duplicate(i)) return
          ! Bars of a branch closure are those of the parent path, on its mesh.
-         if (allocated(sighting%bars)) return
-         shorter = arrival%can_cut .and. sighting%event%kind == event_stop .and. hides_release(problem, run, findings, i)
+         if (allocated(located_event%bars)) return
+         shorter = arrival%can_cut .and. located_event%event%kind == event_stop .and. hides_release(problem, run, findings, i)
          if (shorter) return
-         call bars_at_event(problem, step, run, trial, sighting%event, sighting%place, sighting%heading, sighting%bars, &
+         call bars_at_event(problem, step, run, trial, located_event%event, located_event%place, located_event%heading, &
+            & located_event%bars, &
             & findings%as_it_is)
          ! The bars may contain a larger rounding error.
-         findings%told(i) = turns_by_rounding(problem, step, run, findings%probe, sighting)
-         if (findings%told(i)) return
-         call doubt_limit(problem, run, trial, sighting)
-         if (arrival%tries /= mesh_has_to_do) call ask_at_event(problem, step, run, sighting, arrival%tries, outcome)
+         findings%duplicate(i) = turns_by_rounding(problem, step, run, findings%test_values, located_event)
+         if (findings%duplicate(i)) return
+         call doubt_limit(problem, run, trial, located_event)
+         if (arrival%tries /= mesh_has_to_do) call ask_at_event(problem, step, run, located_event, arrival%tries, outcome)
          if (wants_another(run)) return
-         call doubt_bifurcation(sighting)
-         shorter = arrival%can_cut .and. .not. sighting%located
+         call doubt_bifurcation(located_event)
+         shorter = arrival%can_cut .and. .not. located_event%located
       end associate
    end subroutine settle_event
 
@@ -197,12 +198,12 @@ contains
       logical :: behind_end, critical, can_ask
       if (allocated(arrival%bars)) findings%bars = arrival%bars
       ! A trial behind the end of the step is not a point of the step.
-      behind_end = any(findings%seen%located .and. findings%seen%event%kind == event_stop .and. .not. findings%told)
+      behind_end = any(findings%seen%located .and. findings%seen%event%kind == event_stop .and. .not. findings%duplicate)
       critical = arrival%label /= '' .or. findings%stops
       can_ask = arrival%tries /= mesh_has_to_do
       if (.not. (allocated(findings%bars) .or. behind_end)) &
          & call bars_at_point(problem, step, run, trial, ahead, merge('  ', arrival%label, arrival%bracketed), findings%stops, 0, &
-         & findings%bars, wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%stretch%placed), &
+         & findings%bars, wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%rod_segment%placed), &
          & changing=arrival%changing, as_it_is=findings%as_it_is .and. critical)
       if (behind_end .or. .not. allocated(findings%bars)) return
       if (can_ask) call ask_for_mesh(problem, step, run, trial, findings%bars, critical, arrival%tries, outcome)
@@ -231,8 +232,8 @@ contains
       order = by_fraction(findings%seen%fraction)
       do i = 1, size(order)
          k = order(i)
-         if (findings%told(k) .or. findings%beside(k) > 0 .or. .not. findings%seen(k)%located) cycle
-         call record_event(problem, step, run, trial, findings%seen(k), count_before(run, findings%seen, findings%told, &
+         if (findings%duplicate(k) .or. findings%beside(k) > 0 .or. .not. findings%seen(k)%located) cycle
+         call record_event(problem, step, run, trial, findings%seen(k), count_before(run, findings%seen, findings%duplicate, &
             & findings%seen(k)%fraction), recorder, finished, outcome)
          if (.not. allocated(outcome%why)) call announce_beside(problem, run, findings, k, recorder, outcome)
          if (finished .or. allocated(outcome%why)) return
@@ -268,7 +269,7 @@ contains
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       ! At a contact change the tangent may be singular: a point contact with zero relative curvature beside a neutral span.
-      if (arrival%changes) run%system%negative_pivots = count_before(run, findings%seen, findings%told, 1.0_wp)
+      if (arrival%changes) run%system%negative_pivots = count_before(run, findings%seen, findings%duplicate, 1.0_wp)
       call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, &
          & arrival%changing, findings%bars, ahead)
    end subroutine record_trial
@@ -284,14 +285,15 @@ contains
       type(outcome_t), intent(inout) :: outcome
       integer :: i
       do i = 1, size(findings%seen)
-         if (findings%told(i) .or. findings%seen(i)%located) cycle
+         if (findings%duplicate(i) .or. findings%seen(i)%located) cycle
          associate (event => findings%seen(i)%event)
-            call announce(problem, run, new_critical(event%label, event%note), trial, findings%probe, .false., recorder, outcome)
+            call announce(problem, run, new_critical(event%label, event%note), trial, findings%test_values, .false., recorder, &
+               & outcome)
             call note_bracketed(outcome, event%note, run%state%load_factor, trial%load_factor)
             finished = finished .or. event%kind == event_stop
             ! The point counts for the closure check; no branch can start there.
             call keep_critical_point(problem, run, event%label, trial, trial, 1.0_wp, &
-               & run%arc_length + path_length(problem, run%state, trial), findings%probe%negative_pivots, 0)
+               & run%arc_length + path_length(problem, run%state, trial), findings%test_values%negative_pivots, 0)
          end associate
       end do
    end subroutine announce_missed
@@ -312,12 +314,13 @@ contains
       if (arrival%divides) note = 'a contact region splits'
       if (allocated(findings%bars) .and. .not. arrival%bracketed) bars = findings%bars
       do i = 1, arrival%times
-         call announce(problem, run, new_critical(arrival%label, note, bars), trial, findings%probe, .not. arrival%bracketed, &
+         call announce(problem, run, new_critical(arrival%label, note, bars), trial, findings%test_values, &
+            & .not. arrival%bracketed, &
             & recorder, outcome)
       end do
       if (arrival%bracketed) call note_bracketed(outcome, note, run%state%load_factor, trial%load_factor)
       call keep_critical_point(problem, run, arrival%label, trial, trial, 1.0_wp, run%arc_length + path_length(problem, run%state, &
-         & trial), findings%probe%negative_pivots, 0)
+         & trial), findings%test_values%negative_pivots, 0)
    end subroutine announce_contact
 
    !> Moves the path state to the trial. Bifurcations behind the trial are removed from its number of negative pivots.
@@ -329,7 +332,7 @@ contains
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
       integer :: i
-      associate (seen => findings%seen, pivots => findings%probe%negative_pivots)
+      associate (seen => findings%seen, pivots => findings%test_values%negative_pivots)
          do i = 1, size(seen)
             if (seen(i)%later) pivots = pivots - nint(sign(1.0_wp, seen(i)%event%before))
          end do
@@ -338,11 +341,11 @@ contains
          run%on_bifurcation = any(seen%event%kind == event_bifurcation .and. seen%located .and. &
             & seen%fraction >= 1.0_wp - same_place)
       end associate
-      call go_to(problem, run, trial, ahead, findings%probe)
+      call go_to(problem, run, trial, ahead, findings%test_values)
       ! Changes of contact at nodes without a label depend on the mesh and are no corners of the path.
       if (arrival%bracketed .or. .not. (arrival%label /= '' .or. arrival%changes)) return
       run%arrived = arrived_t(point=run%points, load_rate=ahead%load, load_factor=trial%load_factor, &
-         & monitor=findings%probe%monitor)
+         & monitor=findings%test_values%monitor)
       if (allocated(arrival%bars)) then
          run%arrived%bars = arrival%bars
       else if (allocated(findings%bars)) then

@@ -42,7 +42,8 @@ contains
             if (problem%has_spans()) then
                point%region = [find_span_regions(problem, state), point%region]
                ! A contact span counts once, whatever its number of nodes.
-               point%active_contacts = size(problem%touch) + count(state%active .and. problem%candidates%touch == 0) + &
+               point%active_contacts = size(problem%contact_span) + count(state%active .and. &
+                  & problem%candidates%contact_span == 0) + &
                   & count(state%grounded)
             end if
             allocate (point%reaction_total(size(problem%model%contact)), source=0.0_wp)
@@ -59,7 +60,7 @@ contains
                end do
             end if
             do c = 1, problem%candidates%n
-               if (problem%candidates%touch(c) > 0) cycle
+               if (problem%candidates%contact_span(c) > 0) cycle
                associate (total => point%reaction_total(problem%candidates%contact(c)), &
                   & force => point%obstacle_force(:, problem%candidates%obstacle(c)))
                   total = total + state%reaction(c)

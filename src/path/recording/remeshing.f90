@@ -28,23 +28,23 @@ contains
 
    !> Requests a finer mesh if the errors of an event exceed the tolerance. For a detachment the error contributions are those of
    !> the reduced problem, which lacks the elements on a straight wall; these are few and exact.
-   subroutine ask_at_event(problem, step, run, sighting, tries, outcome)
+   subroutine ask_at_event(problem, step, run, located_event, tries, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! its system is factored at the event
-      type(located_event_t), intent(in) :: sighting   !! located
+      type(located_event_t), intent(in) :: located_event !! located
       integer, intent(in) :: tries
       type(outcome_t), intent(in) :: outcome
       type(problem_t) :: free
       type(state_t) :: released
       logical :: any_weak
       any_weak = .false.
-      if (sighting%event%kind == event_release) call remove_force_free_lines(problem, sighting%place, run%system, free, &
+      if (located_event%event%kind == event_release) call remove_force_free_lines(problem, located_event%place, run%system, free, &
          & released, any_weak)
       if (any_weak) then
-         call ask_for_mesh(free, step, run, released, sighting%bars, .true., tries, outcome)
+         call ask_for_mesh(free, step, run, released, located_event%bars, .true., tries, outcome)
       else
-         call ask_for_mesh(problem, step, run, sighting%place, sighting%bars, .true., tries, outcome)
+         call ask_for_mesh(problem, step, run, located_event%place, located_event%bars, .true., tries, outcome)
       end if
    end subroutine ask_at_event
 

@@ -38,24 +38,24 @@ module critical_points
 contains
 
    !> Copies a critical point. It is a procedure of its own for the reason given at copy_problem.
-   pure subroutine copy_landmark(from, to)
+   pure subroutine copy_critical_point(from, to)
       type(critical_point_t), intent(in) :: from
       type(critical_point_t), intent(inout) :: to
       to = from
-   end subroutine copy_landmark
+   end subroutine copy_critical_point
 
    !> Appends a critical point to the list.
-   subroutine keep(self, landmark)
+   subroutine keep(self, critical_point)
       class(critical_points_t), intent(inout) :: self
-      type(critical_point_t), intent(in) :: landmark
+      type(critical_point_t), intent(in) :: critical_point
       type(critical_point_t), allocatable :: longer(:)
       integer :: i, n
       n = size(self%list)
       allocate (longer(n + 1))
       do i = 1, n
-         call copy_landmark(self%list(i), longer(i))
+         call copy_critical_point(self%list(i), longer(i))
       end do
-      call copy_landmark(landmark, longer(n + 1))
+      call copy_critical_point(critical_point, longer(n + 1))
       call move_alloc(longer, self%list)
    end subroutine keep
 end module critical_points

@@ -78,8 +78,8 @@ contains
          call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, trial), &
             & trial%load_factor - run%state%load_factor, bars, as_it_is)
          ! On stiff foundations a mesh given by the deck makes small contact changes of its own: no bar is possible.
-         if (event%kind == event_contact .and. bars%load%told .and. .not. bars%load%bounded .and. &
-            & .not. any(problem%layout%stretch%placed)) bars = no_error_bars(size(problem%model%monitor), waves)
+         if (event%kind == event_contact .and. bars%load%estimated .and. .not. bars%load%bounded .and. &
+            & .not. any(problem%layout%rod_segment%placed)) bars = no_error_bars(size(problem%model%monitor), waves)
       end if
       call timing_stop(phase_accuracy)
 
@@ -118,8 +118,8 @@ contains
          call event_errors(free, finer, released, loose, zero, on, path_length(problem, run%state, trial), &
             & trial%load_factor - run%state%load_factor, bars)
          ! If the mesh may be remade, these bars are kept: they lead to a finer mesh.
-         if (any(problem%layout%stretch%placed)) return
-         if (bars%why /= '' .or. .not. (bars%load%told .and. bars%load%bounded)) &
+         if (any(problem%layout%rod_segment%placed)) return
+         if (bars%why /= '' .or. .not. (bars%load%estimated .and. bars%load%bounded)) &
             & bars = no_error_bars(size(problem%model%monitor), hidden)
       end subroutine bars_at_release
    end subroutine bars_at_event
@@ -223,7 +223,7 @@ contains
       tests = run_span_tests(begun, touched%state, touched%system%force_scale)
       do k = 1, size(tests)
          if (tests(k)%kind /= test_force) cycle
-         if (begun%touch(tests(k)%touch)%number /= touched%touches) cycle
+         if (begun%contact_span(tests(k)%contact_span)%number /= touched%spans_begun) cycle
          if (begun%candidates%moves(tests(k)%candidate)) zero%test = k
       end do
       if (zero%test > 0) then
@@ -252,7 +252,8 @@ contains
       integer :: e, there
       allocate (new(size(share, 1), to%model%mesh%n_elements), source=0.0_wp)
       do e = 1, size(share, 2)
-         call find_point(to, to_state, from%stretch(e), 0.5_wp * sum(from_state%geometry%element(e)%s) + from%origin(e), there, tau)
+         call find_point(to, to_state, from%rod_segment(e), 0.5_wp * sum(from_state%geometry%element(e)%s) + from%origin(e), &
+            & there, tau)
          new(:, there) = new(:, there) + share(:, e)
       end do
    end function shares_on
@@ -296,7 +297,7 @@ contains
       integer :: k
       do k = 1, size(buckling%load_factor)
          associate (bar => buckling%bar(k), factor => buckling%load_factor(k))
-            if (bar%told) call note_ratio(bar, abs(factor), 'the load factor of buckling mode '//whole(k)//' is '// &
+            if (bar%estimated) call note_ratio(bar, abs(factor), 'the load factor of buckling mode '//whole(k)//' is '// &
                & brief(factor), place_t(step=buckling%step, load_factor=factor), widest, accuracy)
          end associate
       end do
@@ -311,7 +312,7 @@ contains
       type(accuracy_t), intent(inout) :: accuracy
       integer :: k
       associate (bar => point%bars%load, factor => point%load_factor)
-         if (bar%told .and. abs(factor) > 0.0_wp) call note_ratio(bar, abs(factor), 'on the limit curve '//name// &
+         if (bar%estimated .and. abs(factor) > 0.0_wp) call note_ratio(bar, abs(factor), 'on the limit curve '//name// &
             & ' at parameter '//brief(point%parameter)//' the load factor is '//brief(factor), &
             & place_t(step=point%step, load_factor=factor), step%widest_bar, accuracy)
       end associate
@@ -365,9 +366,9 @@ contains
       integer, allocatable :: counted(:)
       integer :: which
       logical :: made
-      if (label /= '' .and. bars%load%told .and. accuracy%load > 0.0_wp) &
+      if (label /= '' .and. bars%load%estimated .and. accuracy%load > 0.0_wp) &
          & call note_worst(accuracy%error_bar, bars%load%bar / accuracy%load, at)
-      made = any(problem%layout%stretch%placed)
+      made = any(problem%layout%rod_segment%placed)
       if (allocated(accuracy%bar_words) .or. .not. (made .or. label /= '')) return
       there = ' at point '//whole(at%point)//' (load factor '//brief(at%load_factor)//')'
       if (label /= '') there = ' of '//label//there
@@ -393,7 +394,7 @@ contains
             & there//'; give more elements or a higher order'
          return
       end if
-      if (.not. (bars%load%told .or. any(bars%monitor%told))) then
+      if (.not. (bars%load%estimated .or. any(bars%monitor%estimated))) then
          ! The table of critical points says where no estimate exists on any mesh. Contact changes without a test function are not
          ! reported here, except on foundations.
          if (.not. (bars%too_coarse .or. (made .and. (any(label == ['LP', 'BP', 'EP']) .or. &
@@ -452,7 +453,7 @@ contains
       type(step_t), intent(in) :: step
       character(*), intent(in) :: label          !! label of the critical point; '': none
       asked = step%widest_bar
-      if (.not. any(problem%layout%stretch%placed)) return
+      if (.not. any(problem%layout%rod_segment%placed)) return
       asked = max(step%asked, step%widest_bar)
       if (label == '') asked = step%asked_of_path
    end function asked_at

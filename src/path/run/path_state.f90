@@ -19,7 +19,7 @@ module path_state
    use path_events, only: test_values_t, new_test_values
    implicit none
    private
-   public :: path_state_t, recent_path_t, slopes_t, trial_request_t, onset_t, since_change_t, checkpoint_t, arrived_t
+   public :: path_state_t, recent_path_t, slopes_t, trial_request_t, onset_t, since_change_t, finer_mesh_t, arrived_t
    public :: copy_path_state
    public :: path_tangent_of, test_values_at, keep_critical_point, leave_trail, turned_back, forget_mesh, rest_of_mesh
 
@@ -35,12 +35,12 @@ module path_state
    integer, parameter :: trail_length = 3        !! number of parts kept: a path that turns round meets its most recent points first
 
    !> State before the mesh was coarsened, to return to if the coarser mesh fails.
-   type :: checkpoint_t
+   type :: finer_mesh_t
       type(problem_t) :: problem
       type(state_t) :: state
       type(path_tangent_t) :: heading
-      type(test_values_t) :: probe
-   end type checkpoint_t
+      type(test_values_t) :: test_values
+   end type finer_mesh_t
 
    !> Derivatives of the tests of contact spans by arc length.
    type :: slopes_t
@@ -94,12 +94,12 @@ module path_state
       type(state_t) :: state                     !! the last accepted point
       type(system_t) :: system                   !! factored at the point named by each procedure
       type(control_t) :: control                 !! constraint of the next increment
-      type(test_values_t) :: probe               !! test values at the last accepted point
+      type(test_values_t) :: test_values         !! test values at the last accepted point
       real(wp) :: arc_length = 0.0_wp            !! arc length since the start of the run
       integer :: branch = 0                      !! number of the branch in the result file; 0: the path of the steps
       integer :: points = 0                      !! points recorded so far, in all steps
       integer :: step_points = 0                 !! points accepted in this step
-      integer :: touches = 0                     !! contact spans begun so far: the last identity number given
+      integer :: spans_begun = 0                 !! contact spans begun so far: the last identity number given
       character(:), allocatable :: stuck         !! failure of a contact change: the step ends with this reason
       type(onset_t) :: onset                     !! point contact that begins at the next point
       logical :: on_bifurcation = .false.        !! the last point is a recorded bifurcation: its pivots have the sign of rounding
@@ -110,7 +110,7 @@ module path_state
       type(trial_request_t) :: request           !! what the last trial requires before it can be accepted
       type(mesh_density_t), allocatable :: spare(:) !! (rod segments) coarser mesh that is accurate enough for the last point
       logical :: behind_flat = .false. !! on the new mesh a point contact becomes a line contact before the last accepted point
-      type(checkpoint_t), allocatable :: footing    !! state to return to until a point is accepted on the coarser mesh
+      type(finer_mesh_t), allocatable :: before_coarsening !! state to return to until a point is accepted on the coarser mesh
       integer :: kept_meshes = 0                 !! number of further points for which the mesh is not coarsened
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load change of the last increment
       type(arrived_t) :: arrived                 !! arrival at the last accepted point
@@ -156,12 +156,12 @@ contains
    end function path_tangent_of
 
    !> Test values at a converged state at which the system is factored.
-   type(test_values_t) function test_values_at(problem, run, state, heading) result(probe)
+   type(test_values_t) function test_values_at(problem, run, state, heading) result(test_values)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: state
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
-      probe = new_test_values(problem, state, run%system, heading%load)
+      test_values = new_test_values(problem, state, run%system, heading%load)
    end function test_values_at
 
    !> Adds the path from the last accepted point to a new one. The path has a corner at a contact change: both tangents are those of
@@ -193,7 +193,7 @@ contains
       if (allocated(run%trail)) deallocate (run%trail)
       run%slopes = slopes_t(closer=run%slopes%closer)
       call run%finer%forget()
-      if (allocated(run%footing)) deallocate (run%footing)
+      if (allocated(run%before_coarsening)) deallocate (run%before_coarsening)
    end subroutine forget_mesh
 
    !> True if a trial point lies on the recent path, which the increment retraces.
@@ -233,27 +233,27 @@ contains
       !! point
       type(state_t), intent(in), optional :: released !! state of the critical point in that problem
       logical, intent(in), optional :: corner    !! LP: the load turns at a corner of the path
-      type(critical_point_t) :: landmark
-      landmark%label = label
-      call copy_problem(problem, landmark%problem)
-      landmark%state = state
-      landmark%point = run%points
-      landmark%pivots = pivots
-      landmark%multiplicity = multiplicity
-      landmark%arc_length = arc_length
-      landmark%direction = displacement_between(problem, run%state, state)
-      landmark%drift = landmark%direction - part * displacement_between(problem, run%state, trial)
-      landmark%direction_load = state%load_factor - run%state%load_factor
-      landmark%control = run%control
-      if (present(scale)) landmark%scale = scale
-      if (present(bars)) landmark%bars = bars
-      if (present(corner)) landmark%corner = corner
+      type(critical_point_t) :: critical_point
+      critical_point%label = label
+      call copy_problem(problem, critical_point%problem)
+      critical_point%state = state
+      critical_point%point = run%points
+      critical_point%pivots = pivots
+      critical_point%multiplicity = multiplicity
+      critical_point%arc_length = arc_length
+      critical_point%direction = displacement_between(problem, run%state, state)
+      critical_point%drift = critical_point%direction - part * displacement_between(problem, run%state, trial)
+      critical_point%direction_load = state%load_factor - run%state%load_factor
+      critical_point%control = run%control
+      if (present(scale)) critical_point%scale = scale
+      if (present(bars)) critical_point%bars = bars
+      if (present(corner)) critical_point%corner = corner
       if (present(free)) then
-         landmark%direction = carried_field(problem, state, landmark%direction, free, released)
-         landmark%drift = carried_field(problem, state, landmark%drift, free, released)
-         call copy_problem(free, landmark%problem)
-         landmark%state = released
+         critical_point%direction = carried_field(problem, state, critical_point%direction, free, released)
+         critical_point%drift = carried_field(problem, state, critical_point%drift, free, released)
+         call copy_problem(free, critical_point%problem)
+         critical_point%state = released
       end if
-      call run%critical_points%keep(landmark)
+      call run%critical_points%keep(critical_point)
    end subroutine keep_critical_point
 end module path_state

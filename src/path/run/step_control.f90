@@ -30,7 +30,7 @@ contains
       if (allocated(run%control%previous)) deallocate (run%control%previous)
       run%control%increment = step%increment
       run%heading = path_tangent_of(problem, run, run%state)
-      run%probe%load_rate = run%heading%load
+      run%test_values%load_rate = run%heading%load
       if (step%method == method_displacement .and. .not. allocated(run%control%tangent)) &
          & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
    end subroutine start_control
@@ -96,7 +96,7 @@ contains
       if (step%tangent_updates < huge(1)) desired = max(desired, (2 * step%max_iterations) / 3)
       ratio = sqrt(real(desired, wp) / max(report%iterations, 1))
       if (spans) ratio = (real(desired, wp) / max(report%effort - 1.0_wp, 1.0_wp))**2
-      if (relation%told) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
+      if (relation%comparable) ratio = min(ratio, safety * largest_turn / max(relation%turn, epsilon(ratio)))
       control%increment = control%increment * min(max(ratio, shrinkage), growth)
       ! If nothing moves, no arc length limits the load increment.
       if (is_arc_length(step%method) .and. .not. is_arc_length(control%method)) return
@@ -126,7 +126,7 @@ contains
       now = run%state%load_factor
       if (step%method == method_displacement) then
          watched = step%monitor
-         now = run%probe%monitor(watched)
+         now = run%test_values%monitor(watched)
       end if
       do i = 1, size(step%stop)
          if (step%stop(i)%monitor /= watched) cycle
