@@ -18,7 +18,7 @@ module error_contributions
    use band_matrix, only: band_times
    use path_control, only: control_t, held_by
    use null_directions, only: new_null_directions, leave_out, free_of
-   use functional, only: functional_t
+   use state_functional, only: functional_t
    use monitor_functional, only: new_monitor_functional
    use inside_elements, only: inside_t, look_inside
    use inner_kinks, only: kink_moments

@@ -6,7 +6,7 @@ module inside_elements
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use functional, only: functional_t
+   use state_functional, only: functional_t
    use displacement_functional, only: new_displacement_functional, watched_displacement
    use deck_nodes, only: find_node, place_defect
    use rod_profile, only: profile_t

@@ -25,7 +25,7 @@ module path_control
    use state_transfer, only: displacements_at, field_at, see_from
    use linear_system, only: system_t
    use bordered_system, only: set_path_row, linear_functional, solve_bordered, all_to_global
-   use functional, only: functional_t
+   use state_functional, only: functional_t
    use relative_curvature, only: new_relative_curvature
    use conforming_span, only: excess_curvature
    use displacement_functional, only: new_displacement_functional, watched_displacement

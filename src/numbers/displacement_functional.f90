@@ -5,7 +5,7 @@ module displacement_functional
    use model, only: quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use functional, only: functional_t
+   use state_functional, only: functional_t
    use linear_system, only: system_t
    use bordered_system, only: unknowns_of
    use deck_nodes, only: deck_displacements, node_gradient_t, deck_node_gradient

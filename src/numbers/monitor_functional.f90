@@ -9,7 +9,7 @@ module monitor_functional
    use linear_system, only: system_t, to_node
    use element_products, only: element_unknowns
    use band_matrix, only: band_times
-   use functional, only: functional_t
+   use state_functional, only: functional_t
    use displacement_functional, only: new_displacement_functional
    use contact_totals, only: contact_sum_known, contact_sum_defect, contact_sum_gradient
    use stop_forces, only: stop_force_gradient, stop_force_defect

@@ -6,7 +6,7 @@ module relative_curvature
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use functional, only: functional_t
+   use state_functional, only: functional_t
    use linear_system, only: system_t
    use bordered_system, only: unknowns_of
    use touchdown_points, only: excess_ahead

@@ -7,7 +7,7 @@
 !> constraint; it makes the system regular at limit points, where K is singular.
 module bordered_system
    use kinds, only: wp
-   use functional, only: functional_t
+   use state_functional, only: functional_t
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
    use problem, only: problem_t

@@ -8,7 +8,7 @@ module flat_points
    use conforming_span, only: flat_excess, excess_curvature
    use touchdown_points, only: point_force
    use bordered_system, only: all_to_global
-   use functional, only: functional_t
+   use state_functional, only: functional_t
    use relative_curvature, only: new_relative_curvature
    use path_control, only: control_t, path_length
    use path_state, only: path_state_t
