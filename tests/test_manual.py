@@ -107,6 +107,14 @@ def test_what_the_page_on_the_paper_names_is_there():
     assert all((INPUT.parent / "src" / f"{routine}.f90").exists() for routine in routines), routines
 
 
+def test_modules_that_the_page_for_developers_names_are_there():
+    """In its table of extensions, with their folders."""
+    table = page("developers").split("What an extension touches")[1].split("\n\n")[1]
+    named = re.findall(r"`((?:[a-z_]+/)+[a-z0-9_]+)`", table)
+    assert len(named) > 20
+    assert [name for name in named if not (INPUT.parent / "src" / f"{name}.f90").exists()] == []
+
+
 def test_sweep_file_of_the_manual_is_good(tmp_path):
     import sys
     sys.path.insert(0, str(INPUT.parent / "postproc"))
