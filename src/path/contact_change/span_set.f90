@@ -160,7 +160,7 @@ contains
       type(path_state_t), intent(inout) :: run  !! in: at the zero of the gaps; the last new span has the number `spans_begun`
       type(span_test_t), intent(in) :: begins(:)
       logical, intent(out) :: ok                 !! false: no force-free equilibrium near this state
-      integer, parameter :: most = 8             ! without a force nothing holds the point where it is: it would go astray
+      integer, parameter :: most = 8             ! iterations; more let the position of a force-free point contact drift
       type(contact_span_t) :: new(size(begins))
       type(control_t) :: control
       type(increment_t) :: report

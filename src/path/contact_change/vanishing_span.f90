@@ -145,7 +145,7 @@ contains
       type(span_test_t), allocatable :: tests(:)
       type(contact_span_t), allocatable :: lying(:)
       real(wp) :: left, come
-      integer :: across                          ! the other part of a span that goes on over a breakpoint
+      integer :: across                          ! test of the part of the span beyond a segment boundary
       integer :: held                            ! the force of a breakpoint that the obstacle would have to pull
       logical :: gone
       associate (test => interval%after(which))
@@ -228,7 +228,7 @@ contains
          & test%ends(2) - test%ends(1) < shortest * problem%layout%rod_segment(test%rod_segment)%length
    end function is_gone
 
-   !> True for the remainder of a span before a segment boundary that contact moves past: such a contact passes the boundary
+   !> True for the remainder of a span before a segment boundary that contact moves past: this contact passes the boundary
    !> (passages).
    pure logical function is_passage(problem, test)
       type(problem_t), intent(in) :: problem
