@@ -146,7 +146,7 @@ contains
       type(contact_span_t), allocatable :: lying(:)
       real(wp) :: left, come
       integer :: across                          ! test of the part of the span beyond a segment boundary
-      integer :: held                            ! the force of a breakpoint that the obstacle would have to pull
+      integer :: held                            ! test of a tensile contact force, 0: none
       logical :: gone
       associate (test => interval%after(which))
          left = test%value
