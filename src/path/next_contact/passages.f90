@@ -39,8 +39,8 @@ contains
       integer, intent(in) :: which                   !! index of a length or crossing test
       real(wp), intent(in) :: fall(:)                !! (tests) decrease of each along the path
       type(contact_span_t), allocatable, intent(inout) :: set(:)
-      integer, allocatable, intent(out) :: passes(:, :) !! (2, passages) contact spans between which a free span opens behind a boundary
-      !! (indices), 0: the boundary itself; the last passage comes first
+      integer, allocatable, intent(out) :: passes(:, :) !! (2, passages) contact spans on both sides of a free span that opens
+      !! behind a boundary (indices), 0: the boundary itself; the last passage comes first
       logical, intent(out) :: passed                 !! false: the test is that of a line contact that shrinks and does not continue
       logical, intent(out) :: meets                  !! another line contact arrives at the boundary from the other side
       type(passage_t) :: passage(size(tests))
@@ -215,7 +215,7 @@ contains
    pure function behind(problem, rod_segment, way, length, line) result(at)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: rod_segment
-      integer, intent(in) :: way                     !! -1: before the breakpoint, 1: after it
+      integer, intent(in) :: way                     !! -1: before the boundary, 1: after it
       real(wp), intent(in) :: length                 !! length of the line, or distance of the point
       logical, intent(in) :: line
       real(wp) :: at(2)

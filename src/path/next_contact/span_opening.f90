@@ -6,7 +6,7 @@
 !>   inside the line, tensile for |x| < x0, r = r2 (x^2 - x0^2)/2:
 !>                               w = r2 (a^2 - x^2)^3/(720 EI) for |x| < a = sqrt(5) x0;
 !>   at its end, x from the end into the line, tensile for 0 < x < x0, r = r1 (x - x0):
-!>                               w = r1 x^2 (l - x)^3/(120 EI) for 0 < x < l = 5 x0/3; a point contact, not rotating, stays at x = 0;
+!>                               w = r1 x^2 (l - x)^3/(120 EI) for 0 < x < l = 5 x0/3; a point contact stays at x = 0;
 !>   at a clamp on the obstacle: the same, x from the clamp.
 !>
 !> At a symmetry plane half of the first law applies. Where a force F lifts the end of a line contact that is fixed at a segment

@@ -289,7 +289,7 @@ contains
    !> Moves a point contact that is fixed at a segment boundary to the side of the boundary to which it belongs.
    subroutine leave_breakpoint(problem, test, answer)
       type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test        !! its sense: the point belongs before the breakpoint (-1), or after it
+      type(span_test_t), intent(in) :: test        !! its sense: the point belongs before the boundary (-1), or after it (1)
       type(answer_t), intent(inout) :: answer
       integer :: way, rod_segment
       associate (k => test%contact_span)
