@@ -107,7 +107,7 @@ module path_state
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
       type(enriched_problem_t) :: finer             !! enriched problem, from which error estimates are computed
       type(refinement_t) :: refinement           !! results of the refinements tried for the present point
-      type(trial_request_t) :: request           !! what the last trial requires before it can be accepted
+      type(trial_request_t) :: request           !! requirements of the last trial before it can be accepted
       type(mesh_density_t), allocatable :: spare(:) !! (rod segments) coarser mesh that is accurate enough for the last point
       logical :: behind_flat = .false. !! on the new mesh a point contact becomes a line contact before the last accepted point
       type(finer_mesh_t), allocatable :: before_coarsening !! state to return to until a point is accepted on the coarser mesh
@@ -128,7 +128,7 @@ module path_state
 
 contains
 
-   !> Copies a path state. It is a procedure of its own for the reason given at copy_problem.
+   !> Copies a path state; a procedure for the reason given at copy_problem.
    subroutine copy_path_state(from, to)
       type(path_state_t), intent(in) :: from
       type(path_state_t), intent(inout) :: to
