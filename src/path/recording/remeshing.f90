@@ -78,9 +78,9 @@ contains
       can_settle = .not. step%tolerance_given .and. problem%model%step(problem%step)%sharper > most_sharp
       call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, asked, outcome), step%asked_of, asked, &
          & critical, tries, can_settle, run%refinement, run%request%smaller_residual, run%request%density)
-      ! The finer mesh did not help: it is released again, or such points would refine the mesh one after the other.
+      ! The finer mesh did not reduce the errors: it is coarsened again, because otherwise each further point would refine the mesh.
       if (run%refinement%in_vain) run%spare = run%refinement%demand
-      ! An opening that the elements missed lies between the last point and this one.
+      ! A free span that the elements did not resolve opens between the last point and this one.
       if (allocated(run%request%density) .and. .not. run%request%at_last_point) &
          & run%request%at_last_point = allocated(bars%may_open) .or. marked(problem, place, find_cuts(problem, place))
    end subroutine ask_for_mesh
