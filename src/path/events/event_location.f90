@@ -284,8 +284,8 @@ contains
       located_event%heading = heading
    end subroutine meet_value
 
-   !> Checks that the located state lies on the path between both ends, and that a limit point is not below (maximum) or above
-   !> (minimum) both of them.
+   !> Checks that the located state lies on the path between both ends, and that the load of a limit point is not below (maximum) or
+   !> above (minimum) the loads of both ends.
    logical function is_what_it_says(problem, step, run, trial, ahead, located_event) result(right)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -299,7 +299,7 @@ contains
          & located_event)
    end function is_what_it_says
 
-   !> True for a limit point whose load is above, or below, those of both ends of the increment.
+   !> True if the load of a located limit point is above (maximum) or below (minimum) the loads of both ends of the increment.
    pure logical function is_extreme(step, first, last, located_event) result(right)
       type(step_t), intent(in) :: step
       real(wp), intent(in) :: first, last          !! load factors of the ends

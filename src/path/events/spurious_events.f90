@@ -1,4 +1,4 @@
-!> Spurious events: detected events that are none, and those that a shorter increment resolves.
+!> Spurious events: rejects detected events that are not real, and finds events that need a shorter increment.
 module spurious_events
    use kinds, only: wp
    use model, only: step_t

@@ -210,7 +210,7 @@ contains
    !> vector where its eigenvalue is mu, and mu grows linearly from the zero.
    pure real(wp) function swerve_per_force(search, length) result(turn)
       type(zero_search_t), intent(in) :: search !! has found the zero between its samples
-      real(wp), intent(in) :: length            !! of the increment
+      real(wp), intent(in) :: length            !! path length of the increment
       real(wp) :: w(n_samples), d(n_samples), slope
       call lagrange(search%at, search%centre, w, d)
       slope = abs(dot_product(d, search%value))
