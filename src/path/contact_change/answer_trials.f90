@@ -116,7 +116,7 @@ contains
       end do
    end subroutine take_divided
 
-   !> True if the obstacle pushes all given points, or if the points do not exist as free touchdown points.
+   !> True if the contact forces at all free touchdown points of the given contact spans are compressive.
    logical function pushes(problem, run, opened)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -131,9 +131,8 @@ contains
       end do
    end function pushes
 
-   !> Path distance within which a line contact's length, or a contact's distance to a segment boundary, is zero although it still
-   !> has its least value: by linear interpolation on the increment, at most as far as reach_of allows. 0: the test is of another
-   !> kind.
+   !> Path distance on which a line contact's length, or a contact's distance to a segment boundary, changes by the least length,
+   !> at its mean rate on the interval, times the factor reach_of. 0: the test is of another kind.
    real(wp) function least_reach(problem, interval, which) result(reach)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval

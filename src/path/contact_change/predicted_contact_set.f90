@@ -44,7 +44,7 @@ contains
                & found)
             if (found .and. opens_inside(problem, test)) then
                ! The load grows with the sixth power of the length of such a span: the path has no corner, and no eigenvalue changes
-               ! its sign. If the load soon has a limit point, the state at the interval's end may belong to another equilibrium.
+               ! its sign. If the load soon has a limit point, the state at the interval's end may lie on another path.
                call copy_path_state(run, there)
                there%state = change%place
                there%heading = change%heading
@@ -66,8 +66,8 @@ contains
       end if
    end subroutine look_beyond
 
-   !> Improves the place where contact begins: the gap has the accuracy of the interpolation inside elements, a contact with nodes
-   !> at the touchdown point that of the nodes.
+   !> Improves the place where contact begins: the gap inside a free span is only as accurate as the element polynomials. With a
+   !> node at the new contact the place is as accurate as nodal values.
    subroutine begin_sharply(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

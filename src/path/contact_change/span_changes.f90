@@ -98,7 +98,7 @@ contains
       result = merge(go_nearer, set_holds, shorter)
    end subroutine keep_set
 
-   !> Closes a free span. The set without this span is known only at its onset, so events before the onset would be missed: the
+   !> Closes a free span. The set without this span is known only at its onset, and events before the onset would be missed: the
    !> increment is halved while a limit point lies on the interval, and the present set is kept if the step ends before the onset.
    subroutine pass_vanishing(problem, step, run, interval, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
@@ -145,7 +145,7 @@ contains
       ends_before = any(events%kind == event_stop)
    end function ends_before
 
-   !> A test is zero, and a rule gives the next set.
+   !> Makes a change at the zero of a test for which a rule gives the next set.
    subroutine pass_by_rule(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -189,7 +189,8 @@ contains
       call go_on(problem, step, run, next, on, recorder, finished, outcome)
    end subroutine pass_by_rule
 
-   !> A free span opens inside a line contact; the next set is known. If contact remains on both sides, the contact region divides.
+   !> Makes the change at which a free span opens in a line contact; the next set is known. If contact remains on both sides, the
+   !> contact region divides.
    subroutine pass_opening(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -345,7 +346,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! stuck if the increment is below the least one
-      type(span_test_t), intent(in) :: test      !! whose zero was not found
+      type(span_test_t), intent(in) :: test      !! test whose zero was not found
       integer, intent(out) :: result
       result = go_nearer
       call linearise(problem, run%state, run%state, run%system)

@@ -78,7 +78,7 @@ contains
    !> Sets failing tests to zero that are expected after an arrival. A point contact that rolls to the end of a rod is fixed there
    !> as soon as the remaining span counts as zero; until it arrives the rod's slope is just below zero. A point into which a line
    !> contact has shrunk, or which has come to a segment boundary, is osculating at first; on another mesh, or for the rest of a
-   !> span, its curvature may be slightly too large.
+   !> span, its relative curvature may be slightly negative.
    pure subroutine excuse_arriving_points(interval, arrives, rises)
       type(step_interval_t), intent(inout) :: interval
       logical, intent(in) :: arrives, rises       !! see since_change_t

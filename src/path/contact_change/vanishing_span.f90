@@ -192,8 +192,7 @@ contains
 
    contains
 
-      !> Node at the end of a rod segment that a span with a contact on its other side only reaches. 0: the span has two contacts or
-      !> none.
+      !> Node at the end of a rod segment that is the open end of a span with one contact. 0: the span has two contacts or none.
       pure integer function open_node(test) result(node)
          type(span_test_t), intent(in) :: test
          node = 0
