@@ -103,7 +103,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test
-      real(wp), intent(in) :: lifted               !! length
+      real(wp), intent(in) :: lifted               !! length that the force lifts off
       type(answer_t), intent(inout) :: answer
       integer :: beside(2), side
       associate (c => test%candidate)
@@ -135,8 +135,8 @@ contains
       end associate
    end subroutine divide_point
 
-   !> Replaces a point contact at a segment boundary by a contact span beside the boundary, on each side on which contact continues.
-   !> Beside a clamp the point contact remains if the rod on the other side stays in contact there.
+   !> Replaces a point contact at a segment boundary by contact spans beside the boundary, on the sides `goes`. Beside a clamp the
+   !> point contact remains as well if the rod on the other side rests on the clamp.
    subroutine go_beside(problem, c, goes, share, line, answer, beside)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c                     !! candidate
@@ -174,9 +174,9 @@ contains
       end do
    end subroutine go_beside
 
-   !> Sides (before, after) of a contact node on which the contact is osculating and changes: those of the test's node, and of other
-   !> nodes that are osculating at the same point of the path and of the same kind (pressed or pulled), because such a point contact
-   !> would be neutral.
+   !> Sides (before, after) of a contact node on which an osculating contact changes its kind. Besides the test's node these are
+   !> nodes that are osculating at the same point of the path and would also be pressed (or pulled): unchanged, they would be
+   !> neutral.
    function flat_sides(problem, state, c, test, pressed) result(flat)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

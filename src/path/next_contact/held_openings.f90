@@ -84,8 +84,8 @@ contains
    end subroutine rest_held
 
    !> Moves a line contact of zero length, in equilibrium with fixed ends, to the load at which it has its initial length, by the
-   !> rate at which it grows. Fixed ends may have no equilibrium: at straight walls with little resistance along the wall, the ends
-   !> of a span follow from equilibrium. The state is unchanged if none is found.
+   !> rate at which it grows. Fixed ends may have no equilibrium: at straight walls with little resistance along the wall, the
+   !> positions of the ends are determined by equilibrium. The state is unchanged if no equilibrium is found.
    subroutine spread_ahead(problem, run, opened, ok)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run

@@ -39,8 +39,8 @@ contains
       call find_load(problem, interval, next%problem%contact_span(k)%candidate(3 - side), meets, next, found)
    end subroutine find_arrival
 
-   !> Set with the end of a line contact, and of a second one that meets it, at the segment boundary. Not allocated if there is
-   !> none.
+   !> Set with the end of a line contact at the segment boundary, and the end of a second line contact if one arrives from the other
+   !> side. Not allocated if no line contact arrives.
    subroutine set_at_breakpoint(problem, interval, test, set, k, side, meets)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval

@@ -93,8 +93,8 @@ contains
       end do
    end function meet
 
-   !> True for the end of a line contact that arrives at a node with a couple, behind which no line of the least length is in
-   !> contact.
+   !> True for the end of a line contact that arrives at a node with a couple: the couple lifts more than the least length behind
+   !> the node.
    logical function is_turned(problem, state, test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -204,7 +204,7 @@ contains
 
    contains
 
-      !> Adds a span in front of the others.
+      !> Adds a free span in front of the existing ones.
       subroutine add(between)
          integer, intent(in) :: between(2)
          passes = reshape([between, passes], [2, size(passes, 2) + 1])

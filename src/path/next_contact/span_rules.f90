@@ -210,7 +210,7 @@ contains
       end if
    end subroutine shrink
 
-   !> Which ends of a contact span belong to another one as well.
+   !> Which ends of a contact span are also ends of another contact span.
    pure function others_touch(problem, k) result(shared)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: k                     !! index into problem%contact_span
