@@ -56,9 +56,9 @@ module path_state
       !! eigenvalue may have changed its sign there. Set by span_set, valid until the next point (event_recording); zero_at_end and
       !! smooth_zero find the zero there
       logical :: arrives = .false. !! a line contact has become a point, or a point contact has reached a segment boundary that
-      !! stops it: its relative curvature is zero or still slightly positive. Set by span_set, reset by span_events, which excuses
+      !! stops it: its relative curvature is zero or still slightly negative. Set by span_set, reset by span_events, which excuses
       !! the violated test until then
-      logical :: rises = .false. !! the relative curvature falls along the path from the last accepted point (minima_of_tests)
+      logical :: rises = .false. !! negative relative curvatures increase along the path from the last accepted point
       real(wp) :: at = 0.0_wp                    !! arc length of that change
    end type since_change_t
 
@@ -72,7 +72,7 @@ module path_state
       type(error_bars_t), allocatable :: bars    !! error bars; not allocated: unknown
    end type arrived_t
 
-   !> Requirements of a trial whose errors exceed the tolerance. Nothing of it is recorded: the increment is repeated from the last
+   !> Requirements of a trial whose errors exceed the tolerance. The trial is not recorded: the increment is repeated from the last
    !> accepted point.
    type :: trial_request_t
       logical :: smaller_residual = .false.      !! the iteration must end with a smaller residual
