@@ -30,7 +30,7 @@ contains
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(out) :: next
       type(path_state_t), intent(out) :: on
-      logical, intent(out) :: holds  !! false: a point contact divides, but the obstacle would have to pull the two new points
+      logical, intent(out) :: holds  !! false: a point contact divides, but a new point has a tensile contact force
       holds = .true.
       if (change%tests(change%which)%kind == test_curvature .and. answer%between(1) /= answer%between(2)) then
          call take_divided(problem, run, interval, change, answer, next, on, holds)
@@ -55,7 +55,7 @@ contains
          & change%which), grows)
    end subroutine try
 
-   !> A point contact becomes a line contact. Another point, for instance its mirror image in a structure whose mesh is not
+   !> A point contact becomes a line contact. Another point contact, for instance the mirror image in a structure whose mesh is not
    !> symmetric, may become a line before the first line has its initial length; then no equilibrium has only one of the lines, and
    !> both begin together.
    subroutine take_larger(problem, run, interval, change, answer, next, on)

@@ -146,7 +146,7 @@ contains
       type(bracket_t) :: bracket
       real(wp) :: f, fraction
       division = new_division(problem, run, interval%to, interval%ahead, .false.)
-      ! The place is on the near side of the zero, for beyond it the set is not valid.
+      ! The place is located just before the zero, because the contact set is not valid beyond the zero.
       bracket = new_bracket(interval%before(change%which)%value - tolerance, interval%after(change%which)%value - tolerance)
       found = .false.
       do while (next_guess(bracket, epsilon(f), fraction))

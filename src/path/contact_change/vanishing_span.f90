@@ -4,7 +4,7 @@
 !>
 !> Either the whole span comes into contact (an arc under pressure, a straight rod at a wall, a remainder between two contacts); the
 !> onset is at zero pressure of the new line contact. Or the span is a closing bow between two point contacts, whose relative
-!> curvatures vanish with the square of their distance, and the obstacle would have to pull to hold the rod down between them; the
+!> curvatures vanish with the square of their distance, and a line contact between the points would have tensile contact force; the
 !> points merge into one osculating contact, the reverse of a point contact that divides.
 module vanishing_span
    use kinds, only: wp
@@ -239,7 +239,7 @@ contains
       if (is_passage) is_passage = beyond(problem, test%beside(side), merge(1, -1, side == 1)) > 0
    end function is_passage
 
-   !> True for a closing bow: a span between two point contacts where the obstacle would have to pull to hold the rod down.
+   !> True for a closing bow: a span between two point contacts in which a line contact would have tensile contact force.
    logical function is_wave(problem, state, test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
