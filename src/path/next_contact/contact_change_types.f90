@@ -1,4 +1,4 @@
-!> Changes of contact spans on an increment.
+!> Data of a contact change: the examined increment with its tests, and the kind, place and next contact set of the change.
 module contact_change_types
    use kinds, only: wp
    use problem, only: problem_t
@@ -32,7 +32,7 @@ module contact_change_types
    integer, parameter :: place_here = 1     !! at the run's point
    integer, parameter :: place_ahead = 2    !! beyond the end of the increment
 
-   !> The increment under examination.
+   !> The examined increment, with the contact tests at its ends.
    type :: step_interval_t
       type(state_t) :: from, to                   !! ends of the increment; if none converges, those of the last converged one
       type(path_tangent_t) :: ahead                    !! path tangent at its end

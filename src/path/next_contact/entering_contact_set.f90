@@ -66,7 +66,7 @@ contains
       type(path_state_t), intent(in) :: run             !! at its point, on the mesh of the next set
       type(next_t), intent(inout) :: next
       type(event_t), allocatable :: events(:)
-      integer, parameter :: most = 10            ! parts of the way back
+      integer, parameter :: most = 10            ! corrections from the known state back to the end of the step
       type(next_t) :: there
       type(state_t) :: from
       type(test_values_t) :: test_values

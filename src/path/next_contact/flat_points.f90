@@ -21,8 +21,8 @@ contains
 
    !> Locates an osculating contact. At osculation the equation of a touchdown point, least gap, is singular. The node therefore
    !> follows the obstacle's direction, like the end of a line contact, its position is given by continuity of the moment, and the
-   !> relative curvature is prescribed. Other points that become osculating nearby, such as mirror images, are treated in the same
-   !> way.
+   !> relative curvature is prescribed. Other points that become osculating nearby, for instance mirror images, are treated
+   !> likewise.
    subroutine find_flat_point(problem, run, candidate, too, place, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run          !! system undefined on return

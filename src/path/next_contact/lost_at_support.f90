@@ -21,7 +21,7 @@ module lost_at_support
 
 contains
 
-   !> Which of the two point contacts beside a span are clamps on the obstacle.
+   !> (sides) true: the point contact on this side of a span is at a clamp on the obstacle.
    function clamped_ends(problem, state, test) result(clamped)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,4 +1,4 @@
-!> A line contact lifts off where the obstacle would have to pull: where its pressure is zero a free span begins with zero length
+!> A line contact lifts off where its contact force would become tensile: at zero pressure a free span begins with zero length
 !> and undetermined ends. Local laws give the first ends from the zone of tensile contact force slightly further along the path. The
 !> gap w of the free span has EI w'''' = -r, with x along the rod and the density r of the line's contact force, positive in
 !> compression; r1, r2 > 0:
@@ -156,7 +156,7 @@ contains
 
    contains
 
-      !> True if the supports of a node allow it to leave the obstacle.
+      !> True if the supports of a node allow the node to leave the obstacle.
       logical function free_across(c)
          integer, intent(in) :: c
          type(track_t) :: track

@@ -84,8 +84,7 @@ contains
       end do
    end function answer_to
 
-   !> Gap of a test, which comes last, and other gaps that close at the same point of the path: of two mirror images neither is the
-   !> first.
+   !> Gaps that close at the same point of the path, for instance those of mirror images: the gap of the test comes last.
    pure function beginning_together(problem, tests, which, falling) result(begins)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)
@@ -143,8 +142,7 @@ contains
       at_zero = tests%value <= max(test_slack(tests%kind), 10.0_wp * abs(tests(which)%value))
    end function at_zero
 
-   !> Removes the point contact of a test, and others whose forces vanish at the same point of the path: of two mirror images
-   !> neither is the first.
+   !> Removes the point contact of a test, and others whose forces vanish at the same point of the path, for instance mirror images.
    subroutine lose_points(problem, tests, which, falling, answer)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)
@@ -163,8 +161,8 @@ contains
       answer%contact_span = pack(answer%contact_span, .not. gone)
    end subroutine lose_points
 
-   !> Shrinks the line contact of a test, and others that fall below the least length before the first line's length is zero: of two
-   !> mirror images neither is the first.
+   !> Replaces the line contact of a test by its remainder, and other line contacts that reach the least length at the same point of
+   !> the path, for instance mirror images.
    subroutine shrink_lines(problem, state, tests, which, fall, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -210,7 +208,7 @@ contains
       end if
    end subroutine shrink
 
-   !> Which ends of a contact span are also ends of another contact span.
+   !> (ends) true: the end of a contact span is also an end of another contact span.
    pure function others_touch(problem, k) result(shared)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: k                     !! index into problem%contact_span
