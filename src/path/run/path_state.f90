@@ -65,7 +65,7 @@ module path_state
    !> Last accepted point as the path arrived there, if the contact changes at that point: the path leaves it with another tangent
    !> (corner_limit).
    type :: arrived_t
-      integer :: point = 0 !! its row in the results; 0: no contact change there, or its limit point is reported already
+      integer :: point = 0 !! row in the results; 0: no contact change there, or the limit point is reported already
       real(wp) :: load_rate = 0.0_wp             !! d(load factor)/d(arc length) on arrival
       real(wp) :: load_factor = 0.0_wp
       real(wp), allocatable :: monitor(:)
@@ -86,7 +86,7 @@ module path_state
    !> A point contact that begins at the next point.
    type :: onset_t
       type(region_t), allocatable :: region      !! not allocated: no contact begins
-      integer :: element = 0                     !! in which it begins; 0: none
+      integer :: element = 0                     !! element in which the contact begins; 0: none
    end type onset_t
 
    !> State of a path; a single type, so that the procedures of the path loop have short argument lists.
