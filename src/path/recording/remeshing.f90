@@ -1,4 +1,4 @@
-!> Mesh and residual requests of a point whose errors exceed the deck's tolerance, or are far below it.
+!> Mesh and residual requests of a point whose errors exceed the deck's tolerance or are far below this tolerance.
 module remeshing
    use kinds, only: wp
    use model, only: step_t, method_displacement
@@ -20,7 +20,7 @@ module remeshing
 
 contains
 
-   !> True if the trial is to be computed anew, on another mesh or with a smaller residual.
+   !> True if the trial must be repeated on another mesh or with a smaller residual.
    pure logical function wants_another(run)
       type(path_state_t), intent(in) :: run
       wants_another = run%request%smaller_residual .or. allocated(run%request%density)
