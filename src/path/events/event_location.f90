@@ -109,7 +109,7 @@ contains
       real(wp) :: fall, fraction
       fall = located_event%event%before - located_event%event%after
       if (.not. located_event%event%before * fall < 0.0_wp) return
-      ! Twice that distance, so that the zero is bracketed.
+      ! Twice the extrapolated distance, so that the zero is bracketed.
       fraction = 2.0_wp * located_event%event%before / fall
       if (-fraction * division%length > run%arc_length - run%left_at) return
       call copy_path_state(run, behind)
@@ -135,7 +135,8 @@ contains
       located_event = found
    end subroutine look_behind
 
-   !> Lets elements determine anew where contact with the foundation is open: beyond the event it is closed.
+   !> Resets the open segments at a contact change with a foundation, so that elements detect contact there again: on the other side
+   !> of the event contact is closed.
    pure subroutine forget_opening(problem, event, state)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event           !! contact change with a foundation
@@ -206,7 +207,7 @@ contains
             ! With the contact set of the start the event function of a contact change is smooth through its zero.
             call point_within(problem, run, trial, ahead, division, located_event%fraction, held, held, here, located_event%report)
             if (held .and. located_event%report%converged) then
-               ! If other candidates violate their conditions with that set, the LCP has to determine it.
+               ! If other candidates violate their conditions with the start's contact set, the LCP determines the set.
                if (.not. holds_elsewhere(problem, run%system, event%marked, here)) then
                   held = .false.
                   cycle search

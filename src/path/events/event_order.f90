@@ -56,7 +56,7 @@ contains
       end do
    end function duplicates_of
 
-   !> Index of the located contact change at whose corner each located limit point lies: both have the same place. 0: none.
+   !> For each located limit point at a corner of the path: index of the located contact change at the same place. 0: none.
    pure function beside(seen) result(change)
       type(located_event_t), intent(in) :: seen(:)
       integer :: change(size(seen))

@@ -148,8 +148,8 @@ contains
       if (at(n_samples) > 1.0_wp) at = min(centre, 1.0_wp) - reach * [4.0_wp, 3.0_wp, 2.0_wp, 1.0_wp]
    end function sample_places
 
-   !> Zero by bracketing alone: when a foundation begins to act, the function may bend so much between the samples that they mistake
-   !> it for a jump.
+   !> Finds the zero by bracketing alone: when a foundation begins to act, the function may be curved so much between the samples
+   !> that interpolation takes it for a jump.
    subroutine close_in(problem, step, run, trial, ahead, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
