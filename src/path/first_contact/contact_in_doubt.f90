@@ -30,7 +30,7 @@ module contact_in_doubt
 
 contains
 
-   !> Next set of contact spans and its equilibrium ahead of the present point, as near as the set is valid.
+   !> Next set of contact spans and its equilibrium ahead of the present point, at the nearest point at which the set is valid.
    subroutine ask_nodes(problem, run, reach, next, found)
       type(problem_t), intent(in) :: problem       !! with contact spans
       type(path_state_t), intent(in) :: run               !! system factored at the present point

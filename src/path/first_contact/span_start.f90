@@ -220,7 +220,7 @@ contains
          end if
          if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next)
          if (.not. gains_contact(next)) exit
-         ! A later beginning of contact is located from a point before it.
+         ! A contact that begins after the start must be located from a point before its onset.
          run%control%increment = 0.5_wp * run%control%increment
          call linearise(problem, run%state, run%state, run%system)
       end do
