@@ -1,9 +1,9 @@
 !> unilat: equilibrium paths of planar rods with unilateral contact.
 !>
-!> deck -> model -> numbering -> path loop -> results and listing. Exit codes: 0 the path is complete, 1 the deck (or the
-!> command line) has errors (where one shows on the way only the result file holds the path up to there), 2 stopped early with
-!> the path up to there in the result file, 3 internal error, 5 the machine does not let it (files, memory), 6 ended from outside
-!> (a signal, the limit of time) with the path up to there in the result file.
+!> deck -> model -> numbering -> path loop -> results and listing. Exit codes: 0 the path is complete; 1 the deck or the command
+!> line has errors (if the path has begun, the result file contains its points so far); 2 the path stopped early, and the result
+!> file contains its points so far; 3 internal error; 5 the system refuses files or memory; 6 ended by a signal or the time limit,
+!> and the result file contains the points so far.
 program unilat
    use, intrinsic :: iso_fortran_env, only: input_unit, output_unit, error_unit
    use, intrinsic :: iso_c_binding, only: c_int
@@ -44,7 +44,7 @@ program unilat
    implicit none
    integer, parameter :: exit_complete = 0, exit_deck_error = 1, exit_stopped = 2, exit_internal = 3, exit_refused = 5, &
       & exit_ended = 6
-   real(wp), parameter :: first_memory = 1.6e8_wp !! bytes: OpenBLAS takes 128 MiB at once, and tries for ever where it gets none
+   real(wp), parameter :: first_memory = 1.6e8_wp !! bytes: OpenBLAS allocates 128 MiB at once, and retries for ever if refused
    integer, parameter :: stack = 4000000          !! bytes
    type(command_line_t) :: options
    type(deck_source_t) :: source
@@ -55,7 +55,7 @@ program unilat
    type(outcome_t) :: outcome
    type(error_t), allocatable :: error
    character(:), allocatable :: result_file, status, checks, why_nodes, why_unheld
-   character(:), allocatable :: lost             !! why standard output cannot be written; empty: it can
+   character(:), allocatable :: lost             !! reason why standard output cannot be written; empty: no failure
    integer :: draft
    type(restart_t) :: restart
    type(standing_t) :: standing
@@ -148,7 +148,8 @@ program unilat
 
    ! ---- the path ----
    call follow_deck()
-   ! Where contact at the start has not become spans the nodes of the deck may tell more. What spans have followed stays.
+   ! If contact at the start never became contact spans, the deck is run again with contact at its own nodes. Results with contact
+   ! spans are kept.
    if (begins_again()) then
       why_nodes = outcome%why
       deck_model%contact%along = .false.
@@ -179,7 +180,7 @@ program unilat
 
 contains
 
-   !> Follows the whole deck and records it.
+   !> Follows all steps of the deck and records the results.
    subroutine follow_deck()
       call timing_start(phase_numbering)
       path_problem = new_problem(deck_model)
@@ -196,7 +197,7 @@ contains
       if (checks /= '') call note_failure(checks)
    end subroutine follow_deck
 
-   !> Opens the result file, or goes on with one, with the model and the deck's parameters.
+   !> Opens a new result file, or an existing one for a restart, and writes the model and the deck's parameters.
    subroutine open_results()
       integer :: i
       call results_open(recorder%results, result_file, deck_model, source%record, program_version, error, force=options%force, &
@@ -210,20 +211,20 @@ contains
       end do
    end subroutine open_results
 
-   !> The exit code of an error that is none of the deck's.
+   !> Exit code of an error that is not an error of the deck.
    pure integer function code_of(error)
       type(error_t), intent(in) :: error
       code_of = merge(exit_refused, exit_internal, error%system)
    end function code_of
 
-   !> Says what the user is to know of the result file.
+   !> Prints the notes about the result file on standard error.
    subroutine tell_note()
       character(:), allocatable :: note
       call results_note(recorder%results, note)
       if (note /= '') write (error_unit, '(a)') 'unilat: '//note
    end subroutine tell_note
 
-   !> Writes the last of the listing and says so where it is not all there: the results are.
+   !> Writes the end of the listing; if the listing is incomplete, a message names the result file.
    subroutine finish_listing()
       lost = ''
       if (.not. options%quiet) call put_text(new_line('a'), lost)
@@ -231,13 +232,13 @@ contains
          & //result_file
    end subroutine finish_listing
 
-   !> Ends after an output that is no listing; it may not have been written (`lost`).
+   !> Ends the program after an output other than the listing; exit code 5 if this output could not be written (`lost`).
    subroutine end_after_output()
       if (lost /= '') call stop_with(exit_refused, 'the output cannot be written: '//lost)
       call end_program(exit_complete)
    end subroutine end_after_output
 
-   !> Ends where the run cannot go on with the deck that was given.
+   !> Ends the program if the run of the result file cannot continue with the given deck.
    subroutine check_other_deck()
       type(deck_source_t) :: old
       type(model_t) :: old_model
@@ -254,7 +255,7 @@ contains
       if (why /= '') call stop_with(exit_deck_error, options%restart//' cannot go on: '//why)
    end subroutine check_other_deck
 
-   !> The run has come to its end, but not to what the deck asks for.
+   !> Adds a failure: the run has ended, but not all requirements of the deck are satisfied.
    subroutine note_failure(words)
       character(*), intent(in) :: words
       outcome%complete = .false.
@@ -265,7 +266,8 @@ contains
       end if
    end subroutine note_failure
 
-   !> Contact at nodes is another problem than contact along the rod: who has not asked for it is to know.
+   !> Reports contacts that are at nodes although the deck did not request this: contact at nodes is a different problem from
+   !> contact along the rod.
    subroutine note_contact_at_nodes()
       integer :: i
       do i = 1, size(deck_model%contact)
@@ -277,7 +279,8 @@ contains
       end do
    end subroutine note_contact_at_nodes
 
-   !> True where what touches at the start has led nowhere; says so, and closes the results.
+   !> True if a path with contact at the start has failed without contact spans and must begin again with contact at the deck's
+   !> nodes; prints a message and closes the results.
    logical function begins_again()
       character(*), parameter :: how = 'with contact at the nodes of the deck'
       begins_again = outcome%sampled .and. outcome%dead_end
@@ -289,7 +292,7 @@ contains
          & '. The path begins again '//how//'.'
    end function begins_again
 
-   !> The deck's name, and what was set on the command line.
+   !> Name of the deck with the parameters set on the command line.
    function deck_words() result(words)
       character(:), allocatable :: words
       integer :: i
@@ -299,7 +302,7 @@ contains
       end do
    end function deck_words
 
-   !> The -o file, or the job's name, or the deck's, with .h5 for its ending.
+   !> Name of the result file: that of -o or of the restart, else the job's or the deck's name with the ending .h5.
    function name_of_results() result(name)
       character(:), allocatable :: name
       integer :: slash, dot
@@ -317,7 +320,7 @@ contains
       name = name//'.h5'
    end function name_of_results
 
-   !> `unilat init`: a new file with the deck of a template, never in the place of one that is there.
+   !> `unilat init`: writes the deck of a template to a new file; existing files are not overwritten.
    subroutine write_new_deck()
       character(:), allocatable :: file
       character(200) :: why
@@ -334,7 +337,7 @@ contains
       call end_program(exit_complete)
    end subroutine write_new_deck
 
-   !> Versions of everything that decides about the numbers.
+   !> Prints the versions of the program and the libraries that influence the results.
    subroutine write_version(unit)
       integer, intent(in) :: unit
       write (unit, '(a)') 'unilat '//program_version
@@ -343,14 +346,14 @@ contains
       write (unit, '(a)') 'HDF5 '//hdf5_version()
    end subroutine write_version
 
-   !> Ends when the deck has errors, and tells them.
+   !> Prints the errors of the deck, if any, and ends the program.
    subroutine end_with_errors()
       if (diagnostics%n == 0) return
       write (error_unit, '(a)', advance='no') diagnostics_report(diagnostics, source, has_colours(standard_error))
       call end_program(exit_deck_error)
    end subroutine end_with_errors
 
-   !> Ends with an error of the deck that showed on the way, told as those found in reading are.
+   !> Ends with an error of the deck found during the path; it is printed like the errors found on reading.
    subroutine stop_at_line(line, message)
       integer, intent(in) :: line
       character(*), intent(in) :: message
@@ -358,7 +361,7 @@ contains
       call end_with_errors()
    end subroutine stop_at_line
 
-   !> Ends with a message on standard error.
+   !> Prints a message on standard error and ends the program.
    subroutine stop_with(code, message)
       integer, intent(in) :: code
       character(*), intent(in) :: message
@@ -366,7 +369,7 @@ contains
       call end_program(code)
    end subroutine stop_with
 
-   !> The only way out: C's exit, because STOP would print its code and the floating-point flags.
+   !> Ends the program. All exits use C's exit, because STOP would print its code and the floating-point flags.
    subroutine end_program(code)
       integer, intent(in) :: code
       interface

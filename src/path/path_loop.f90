@@ -193,7 +193,7 @@ contains
       real(wp) :: stiffness, rounding
       run%step_points = 0
       run%arrived%point = 0
-      ! Other loads may move the structure back along the path.
+      ! The loads of a new step may move the structure back along the path, so the recent path is discarded.
       if (allocated(run%trail)) deallocate (run%trail)
       if (starts_fresh(problem)) then
          why = why_unheld(problem, run%state)
@@ -208,7 +208,7 @@ contains
          return
       end if
       if (starts_fresh(problem)) then
-         ! A tangent dominated by rounding gives no inertia, and Newton's method does not converge.
+         ! With a tangent dominated by rounding, the pivot signs are meaningless and Newton's method does not converge.
          call check_start(problem, run%system, stiffness, rounding)
          if (rounding > 0.5_wp * max(stiffness, bending_stiffness(problem))) then
             outcome%why = 'the tangent at the start is nothing but rounding: '//rounding_cure(problem, run%state)
@@ -226,7 +226,7 @@ contains
             & call presume_contact(problem, step%monitor, step%increment, run%state, run%system)
       end associate
       run%test_values = new_test_values(problem, run%state, run%system, 0.0_wp)
-      ! Contact between nodes is not in the tangent at the start, either.
+      ! The tangent at the start does not contain contact between nodes either.
       run%fresh = starts_fresh(problem) .and. (any(run%state%active) .or. any(run%state%grounded) .or. problem%is_sampled())
    end subroutine begin_step
 
@@ -295,7 +295,7 @@ contains
 
    contains
 
-      !> True if the modes are those of a chain with the node.
+      !> True if the mode offset applies to the chain of elements that contains the node of the overlap.
       pure logical function moves(mesh, offset)
          type(mesh_t), intent(in) :: mesh
          type(mode_offset_t), intent(in) :: offset
@@ -329,7 +329,7 @@ contains
             if (all(buckling%bar%bounded .and. buckling%bar%bar <= step%asked * abs(buckling%load_factor)) .and. &
                & (problem%model%mesh%n_elements >= problem%deck%mesh%n_elements .or. .not. bends_later())) exit
          end if
-         ! Error contributions of a path do not apply to modes, and the mesh of the previous steps may be too coarse for any mode:
+         ! Error contributions of a path do not apply to modes, and the mesh of the previous steps may be too coarse for modes:
          ! the density is doubled.
          call ask_for_twice(problem, run, asked)
          if (.not. asked) exit

@@ -26,7 +26,7 @@ module branch_switching
    public :: switch_branch
 
    integer, parameter :: max_tries = 12
-   real(wp), parameter :: straight = 0.3_wp !! largest correction over the distance
+   real(wp), parameter :: straight = 0.3_wp !! largest correction, as a share of the distance
 
 contains
 
@@ -109,7 +109,8 @@ contains
 
    contains
 
-      !> Rejects a first point with a free span inside an obstacle, as happens if the other path goes beyond its first contact.
+      !> Rejects a first point with a free span that penetrates an obstacle; this occurs if the switch passes the first contact of
+      !> the other path.
       subroutine look_outside(state)
          type(state_t), intent(in) :: state
          type(span_test_t), allocatable :: tests(:)
@@ -119,7 +120,7 @@ contains
          if (.not. report%converged) report%message = 'the other path begins inside an obstacle'
       end subroutine look_outside
 
-      !> Sets the strategy of the step in the direction of the branch. Its first increment is not longer than the switch.
+      !> Sets the strategy of the step in the direction of the branch. The first increment is at most as long as the switch.
       subroutine set_increment()
          real(wp) :: change(size(problem%model%monitor))
          run%control = critical_point%control

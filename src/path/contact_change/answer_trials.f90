@@ -1,5 +1,6 @@
-!> The set of a rule's answer, and the run with it. Where no equilibrium is found with it the rule is asked once more: for others
-!> that lie down with a point, or for the points of a divided one further apart.
+!> Transfers the run to the contact set that a rule gives for a change (span_rules). If Newton's method finds no equilibrium with
+!> this set, the rule is evaluated again: with more points that become lines, or with a larger distance between the two points of a
+!> divided contact.
 module answer_trials
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
@@ -20,16 +21,16 @@ module answer_trials
 
 contains
 
-   !> The run with the set of an answer.
+   !> Transfers the run to the contact set of an answer.
    subroutine take_answer(problem, run, interval, change, answer, next, on, holds)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run             !! at the change's place
       type(step_interval_t), intent(in) :: interval
-      type(change_t), intent(in) :: change       !! by a rule
+      type(change_t), intent(in) :: change       !! located change, to which a rule gives the answer
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(out) :: next
       type(path_state_t), intent(out) :: on
-      logical, intent(out) :: holds              !! false: a point divides into none that push
+      logical, intent(out) :: holds  !! false: a point contact divides, but a new point has a tensile contact force
       holds = .true.
       if (change%tests(change%which)%kind == test_curvature .and. answer%between(1) /= answer%between(2)) then
          call take_divided(problem, run, interval, change, answer, next, on, holds)
@@ -38,7 +39,7 @@ contains
       end if
    end subroutine take_answer
 
-   !> One set, from where the run stands.
+   !> Tries one contact set, from the run's point.
    subroutine try(problem, run, interval, change, answer, next, on, grows)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -47,15 +48,16 @@ contains
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(inout) :: next
       type(path_state_t), intent(inout) :: on
-      logical, intent(out) :: grows              !! as change_set has it
+      logical, intent(out) :: grows              !! as in change_set
       call copy_problem(problem, next)
       call copy_path_state(run, on)
       call change_set(next, on, change%tests(change%which), change%begins, answer, least_reach(problem, interval, &
          & change%which), grows)
    end subroutine try
 
-   !> Where a point lies down, and another does so before the line of the first has the length that it begins with, as its image at
-   !> a mirror that the mesh does not know, there is none with that alone: both at once.
+   !> A point contact becomes a line contact. Another point contact, for instance the mirror image in a structure whose mesh is not
+   !> symmetric, may become a line before the first line has its initial length; then no equilibrium has only one of the lines, and
+   !> both begin together.
    subroutine take_larger(problem, run, interval, change, answer, next, on)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -80,28 +82,29 @@ contains
             & more)
          if (count(larger%contact_span%line) <= lines) exit
       end do
-      ! Perhaps the next increment finds it.
+      ! The next increment may find the equilibrium.
       call try(problem, run, interval, change, answer, next, on, grows)
    end subroutine take_larger
 
-   !> The two points of a divided one. Where the rod comes down beside a point just before that is flat, by less than is told,
-   !> points that are near would have to pull, and others further apart do not.
+   !> Divides a point contact into two points. If the rod came into contact beside an almost osculating point just before, by less
+   !> than the tolerance of the relative curvature, the forces of two near points would be tensile, but those of points further
+   !> apart are not.
    subroutine take_divided(problem, run, interval, change, answer, next, on, holds)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
       type(change_t), intent(in) :: change
-      type(answer_t), intent(in) :: answer       !! with points as near as any begin
+      type(answer_t), intent(in) :: answer       !! the two points have the least initial distance
       type(problem_t), intent(inout) :: next
       type(path_state_t), intent(inout) :: on
-      logical, intent(out) :: holds              !! false: none of them, taken are those that are as near as any
-      integer, parameter :: most = 4             ! doublings of their distance: what is told is not that deep
+      logical, intent(out) :: holds              !! false: no distance gives compressive forces; the set has the least distance
+      integer, parameter :: most = 4             ! doublings of the distance; errors of the relative curvature are not larger
       type(answer_t) :: wider
       integer :: doublings
       logical :: grows
       wider = answer
       do doublings = 0, most + 1
-         ! Where none holds the nearest.
+         ! If no distance is successful, the least one.
          if (doublings > most) wider = answer
          call try(problem, run, interval, change, wider, next, on, grows)
          holds = .not. allocated(on%stuck)
@@ -113,11 +116,11 @@ contains
       end do
    end subroutine take_divided
 
-   !> True for points that the rod pushes, or that are none.
+   !> True if the contact forces at all free touchdown points of the given contact spans are compressive.
    logical function pushes(problem, run, opened)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      integer, intent(in) :: opened(2)           !! numbers of touches
+      integer, intent(in) :: opened(2)           !! numbers of contact spans
       integer :: c
       pushes = .true.
       do c = 1, problem%candidates%n
@@ -128,12 +131,12 @@ contains
       end do
    end function pushes
 
-   !> How far along the path the zero of a line's length, or of the way to a breakpoint, may be from where it is taken for none: as
-   !> far as the increment's chord tells, and as far as paths are followed as straight. 0: the test is another one.
+   !> Path distance on which a line contact's length, or a contact's distance to a segment boundary, changes by the least length,
+   !> at its mean rate on the interval, times the factor reach_of. 0: the test is of another kind.
    real(wp) function least_reach(problem, interval, which) result(reach)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which               !! index into the tests
+      integer, intent(in) :: which               !! index of the test
       reach = 0.0_wp
       if (all(interval%after(which)%kind /= [test_length, test_crossing])) return
       associate (before => interval%before(which), after => interval%after(which))

@@ -1,6 +1,7 @@
-!> What fails within an increment and holds at both of its ends: the force of a point that is gone and comes back. While the set
-!> stays it is smooth along the path: the cubic with its values and slopes at both ends tells. And points that have gone further
-!> than their slopes say: where contact is lost at one place and begins at another the set looks the same.
+!> Failures inside an increment at whose ends all tests pass. The force of a point contact may become zero and then positive again:
+!> while the contact set is unchanged the force is smooth along the path, and the cubic with its values and slopes at both ends
+!> shows the minimum. A touchdown point may also move further than its slopes at both ends allow: contact was lost at one place and
+!> gained at another, with the same contact set at both ends.
 module minima_of_tests
    use kinds, only: wp
    use model, only: step_t
@@ -21,21 +22,21 @@ module minima_of_tests
    private
    public :: look_between, note_slopes, least_of_cubic
 
-   real(wp), parameter :: told = 1.0e-3_wp !! of the larger value at the ends, that the cubic has to be below zero
+   real(wp), parameter :: told = 1.0e-3_wp !! least depth below zero of the cubic's minimum, as a share of the larger end value
 
-   integer, parameter :: most_closer = 5   !! halvings of an increment in which a test seems to fail
-   real(wp), parameter :: far = 1.0e-2_wp  !! of a stretch, that points go at least where they jump
-   real(wp), parameter :: far_off = 0.5_wp !! of the faster end, that their mean speed is from between those at both
+   integer, parameter :: most_closer = 5   !! halvings after which a failing test is taken to have a discontinuous slope
+   real(wp), parameter :: far = 1.0e-2_wp  !! least jump of a touchdown point that is detected, as a share of its rod segment
+   real(wp), parameter :: far_off = 0.5_wp !! share of the largest end slope by which the mean slope may lie outside both end slopes
 
 contains
 
-   !> Looks whether a test fails within an increment at whose end it holds again, by the slopes at both ends: a shorter one tells.
+   !> Detects a failure inside an increment at whose end the tests pass, by the slopes at both ends; if so, halves the increment.
    subroutine look_between(problem, step, run, interval, which, shorter)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run !! its system is factored at its end, or where it stands where that is shorter
+      type(path_state_t), intent(inout) :: run  !! factored at the interval's end, or at the run's point if halved
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which               !! the test that is zero at its end; 0: none is
+      integer, intent(in) :: which               !! index of the test that is zero at the interval's end; 0: none
       logical, intent(out) :: shorter
       real(wp) :: slope(size(interval%after) + problem%candidates%n), both(size(slope), 2), length
       shorter = .false.
@@ -48,7 +49,7 @@ contains
             shorter = dips(problem, interval, both, length, which) .or. jumps(problem, interval, both, length)
          end if
       end if
-      ! Such tests as have a kink there say so however short increments are.
+      ! Tests whose slope is discontinuous there fail this check however short the increment is.
       if (shorter) run%slopes%closer = run%slopes%closer + 1
       run%slopes%rough = run%slopes%rough .or. run%slopes%closer > most_closer
       shorter = shorter .and. .not. run%slopes%rough .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)
@@ -60,10 +61,10 @@ contains
       end if
    end subroutine look_between
 
-   !> The slopes of the tests where the run stands, if they are not known.
+   !> Computes the slopes of the tests at the run's point, unless they are known.
    subroutine note_slopes(problem, run)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! its system is factored there
+      type(path_state_t), intent(inout) :: run          !! system factored at the run's point
       real(wp) :: scale
       if (run%since_change%arrives) run%since_change%rises = curvature_rises(problem, run)
       if (allocated(run%slopes%here) .or. .not. problem%has_spans() .or. problem%is_sampled()) return
@@ -71,10 +72,10 @@ contains
       run%slopes%here = slopes_at(problem, run, run%state, run%heading, run_span_tests(problem, run%state, scale), scale)
    end subroutine note_slopes
 
-   !> True where points that stay at their places, and are more curved than the obstacle, grow less curved along the path.
+   !> True if every curvature test with a value below zero increases along the path.
    logical function curvature_rises(problem, run) result(rises)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run              !! its system is factored where it stands
+      type(path_state_t), intent(in) :: run              !! system factored at the run's point
       type(span_test_t), allocatable :: first(:), last(:)
       type(state_t) :: here, ahead
       real(wp) :: step
@@ -86,15 +87,14 @@ contains
       rises = all(last%value > first%value .or. first%kind /= test_curvature .or. first%value >= 0.0_wp)
    end function curvature_rises
 
-   !> Slopes of tests along the path, by its length, those of other tests than forces 0; behind them those of the places of all
-   !> candidates.
+   !> Slopes of force tests by arc length (0 for other kinds), followed by the slopes of the positions of all candidates.
    function slopes_at(problem, run, state, heading, tests, scale) result(slope)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run              !! its system is factored at the state
+      type(path_state_t), intent(in) :: run              !! system factored at `state`
       type(state_t), intent(in) :: state
-      type(path_tangent_t), intent(in) :: heading      !! tangent there
-      type(span_test_t), intent(in) :: tests(:)   !! there
-      real(wp), intent(in) :: scale               !! of forces
+      type(path_tangent_t), intent(in) :: heading      !! path tangent at `state`
+      type(span_test_t), intent(in) :: tests(:)   !! tests at `state`
+      real(wp), intent(in) :: scale               !! scale of forces
       real(wp) :: slope(size(tests) + problem%candidates%n)
       type(state_t) :: here, ahead
       type(span_test_t), allocatable :: first(:), last(:)
@@ -111,12 +111,13 @@ contains
       slope = slope / length
    end function slopes_at
 
-   !> True where a touchdown point has gone much further on an increment, or less far, than its slopes at both ends.
+   !> True if a touchdown point has moved much further along the rod, or less far, than its slopes at both ends of the increment
+   !> allow.
    logical function jumps(problem, interval, slope, length)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
-      real(wp), intent(in) :: slope(:, :)         !! as slopes_at gives them; (tests and candidates, ends)
-      real(wp), intent(in) :: length              !! of the way
+      real(wp), intent(in) :: slope(:, :)         !! from slopes_at (tests and candidates, ends)
+      real(wp), intent(in) :: length              !! path length of the increment
       real(wp) :: way
       integer :: c
       jumps = .false.
@@ -131,18 +132,18 @@ contains
       end do
    end function jumps
 
-   !> True where a point that is pushed at both ends of an increment is not in between.
+   !> True if the force of a point contact is compressive at both ends of an increment, but not in between.
    pure logical function dips(problem, interval, slope, length, which)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which                !! the test that is zero at its end; 0: none is
+      integer, intent(in) :: which                !! index of the test that is zero at the interval's end; 0: none
       real(wp), intent(in) :: slope(:, :)         !! (tests, ends)
-      real(wp), intent(in) :: length              !! of the way
+      real(wp), intent(in) :: length              !! path length of the increment
       integer :: k
       dips = .false.
       do k = 1, size(interval%after)
          associate (before => interval%before(k), after => interval%after(k))
-            ! At breakpoints of the rod forces have kinks.
+            ! At segment boundaries forces have discontinuous slopes.
             if (after%kind /= test_force) cycle
             if (.not. problem%candidates%moves(after%candidate)) cycle
             if (before%value <= test_slack(after%kind)) cycle
@@ -153,7 +154,7 @@ contains
       end do
    end function dips
 
-   !> Least value from 0 to 1 of the cubic with given values and slopes at both.
+   !> Least value on [0, 1] of the cubic with given values and slopes at both ends.
    pure real(wp) function least_of_cubic(value, slope) result(least)
       real(wp), intent(in) :: value(2), slope(2)
       real(wp) :: c(0:3), root(2), square
@@ -163,7 +164,7 @@ contains
       c(1) = slope(1)
       c(2) = 3.0_wp * (value(2) - value(1)) - 2.0_wp * slope(1) - slope(2)
       c(3) = -2.0_wp * (value(2) - value(1)) + slope(1) + slope(2)
-      ! Zeros of c1 + 2 c2 t + 3 c3 t^2, the one of the larger divisor first.
+      ! Zeros of c1 + 2 c2 t + 3 c3 t^2, computed without cancellation.
       square = c(2)**2 - 3.0_wp * c(1) * c(3)
       if (square < 0.0_wp) return
       root(1) = -(c(2) + sign(sqrt(square), c(2)))

@@ -1,5 +1,5 @@
-!> What is known of the place of a change only with the next set of contact spans, before the run goes there: the touch itself where
-!> contact begins, the free span that opens within a line.
+!> Locates a contact change with the predicted next contact set, before the run accepts this set: the place where a contact begins,
+!> and a free span that opens inside a line contact.
 module predicted_contact_set
    use kinds, only: wp
    use model, only: step_t, method_load
@@ -26,25 +26,25 @@ module predicted_contact_set
 
 contains
 
-   !> What a change is beyond its place, where a test is zero.
+   !> Completes a change whose test is zero: next contact set of an opening, or gaps that close.
    subroutine look_beyond(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
-      type(change_t), intent(inout) :: change    !! by a rule on entry
+      type(change_t), intent(inout) :: change    !! in: of kind change_by_rule
       type(path_state_t) :: there
       real(wp) :: tau
       logical :: found
       associate (next => change%next, test => change%tests(change%which))
          if (opens_line(problem, test)) then
-            ! Here nothing tells yet where the span that opens ends; a little further on it does.
+            ! At the zero of the test the new span has no length and undetermined ends; its ends are determined slightly further on.
             call open_line(problem, change%place, interval%to, interval%after(change%which), interval%scale, run%spans_begun + &
                & 1, next, &
                & found)
             if (found .and. opens_inside(problem, test)) then
-               ! Such a span grows with its length to the sixth power: its path goes on without a corner, and no eigenvalue changes
-               ! its sign. Where the load soon turns back, another equilibrium may be all there is at the end of the leg.
+               ! The load grows with the sixth power of the length of such a span: the path has no corner, and no eigenvalue changes
+               ! its sign. If the load soon has a limit point, the state at the interval's end may lie on another path.
                call copy_path_state(run, there)
                there%state = change%place
                there%heading = change%heading
@@ -66,13 +66,14 @@ contains
       end if
    end subroutine look_beyond
 
-   !> Where contact begins: the gap is as good as the dense output, the touch itself as good as the nodes.
+   !> Improves the place where contact begins: the gap inside a free span is only as accurate as the element polynomials. With a
+   !> node at the new contact the place is as accurate as nodal values.
    subroutine begin_sharply(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the change's place
+      type(path_state_t), intent(inout) :: run          !! system factored at the change's place
       type(step_interval_t), intent(in) :: interval
-      type(change_t), intent(inout) :: change    !! as it was where no touch is found nearby
+      type(change_t), intent(inout) :: change    !! unchanged if no equilibrium with the new contact is found nearby
       type(path_state_t) :: touched
       type(problem_t) :: next
       type(state_t) :: better
@@ -91,7 +92,7 @@ contains
       better = change%place
       call correct(problem, change%place, control, .true., better, run%system, anew)
       found = anew%converged
-      ! Where the path turns back the load tells nothing.
+      ! At a limit point the load does not determine the place.
       if (found) found = path_length(problem, change%place, better) <= largest_distance * path_length(problem, run%state, &
          & interval%to)
       if (.not. found) then
@@ -108,7 +109,7 @@ contains
       call bars_at_touch(problem, step, run, better, change%heading, next, touched, change%bars)
    end subroutine begin_sharply
 
-   !> True where a line stays on both sides of what opens, of which one may be the image at a mirror.
+   !> True if a line contact remains on both sides of the opening span, so that two spans may open symmetrically.
    pure logical function opens_inside(problem, test) result(inside)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test
@@ -119,7 +120,7 @@ contains
       inside = .not. problem%candidates%moves(c)
    end function opens_inside
 
-   !> True where a line lifts off inside, or at an end that a breakpoint of the rod holds.
+   !> True if a line contact lifts off inside, or at an end that is fixed at a segment boundary.
    pure logical function opens_line(problem, test)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test

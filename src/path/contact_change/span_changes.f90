@@ -1,5 +1,5 @@
-!> Changes of the contact spans along a path: where a test function has its zero the path stops, the set is changed, the mesh
-!> made anew, and the path goes on where what is new grows.
+!> Changes of the contact spans along a path: the change is located at the zero of a test function, the contact set is changed, the
+!> structure is remeshed, and the path continues in the sense in which the new contact or free span grows.
 module span_changes
    use kinds, only: wp
    use model, only: step_t, method_load
@@ -35,30 +35,30 @@ module span_changes
    private
    public :: pass_change, pass_doubt, set_holds, set_changed, go_nearer, other_mesh, no_set
 
-   ! What has come of looking for a change.
-   integer, parameter :: set_holds = 0           !! there is none
-   integer, parameter :: set_changed = 1         !! the run stands where it is, with the next set
-   integer, parameter :: go_nearer = 2           !! the increment is to be shorter, and has become so
-   integer, parameter :: other_mesh = 3          !! see run%request%density
-   integer, parameter :: no_set = 4              !! run%stuck says what was not found
+   ! Result of the search for a change.
+   integer, parameter :: set_holds = 0           !! no change: the set is valid
+   integer, parameter :: set_changed = 1         !! the run is at the change, with the next set
+   integer, parameter :: go_nearer = 2           !! the increment was halved and must be repeated
+   integer, parameter :: other_mesh = 3          !! a finer mesh is requested (run%request%density)
+   integer, parameter :: no_set = 4              !! no valid set was found; run%stuck has the reason
 
-   integer, parameter :: most_meshes = 4         !! for the sake of which of two changes comes first
-   real(wp), parameter :: likely = 10.0_wp       !! times the bar of one change: bars of others are rarely wider
+   integer, parameter :: most_meshes = 4         !! remeshings to determine which of two changes comes first
+   real(wp), parameter :: likely = 10.0_wp       !! factor on one change's error bar; other changes' bars are rarely wider
 
 contains
 
-   !> Looks whether the contact spans of an increment still hold at its end. Where they do not the run goes to where they
-   !> first fail and on from there with those that hold.
+   !> Checks whether the contact set is valid at the end of an increment. If not, the run moves to the first failure and continues
+   !> with the next contact set.
    subroutine pass_change(problem, step, run, trial, ahead, stuck, tries, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run !! its system is factored at the trial where the set holds, else where it stands
+      type(path_state_t), intent(inout) :: run !! system factored at the trial if the set is valid, else at the run's point
       type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead       !! tangent there
-      logical, intent(in) :: stuck               !! no increment converges: the trial is the run's state, what may be ahead of it?
-      integer, intent(in) :: tries               !! as arrival_t has it
+      type(path_tangent_t), intent(in) :: ahead       !! path tangent at the trial
+      logical, intent(in) :: stuck  !! true: no increment converges; the trial is the run's state, and a change just ahead is sought
+      integer, intent(in) :: tries               !! number of remeshings so far, as in arrival_t
       class(recorder_t), intent(inout) :: recorder
-      integer, intent(out) :: result             !! set_holds, set_changed, ...
+      integer, intent(out) :: result             !! set_holds, set_changed, go_nearer, other_mesh or no_set
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(step_interval_t) :: interval
@@ -84,7 +84,7 @@ contains
       if (allocated(run%stuck)) result = no_set
    end subroutine pass_change
 
-   !> The set holds at the end of the leg; between its ends slopes tell.
+   !> Keeps the set, which is valid at the interval's end, unless the slopes of the tests show a failure inside the interval.
    subroutine keep_set(problem, step, run, interval, result)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -98,8 +98,8 @@ contains
       result = merge(go_nearer, set_holds, shorter)
    end subroutine keep_set
 
-   !> A span is gone, or will be. The set without it is known where it begins alone, and what is on the way would not be told:
-   !> nearer, as long as the load turns before, and not beyond the leg where the step ends on the way there.
+   !> Closes a free span. The set without this span is known only at its onset, and events before the onset would be missed: the
+   !> increment is halved while a limit point lies on the interval, and the present set is kept if the step ends before the onset.
    subroutine pass_vanishing(problem, step, run, interval, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -122,7 +122,7 @@ contains
       end if
    end subroutine pass_vanishing
 
-   !> True for a set that begins behind the end of a leg over which the old one holds.
+   !> True if the next set begins beyond the end of an interval on which the present set is valid.
    pure logical function lies_beyond(interval, next)
       type(step_interval_t), intent(in) :: interval
       type(next_t), intent(in) :: next
@@ -133,7 +133,7 @@ contains
       end associate
    end function lies_beyond
 
-   !> True where the step ends between the run and where the next set begins.
+   !> True if the step ends between the run's point and the state where the next set is known.
    logical function ends_before(step, run, next)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -145,7 +145,7 @@ contains
       ends_before = any(events%kind == event_stop)
    end function ends_before
 
-   !> A test is zero, and a rule says what comes behind it.
+   !> Makes a change at the zero of a test for which a rule gives the next set.
    subroutine pass_by_rule(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -174,14 +174,14 @@ contains
       end if
       answer = answer_to(problem, change%place, change%tests, change%which, interval%before%value - interval%after%value, &
          & run%spans_begun)
-      ! Where contact only spreads, at the point that another change has just been told at, it is not told again.
+      ! If contact only spreads at a point where another change was just reported, no second change is reported.
       if (.not. (change%where == place_here .and. change%tests(change%which)%kind == test_curvature)) change%label = answer%label
       change%divides = answer%divides
       call record_change(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
       call take_answer(problem, run, interval, change, answer, next, on, holds)
       if (.not. holds .and. change%where == place_here .and. tries == 0) then
-         ! Of a point that is as curved as its obstacle but for what the mesh errs by, and nothing is recorded yet.
+         ! Mesh errors may have made the point osculating; nothing is recorded yet, so a finer mesh is tried.
          call ask_for_twice(problem, run, asked)
          result = merge(other_mesh, set_changed, asked)
          if (asked) return
@@ -189,7 +189,8 @@ contains
       call go_on(problem, step, run, next, on, recorder, finished, outcome)
    end subroutine pass_by_rule
 
-   !> A line opens inside, and what comes behind that is known. Where one stays on both sides its contact divides.
+   !> Makes the change at which a free span opens in a line contact; the next set is known. If contact remains on both sides, the
+   !> contact region divides.
    subroutine pass_opening(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -210,13 +211,13 @@ contains
       call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
    end subroutine pass_opening
 
-   !> The run with its next set. Where that is known at another load only, values that are asked for may lie on the way there.
+   !> Continues with the next set. If this set is known only at another load, user-requested values on the way there are located.
    subroutine go_on(problem, step, run, next, on, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! at the change's place
       type(problem_t), intent(in) :: next
-      type(path_state_t), intent(in) :: on              !! where the next set is known
+      type(path_state_t), intent(in) :: on              !! at the state where the next set is known
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
@@ -238,14 +239,14 @@ contains
       run%since_change%arrives = on%since_change%arrives
    end subroutine go_on
 
-   !> Where no increment gets further and no test tells why: the set that contact at nodes finds ahead.
+   !> Fallback if no increment converges and no test explains why: contact at nodes finds the next set ahead.
    subroutine pass_doubt(problem, step, run, reach, recorder, changed, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored where it stands
-      real(wp), intent(in) :: reach              !! of the increment that failed
+      type(path_state_t), intent(inout) :: run          !! system factored at the run's point
+      real(wp), intent(in) :: reach              !! size of the increment that failed
       class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: changed            !! false: nodes do not find one
+      logical, intent(out) :: changed            !! false: contact at nodes found no other set
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(next_t) :: next
@@ -259,16 +260,16 @@ contains
       end if
    end subroutine pass_doubt
 
-   !> The run goes to the place of a change, which is recorded, unless something else comes before.
+   !> Moves the run to the place of a change and records it, unless another event comes first.
    subroutine record_change(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: tries               !! as arrival_t has it
+      integer, intent(in) :: tries               !! number of remeshings so far, as in arrival_t
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
-      integer, intent(out) :: result             !! set_changed: it is recorded
+      integer, intent(out) :: result             !! set_changed: the change is recorded
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(arrival_t) :: arrival
@@ -277,7 +278,7 @@ contains
       shorter = .false.
       finished = .false.
       increment = run%control%increment
-      ! What happens on the way to a place beyond is looked for in parts of the increment.
+      ! For a place beyond the increment, events on the way are located by fractions of the distance to this place.
       if (change%where == place_ahead .and. run%control%method == method_load) &
          & run%control%increment = change%place%load_factor - run%state%load_factor
       if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%place, change%heading, change%label, &
@@ -288,7 +289,7 @@ contains
          result = other_mesh
          if (asked) return
       end if
-      ! Two changes at once, of which the first has its point: where contact only spreads Newton's method has yet to follow.
+      ! Two changes at the same point: the point is recorded already, and the spreading contact is found by the next correction.
       if (.not. (change%where == place_here .and. change%label == '  ')) then
          arrival%report = change%report
          arrival%can_cut = .not. interval%stuck
@@ -309,16 +310,16 @@ contains
       else if (change%where == place_ahead) then
          call keep_set(problem, step, run, interval, result)
       else
-         ! What lies before is better found from nearer.
+         ! An earlier event is located more reliably on a shorter increment.
          call go_less_far(problem, step, run, interval%after(change%which), result)
       end if
    end subroutine record_change
 
-   !> True where the mesh does not tell which of two changes comes first: each may be elsewhere by its bar.
+   !> True if the order of two changes is uncertain: their distance is less than the sum of their error bars.
    logical function in_doubt(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the place
+      type(path_state_t), intent(inout) :: run          !! system factored at the change's place
       type(step_interval_t), intent(in) :: interval
       type(change_t), intent(in) :: change
       type(error_bars_t), allocatable :: bars
@@ -340,12 +341,12 @@ contains
       end do
    end function in_doubt
 
-   !> A shorter increment may tell.
+   !> Halves the increment to locate a zero that was not found.
    subroutine go_less_far(problem, step, run, test, result)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! stuck where it has become too short
-      type(span_test_t), intent(in) :: test      !! whose zero was not found
+      type(path_state_t), intent(inout) :: run          !! stuck if the increment is below the least one
+      type(span_test_t), intent(in) :: test      !! test whose zero was not found
       integer, intent(out) :: result
       result = go_nearer
       call linearise(problem, run%state, run%state, run%system)

@@ -32,8 +32,9 @@ contains
       if (change%kind == change_by_rule) call look_beyond(problem, step, run, interval, change)
    end subroutine find_change
 
-   !> First change and its place. If another test fails at the place of a change, this test has its zero earlier and is located
-   !> next. A free span that closes has priority, for tests that fail at the same place do so because of it.
+   !> First change and its place. If another test fails at the place of a located change, the zero of the failing test is earlier
+   !> and is located next. A free span that closes has priority, because other tests that fail at this place fail due to the
+   !> closing.
    subroutine find_first(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -67,7 +68,7 @@ contains
          near%to = change%place
          near%ahead = change%heading
          near%after = change%tests
-         ! The located test is zero at its place.
+         ! The located test counts as exactly zero at the located place.
          near%after(change%which)%value = 0.0_wp
          fails = another_fails(change%tests, change%which)
          if (fails) interval = near
@@ -78,7 +79,7 @@ contains
    !> Sets failing tests to zero that are expected after an arrival. A point contact that rolls to the end of a rod is fixed there
    !> as soon as the remaining span counts as zero; until it arrives the rod's slope is just below zero. A point into which a line
    !> contact has shrunk, or which has come to a segment boundary, is osculating at first; on another mesh, or for the rest of a
-   !> span, its curvature may be slightly too large.
+   !> span, its relative curvature may be slightly negative.
    pure subroutine excuse_arriving_points(interval, arrives, rises)
       type(step_interval_t), intent(inout) :: interval
       logical, intent(in) :: arrives, rises       !! see since_change_t
@@ -158,8 +159,8 @@ contains
    end subroutine look_ahead
 
    !> Corrects gap tests at the beginning of an increment. A free span that penetrates at the end may have had its least gap
-   !> elsewhere at the beginning, as where it just opened; nothing begins there, and the gap at the place of the later penetration
-   !> counts.
+   !> elsewhere at the beginning, for instance where it just opened; no contact begins there, and the gap at the place of the later
+   !> penetration counts.
    subroutine tell_places_apart(problem, interval)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(inout) :: interval

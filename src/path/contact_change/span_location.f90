@@ -24,13 +24,13 @@ module span_location
 
 contains
 
-   !> Zero of the test change%which between both ends.
+   !> Locates the zero of the test `change%which` on the interval, whose ends enclose it.
    subroutine locate(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run           !! its system is factored at the place on return
       type(step_interval_t), intent(in) :: interval
-      type(change_t), intent(inout) :: change     !! by a rule, or missed
+      type(change_t), intent(inout) :: change     !! kind on return: change_by_rule if located, change_missed if not
       real(wp) :: tolerance
       logical :: found
       associate (before => interval%before(change%which), after => interval%after(change%which))
@@ -139,14 +139,14 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
-      real(wp), intent(in) :: tolerance           !! of the test's value
+      real(wp), intent(in) :: tolerance           !! for the test's value
       type(change_t), intent(inout) :: change
       logical, intent(out) :: found
       type(division_t) :: division
       type(bracket_t) :: bracket
       real(wp) :: f, fraction
       division = new_division(problem, run, interval%to, interval%ahead, .false.)
-      ! The place is on the near side of the zero, for beyond it the set is not valid.
+      ! The place is located just before the zero, because the contact set is not valid beyond the zero.
       bracket = new_bracket(interval%before(change%which)%value - tolerance, interval%after(change%which)%value - tolerance)
       found = .false.
       do while (next_guess(bracket, epsilon(f), fraction))

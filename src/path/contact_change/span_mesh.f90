@@ -32,7 +32,7 @@ module span_mesh
 
 contains
 
-   !> Problem with which a path begins, on its first mesh.
+   !> Makes the first mesh of a path.
    subroutine prepare_mesh(problem)
       type(problem_t), intent(inout) :: problem      !! in: on the deck's mesh
       type(contact_span_t) :: none(0)
@@ -106,7 +106,7 @@ contains
 
    contains
 
-      !> The run's point on the requested mesh.
+      !> Transfers the run's point to the requested mesh.
       subroutine stand_here()
          call stand_on(new_span_problem(here, present_contact_spans(problem, run%state), run%state, find_cuts(problem, &
             & run%state)), &
@@ -238,7 +238,7 @@ contains
       end do
    end subroutine ask_for_twice
 
-   !> The run's point on another mesh with the same contact set; nothing changes if no equilibrium is found.
+   !> Transfers the run's point to another mesh with the same contact set; nothing changes if no equilibrium is found.
    subroutine stand_on(next, problem, run, done)
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem

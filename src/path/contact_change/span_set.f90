@@ -1,4 +1,5 @@
-!> A change of the set of touches where a test function is zero, and the way on from there: where what is new grows.
+!> Change of the contact set at the zero of a test function, and the path tangent with which the run continues: the sense in which
+!> the new contact or free span grows.
 module span_set
    use kinds, only: wp
    use model, only: method_load
@@ -28,15 +29,15 @@ module span_set
 
 contains
 
-   !> Goes on with the set that a test's rule tells, in the sense in which what is new grows.
+   !> Continues with the set that the test's rule gives, in the sense in which the new contact or free span grows.
    subroutine change_set(problem, run, test, begins, answer, reach, grows)
       type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run          !! at the place where the test is zero; stuck where there is no way on
-      type(span_test_t), intent(in) :: test      !! there
-      type(span_test_t), intent(in) :: begins(:) !! gaps that are closed there, its own last; where it is no gap none
-      type(answer_t), intent(in) :: answer       !! to it
-      real(wp), intent(in) :: reach              !! along the path, that the equilibrium with the new set may be away
-      logical, intent(out) :: grows              !! false: what has lain down was not found with a length
+      type(path_state_t), intent(inout) :: run          !! in: at the zero of the test; stuck if no equilibrium is found
+      type(span_test_t), intent(in) :: test      !! at this zero
+      type(span_test_t), intent(in) :: begins(:) !! gaps that close there, that of `test` last; empty if `test` is no gap
+      type(answer_t), intent(in) :: answer       !! rule's answer to the test
+      real(wp), intent(in) :: reach              !! largest path distance to the equilibrium with the new set
+      logical, intent(out) :: grows              !! false: no equilibrium with a new line contact of positive length was found
       type(problem_t) :: next
       type(path_state_t) :: on
       type(contact_span_t) :: old, now(size(problem%contact_span))
@@ -57,7 +58,7 @@ contains
       end if
       call take_sense(next, on, test, answer, old, leaves)
       on%test_values = new_test_values(next, on%state, on%system, on%heading%load)
-      ! A point that a line has shrunk to may leave a span neutral there; the line's pivots are definite.
+      ! A line that has become a point may leave a neutral span there; the pivots of the line are definite.
       on%since_change%shrunk = test%kind == test_length
       if (on%since_change%shrunk) on%test_values%negative_pivots = run%test_values%negative_pivots
       on%since_change%arrives = any(test%kind == [test_length, test_crossing])
@@ -65,18 +66,18 @@ contains
       call copy_path_state(on, run)
    end subroutine change_set
 
-   !> The run with the touches of an answer, in equilibrium.
+   !> Equilibrium of the run with the contact spans of an answer.
    subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, grows, leaves)
       type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run          !! at the place where the test is zero on entry
+      type(path_state_t), intent(inout) :: run          !! in: at the zero of the test
       type(span_test_t), intent(in) :: test
       type(span_test_t), intent(in) :: begins(:)
       type(answer_t), intent(in) :: answer
-      type(contact_span_t), intent(in) :: old           !! that of the test
+      type(contact_span_t), intent(in) :: old           !! contact span of the test
       real(wp), intent(in) :: reach
-      logical, intent(out) :: ok                 !! false: there is none
-      logical, intent(out) :: grows              !! false: a line was not found with a length
-      logical, intent(out) :: leaves             !! a line has become a point, and the run has left it
+      logical, intent(out) :: ok                 !! false: no equilibrium was found
+      logical, intent(out) :: grows              !! false: no line contact of positive length was found
+      logical, intent(out) :: leaves             !! true: a line contact became a point, and the run has moved past this point
       grows = .true.
       leaves = .false.
       if (test%kind == test_gap) then
@@ -100,14 +101,14 @@ contains
       end if
    end subroutine stand_with
 
-   !> The sense of the path in which what is new grows.
+   !> Sense of the path in which the new contact or free span grows.
    subroutine take_sense(problem, run, test, answer, old, leaves)
-      type(problem_t), intent(in) :: problem     !! with the touches of the answer
+      type(problem_t), intent(in) :: problem     !! with the contact spans of the answer
       type(path_state_t), intent(inout) :: run
-      type(span_test_t), intent(in) :: test      !! that was zero
+      type(span_test_t), intent(in) :: test      !! test that was zero
       type(answer_t), intent(in) :: answer
-      type(contact_span_t), intent(in) :: old           !! that of the test, as it was
-      logical, intent(in) :: leaves              !! as stand_with has it
+      type(contact_span_t), intent(in) :: old           !! contact span of the test, before the change
+      logical, intent(in) :: leaves              !! as in stand_with
       real(wp) :: rate
       select case (test%kind)
       case (test_gap)
@@ -123,7 +124,7 @@ contains
          if (parts(answer)) then
             rate = spreading_rate(problem, run, answer%between)
          else
-            ! A span that is crossed shrinks as the touch moves on.
+            ! A free span behind a segment boundary shrinks as the contact moves on.
             rate = -spreading_rate(problem, run, answer%crosses(:, 1))
          end if
          call head_for(problem, run, rate)
@@ -138,28 +139,28 @@ contains
       end select
    end subroutine take_sense
 
-   !> True for an answer that opens a free span between two touches.
+   !> True for an answer that opens a free span between two contact spans.
    pure logical function parts(answer)
       type(answer_t), intent(in) :: answer
       parts = answer%between(1) /= answer%between(2)
    end function parts
 
-   !> The run in the sense in which something grows.
+   !> Sets the path tangent to the sense in which a quantity with the given rate (per unit of load factor) grows.
    subroutine head_for(problem, run, rate)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! its system factored
-      real(wp), intent(in) :: rate               !! of that, per unit of load factor
+      type(path_state_t), intent(inout) :: run          !! system factored
+      real(wp), intent(in) :: rate               !! rate of the quantity per unit of load factor
       run%heading = path_tangent_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
    end subroutine head_for
 
-   !> The run with a touch more at each place where the gap of a free span is zero, at the load at which the last of them has no
-   !> force.
+   !> Adds a contact span at each place where the gap of a free span is zero. The load is that at which the contact force of the
+   !> last added span is zero.
    subroutine begin_touches(problem, run, begins, ok)
       type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run          !! at that place; the last touch gets its last number
+      type(path_state_t), intent(inout) :: run  !! in: at the zero of the gaps; the last new span has the number `spans_begun`
       type(span_test_t), intent(in) :: begins(:)
-      logical, intent(out) :: ok                 !! false: the state is not that one
-      integer, parameter :: most = 8             ! without a force nothing holds the point where it is: it would go astray
+      logical, intent(out) :: ok                 !! false: no force-free equilibrium near this state
+      integer, parameter :: most = 8             ! iterations; more let the position of a force-free point contact drift
       type(contact_span_t) :: new(size(begins))
       type(control_t) :: control
       type(increment_t) :: report
@@ -175,13 +176,13 @@ contains
       ok = run%system%ok
       if (.not. ok) return
       c = candidate_of(problem, run%spans_begun)
-      ! At a breakpoint the gap was that of a node.
+      ! At a segment boundary the gap was measured at a node.
       if (c == 0) return
       if (.not. problem%candidates%moves(c)) return
       first = run%state
       control%method = method_load
       control%increment = 0.0_wp
-      ! However little is left, rounding is that of the load.
+      ! Rounding of the residual is measured by the load, because the increment may be arbitrarily small.
       control%whole = run%state%load_factor
       do try = 1, most
          base = run%state
@@ -200,7 +201,7 @@ contains
       call linearise(problem, run%state, run%state, run%system)
    end subroutine begin_touches
 
-   !> Where along its stretch a touch begins: at a breakpoint that it may roll away from where it is as near as that.
+   !> Position on the rod segment where a contact span begins: a segment boundary that allows rolling, if closer than `shortest`.
    pure real(wp) function beginning_place(problem, test) result(at)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test
@@ -214,7 +215,7 @@ contains
       end associate
    end function beginning_place
 
-   !> The candidate at a touch's beginning; 0: it is that of another touch.
+   !> Candidate at the beginning of a contact span; 0: this candidate belongs to another contact span.
    pure integer function candidate_of(problem, number) result(c)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: number
@@ -227,7 +228,7 @@ contains
       end if
    end function candidate_of
 
-   !> Closed gaps, each at the place of the touch that has begun there (begin_touches).
+   !> Closed gaps at the positions of the contact spans that begin_touches has added.
    pure function touched_at(problem, run, begins) result(there)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -241,10 +242,10 @@ contains
       end do
    end function touched_at
 
-   !> How the gap at a contact that was lost grows along the path, per unit of load factor.
+   !> Rate at which the gap of a lost contact grows along the path, per unit of load factor.
    real(wp) function opening_rate(problem, run, lost) result(rate)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! its system factored
+      type(path_state_t), intent(in) :: run             !! system factored
       type(contact_span_t), intent(in) :: lost
       type(state_t) :: ahead, here
       real(wp) :: step

@@ -1,11 +1,11 @@
-!> A free span that vanishes: its gap to the obstacle of the contact beside it is gone all along, or it is as short as none. There
-!> the place of a point beside it is neutral, and no increment of the old set gets beyond; the set without the span is regular, and
-!> is found where it begins to hold.
+!> A free span vanishes: its gap closes everywhere, or its length becomes zero. At this point the position of a point contact beside
+!> the span is neutral, and no increment with the present set converges further on. The set without the span is regular and is
+!> located at its onset.
 !>
-!> Either the whole span lies down, an arc under pressure, a straight rod against a wall, what is left between two contacts: where
-!> the line begins to press. Or it was the wave between two points, whose curvatures against the obstacle vanish with the square of
-!> their distance; where the obstacle would have to pull to hold the rod down they become one: where that is as curved as the
-!> obstacle, the way back of a point that divides.
+!> Either the whole span comes into contact (an arc under pressure, a straight rod at a wall, a remainder between two contacts); the
+!> onset is at zero pressure of the new line contact. Or the span is a closing bow between two point contacts, whose relative
+!> curvatures vanish with the square of their distance, and a line contact between the points would have tensile contact force; the
+!> points merge into one osculating contact, the reverse of a point contact that divides.
 module vanishing_span
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -35,22 +35,22 @@ module vanishing_span
 
 contains
 
-   !> The set without a span, and its equilibrium where it begins to hold, if the path leads there. What is tried, in this order,
-   !> and the first that holds within reach is it:
+   !> Set without a free span, and its equilibrium at its onset, if the path leads there. The following sets are tried in this
+   !> order; the first one that is valid within reach is taken:
    !>
-   !>   the end of a line beside it comes to the breakpoint on its other side (find_arrival)
-   !>   all of it lies down (lie_down); not the last bit before a breakpoint that contact goes on past, which passes it
-   !>   a wave between two points: one of them goes into the clamp that the other is (go_into_clamp)
-   !>   a wave between two points that become one (become_one)
+   !>   the line contact beside the span extends to the segment boundary on its other side (find_arrival)
+   !>   a line contact along the whole span (lie_down), unless contact moves past the segment boundary there (is_passage)
+   !>   closing bow beside a clamp on the obstacle: the point contact reaches the clamp (go_into_clamp)
+   !>   closing bow between two point contacts that merge (become_one)
    subroutine locate_vanishing(problem, run, interval, which, fails, next, found, wave)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which               !! the test of the span
-      logical, intent(in) :: fails               !! another test does at the end of the leg, and may come first
+      integer, intent(in) :: which               !! index of the test of the span
+      logical, intent(in) :: fails               !! true: another test fails at the interval's end, maybe before this one
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
-      logical, intent(out) :: wave               !! what does not lie down is one between two points
+      logical, intent(out) :: wave               !! true: the span is a closing bow between two point contacts
       wave = .false.
       call find_arrival(problem, interval, interval%after(which), next, found)
       if (found) found = holds_within_reach(problem, run, interval, fails, next)
@@ -60,7 +60,7 @@ contains
          if (found) found = holds_within_reach(problem, run, interval, fails, next)
       end if
       if (.not. found) wave = is_wave(problem, interval%to, interval%after(which))
-      ! As long as there is a gap between them, and both push, they are two.
+      ! Two points with a gap between them and compressive forces on both remain two.
       if (wave .and. .not. turns(run, interval)) then
          if (any(clamped_ends(problem, interval%to, interval%after(which)))) then
             call go_into_clamp(problem, run, interval, which, next, found)
@@ -74,13 +74,13 @@ contains
       if (size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, run%state))) next%label = 'C+'
    end subroutine locate_vanishing
 
-   !> The set without a line that has shrunk onto the support at its end, and its equilibrium where it begins to hold, if the path
-   !> leads there.
+   !> Set without a line contact that has shrunk onto the support at its end, and its equilibrium at its onset, if the path leads
+   !> there.
    subroutine locate_lost_line(problem, run, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which               !! the test of its length
+      integer, intent(in) :: which               !! index of the test of the line's length
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       call lose_line(problem, run, interval, which, next, found)
@@ -88,18 +88,18 @@ contains
       if (found) found = holds_within_reach(problem, run, interval, another_fails(interval%after, which), next)
    end subroutine locate_lost_line
 
-   !> True for an equilibrium that holds and lies as far ahead as something may be that is looked for.
+   !> True if the next set passes its tests, lies ahead within the search distance, and does not lie behind a limit point.
    logical function holds_within_reach(problem, run, interval, fails, next) result(right)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
-      logical, intent(in) :: fails               !! another test does at the end of the leg, and may come first
+      logical, intent(in) :: fails               !! true: another test fails at the interval's end, maybe before this one
       type(next_t), intent(in) :: next
       real(wp) :: away, whole
       away = path_length(next%problem, carried(problem, interval%to, next%problem), next%state)
       whole = path_length(problem, interval%from, interval%to)
       right = away <= reach_of(interval) * whole
-      ! Where nothing moves by more than rounding the load tells.
+      ! If no displacement is larger than rounding, the distance is measured by the load.
       if (.not. right .and. away <= rounding_gap(problem) * sqrt(sum(problem%weight))) right = abs(next%state%load_factor - &
          & interval%to%load_factor) <= reach_of(interval) * abs(interval%to%load_factor - interval%from%load_factor)
       if (right) right = .not. another_fails(tests_of(next), 0)
@@ -111,15 +111,16 @@ contains
       end associate
    end function holds_within_reach
 
-   !> True for an equilibrium that has its load behind a limit point, on the way to it or beyond: of another stability, and further
-   !> from where the leg begins than its end is, which has a larger load, or so far beyond its end that the load has not gone half
-   !> as far as its rate there says, as it would have on a parabola up to its vertex.
+   !> True if an equilibrium with a different number of negative pivots probably lies behind a limit point. Load within the
+   !> interval's range: the equilibrium is further from the interval's start than the interval's end is. Load outside this range:
+   !> the equilibrium is so far from the interval's end that the load change is less than half of its rate times this distance,
+   !> which is the ratio on a parabola up to its vertex.
    logical function behind_turn(problem, interval, next, away, whole) result(behind)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
       type(next_t), intent(in) :: next
-      real(wp), intent(in) :: away               !! from the end of the leg
-      real(wp), intent(in) :: whole              !! length of the leg
+      real(wp), intent(in) :: away               !! path distance from the interval's end
+      real(wp), intent(in) :: whole              !! path length of the interval
       behind = next%system%negative_pivots /= interval%pivots
       if (.not. behind) return
       associate (load => next%state%load_factor, from => interval%from%load_factor, to => interval%to%load_factor)
@@ -133,19 +134,19 @@ contains
       end associate
    end function behind_turn
 
-   !> The line in which a free span lies down, and its equilibrium where it begins to press.
+   !> Line contact into which a free span closes, and its equilibrium at zero pressure.
    subroutine lie_down(problem, run, interval, which, next, lies)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which               !! the test of the span
+      integer, intent(in) :: which               !! index of the test of the span
       type(next_t), intent(out) :: next
       logical, intent(out) :: lies
       type(span_test_t), allocatable :: tests(:)
       type(contact_span_t), allocatable :: lying(:)
       real(wp) :: left, come
-      integer :: across                          ! the other part of a span that goes on over a breakpoint
-      integer :: held                            ! the force of a breakpoint that the obstacle would have to pull
+      integer :: across                          ! test of the part of the span beyond a segment boundary
+      integer :: held                            ! test of a tensile contact force, 0: none
       logical :: gone
       associate (test => interval%after(which))
          left = test%value
@@ -163,9 +164,9 @@ contains
       if (held > 0) call find_begin(run, interval, .false., next, lies, held)
       if (.not. lies) return
       if (gone) return
-      ! A straight obstacle presses a straight line at no load: then only a gap that is gone tells. Else not some other equilibrium:
-      ! a gap that has changed its sign on the way was gone there; one that falls as it did is gone where it leads to, as far as
-      ! paths are followed as straight. What is below zero by less than gaps err by may be gone just ahead.
+      ! At a straight wall a straight line contact has no pressure at any load; then only a closed gap is evidence. Otherwise other
+      ! equilibria are excluded: a gap that changed its sign was zero on the interval, and a falling gap must extrapolate linearly
+      ! to the onset. A gap below zero by less than its error may close just ahead.
       associate (load => next%state%load_factor - interval%from%load_factor, &
          & whole => interval%to%load_factor - interval%from%load_factor)
          lies = left >= -test_slack(test_vanishing) .and. abs(load * (come - left) - whole * come) <= largest_distance * &
@@ -175,11 +176,11 @@ contains
       end associate
    end subroutine lie_down
 
-   !> The test of what goes on from a span over a breakpoint of the rod where nothing touches, and is gone like it. 0: none does.
+   !> Index of the test of a second closed span that adjoins the span across a segment boundary without contact. 0: none.
    pure integer function gone_across(problem, interval, which) result(other)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which               !! the test of the span
+      integer, intent(in) :: which               !! index of the test of the span
       associate (tests => interval%after)
          do other = 1, size(tests)
             if (other == which .or. tests(other)%kind /= test_vanishing .or. tests(other)%contact /= tests(which)%contact) cycle
@@ -191,7 +192,7 @@ contains
 
    contains
 
-      !> The node at the end of a stretch that a span reaches, with a contact on its other side only. 0: it does not.
+      !> Node at the end of a rod segment that is the open end of a span with one contact. 0: the span has two contacts or none.
       pure integer function open_node(test) result(node)
          type(span_test_t), intent(in) :: test
          node = 0
@@ -204,10 +205,10 @@ contains
       end function open_node
    end function gone_across
 
-   !> True for a span that has become shorter on the way.
+   !> True if the span has become shorter on the interval.
    pure logical function closes(interval, which)
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which               !! its test
+      integer, intent(in) :: which               !! index of the test of the span
       closes = length(interval%after(which)) < length(interval%before(which))
 
    contains
@@ -218,7 +219,7 @@ contains
       end function length
    end function closes
 
-   !> True for a span that nothing is left of.
+   !> True if the gap of a span is zero everywhere within rounding, or its length is below the least one.
    pure logical function is_gone(problem, test) result(gone)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test      !! of the span
@@ -226,7 +227,8 @@ contains
          & test%ends(2) - test%ends(1) < shortest * problem%layout%rod_segment(test%rod_segment)%length
    end function is_gone
 
-   !> True for the last bit before a breakpoint that contact goes on past: it does not lie down, contact passes it (passages).
+   !> True for the remainder of a span before a segment boundary that contact moves past: this contact passes the boundary
+   !> (passages).
    pure logical function is_passage(problem, test)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test      !! of the span
@@ -237,7 +239,7 @@ contains
       if (is_passage) is_passage = beyond(problem, test%beside(side), merge(1, -1, side == 1)) > 0
    end function is_passage
 
-   !> True for a span between two points where the obstacle would have to pull to hold the rod down.
+   !> True for a closing bow: a span between two point contacts in which a line contact would have tensile contact force.
    logical function is_wave(problem, state, test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -260,12 +262,12 @@ contains
       end do
    end function is_wave
 
-   !> The equilibrium at which the two points beside a span are one.
+   !> Equilibrium at which the two point contacts beside a span merge.
    subroutine become_one(problem, run, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which               !! the test of the span, a wave
+      integer, intent(in) :: which               !! index of the test of the span, a closing bow
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       type(path_state_t) :: on

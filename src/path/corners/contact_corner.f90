@@ -32,7 +32,7 @@ contains
       type(system_t), intent(inout) :: system  !! assembled and factored at the corner if found
       type(increment_t), intent(out) :: report
       logical, intent(out) :: found
-      real(wp), parameter :: at_once = 1.0e-8_wp !! of an increment
+      real(wp), parameter :: at_once = 1.0e-8_wp !! share of an increment within which signs change together
       type(state_t) :: beyond
       type(control_t) :: part
       real(wp), allocatable :: before(:), after(:), ends(:)
@@ -74,7 +74,7 @@ contains
       if (found) found = all(after >= -1.0e-6_wp .or. before < 0.0_wp)
       if (.not. found) return
       do k = 1, size(after)
-         ! Other candidates whose sign changes at the same place.
+         ! Other candidates whose signs change at the corner.
          if (after(k) >= huge(1.0_wp) .or. before(k) < 0.0_wp .or. ends(k) >= 0.0_wp) cycle
          if (k /= first .and. after(k) > at_once * (before(k) - ends(k))) cycle
          corner = [corner, k]

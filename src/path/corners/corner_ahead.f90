@@ -51,9 +51,9 @@ contains
       if (is_near) is_near = increment_for(problem, run, corner%length) < smallest(step, run%control)
    end function is_near
 
-   !> Part of a failed increment to try next: a half, or up to the corner. If that has been tried, the increment ends before the
-   !> corner by the uncertainty of its position. Closer to the corner than this uncertainty increments are halved: they then show
-   !> that they pass around a corner.
+   !> Part of a failed increment to try next: a half, or up to the corner. After an increment up to the corner has failed, the next
+   !> one ends before the corner by the uncertainty of the corner's position. Closer to the corner than this uncertainty, increments
+   !> are halved, which shows that they pass around a corner.
    pure real(wp) function part_before(problem, step, run, corner) result(part)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

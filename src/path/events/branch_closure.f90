@@ -1,7 +1,7 @@
-!> Closure of a path: a branch returns to a bifurcation of its parent path, or a path to a critical point of its own. Two paths
-!> cross at such a bifurcation: the load of one may turn, an eigenvalue may touch zero without changing its sign, and no increment
-!> converges close to it; the position, however, is known from the parent. A path that returns to a limit point or contact change of
-!> its own runs in a loop or back on itself.
+!> Closure of a path: a branch returns to a bifurcation of its parent path, or a path to a critical point of its own. At a
+!> bifurcation two paths cross: the load of one may have an extremum, an eigenvalue may reach zero without changing its sign, and no
+!> increment converges close by; the position of the bifurcation, however, is known from the parent path. A path that returns to a
+!> limit point or contact change of its own is a closed loop or retraces itself.
 module branch_closure
    use kinds, only: wp
    use text, only: to_text
@@ -104,7 +104,7 @@ contains
 
    contains
 
-      !> True for an event that is the known bifurcation: a change of inertia, or an extremum of the load there.
+      !> True for an event that is the known bifurcation: a change of inertia, or a load extremum at this bifurcation.
       pure logical function is_that(event)
          type(event_t), intent(in) :: event
          is_that = event%kind == event_bifurcation

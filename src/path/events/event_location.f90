@@ -109,7 +109,7 @@ contains
       real(wp) :: fall, fraction
       fall = located_event%event%before - located_event%event%after
       if (.not. located_event%event%before * fall < 0.0_wp) return
-      ! Twice that distance, so that the zero is bracketed.
+      ! Twice the extrapolated distance, so that the zero is bracketed.
       fraction = 2.0_wp * located_event%event%before / fall
       if (-fraction * division%length > run%arc_length - run%left_at) return
       call copy_path_state(run, behind)
@@ -135,7 +135,8 @@ contains
       located_event = found
    end subroutine look_behind
 
-   !> Lets elements determine anew where contact with the foundation is open: beyond the event it is closed.
+   !> Resets the open segments at a contact change with a foundation, so that elements detect contact there again: on the other side
+   !> of the event contact is closed.
    pure subroutine forget_opening(problem, event, state)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event           !! contact change with a foundation
@@ -206,7 +207,7 @@ contains
             ! With the contact set of the start the event function of a contact change is smooth through its zero.
             call point_within(problem, run, trial, ahead, division, located_event%fraction, held, held, here, located_event%report)
             if (held .and. located_event%report%converged) then
-               ! If other candidates violate their conditions with that set, the LCP has to determine it.
+               ! If other candidates violate their conditions with the start's contact set, the LCP determines the set.
                if (.not. holds_elsewhere(problem, run%system, event%marked, here)) then
                   held = .false.
                   cycle search
@@ -284,8 +285,8 @@ contains
       located_event%heading = heading
    end subroutine meet_value
 
-   !> Checks that the located state lies on the path between both ends, and that a limit point is not below (maximum) or above
-   !> (minimum) both of them.
+   !> Checks that the located state lies on the path between both ends, and that the load of a limit point is not below (maximum) or
+   !> above (minimum) the loads of both ends.
    logical function is_what_it_says(problem, step, run, trial, ahead, located_event) result(right)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -299,7 +300,7 @@ contains
          & located_event)
    end function is_what_it_says
 
-   !> True for a limit point whose load is above, or below, those of both ends of the increment.
+   !> True if the load of a located limit point is above (maximum) or below (minimum) the loads of both ends of the increment.
    pure logical function is_extreme(step, first, last, located_event) result(right)
       type(step_t), intent(in) :: step
       real(wp), intent(in) :: first, last          !! load factors of the ends

@@ -75,7 +75,7 @@ contains
       type(state_t), intent(in) :: trial
       type(bracket_t), intent(out) :: bracket
       type(located_event_t), intent(inout) :: located_event
-      logical, intent(out) :: told               !! the event is decided at the ends: no zero is to be searched inside
+      logical, intent(out) :: told               !! true: decided at the ends; no zero is searched inside the increment
       real(wp) :: f
       call linearise(problem, trial, trial, run%system)
       f = zero_eigenvalue(problem, run, located_event%event, trial)

@@ -1,4 +1,4 @@
-!> Spurious events: detected events that are none, and those that a shorter increment resolves.
+!> Spurious events: rejects detected events that are not real, and finds events that need a shorter increment.
 module spurious_events
    use kinds, only: wp
    use model, only: step_t
@@ -23,9 +23,9 @@ module spurious_events
 
 contains
 
-   !> True if a shorter increment may resolve the events of this one: one was not located, an eigenvalue went undetected, or a
-   !> located event lies where the mesh has no nodes at interface points. Prescribed values and turning points that were not located
-   !> do not count.
+   !> True if a shorter increment may resolve the events of this increment: an event was not located, an eigenvalue went undetected,
+   !> or a located event lies where the mesh has no nodes at interface points. Prescribed values and turning points that were not
+   !> located do not count.
    logical function better_from_nearer(problem, run, trial, findings) result(better)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -95,8 +95,8 @@ contains
       no_turn = maxval(abs(there%monitor(m) - [run%test_values%monitor(m), test_values%monitor(m)])) <= least
    end function turns_by_rounding
 
-   !> Rejects a limit point that the enriched elements have farther away than the path since the last contact change, or, ahead,
-   !> than that path and the path to the trial together: where the load is nearly constant, the mesh error alone may make it fall.
+   !> Rejects a limit point if its shift on enriched elements is larger than the path since the last contact change (plus, for a
+   !> shift ahead, the path to the trial): if the load is nearly constant, the mesh error alone may make the load fall.
    subroutine doubt_limit(problem, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -109,7 +109,7 @@ contains
       if (abs(located_event%bars%way) > reach) located_event%bars%unsure = .true.
    end subroutine doubt_limit
 
-   !> Rejects a bifurcation that may be two paths passing each other closely: the null vector feels a force, which separates the
+   !> Rejects a bifurcation that may be two paths passing each other closely: a force acts along the null vector and separates the
    !> paths, and the points of the interpolation lie on both.
    pure subroutine doubt_bifurcation(located_event)
       type(located_event_t), intent(inout) :: located_event !! located becomes false if rejected

@@ -1,4 +1,4 @@
-!> Events placed at an end of the increment because no point inside it can decide.
+!> Places an event at an end of the increment if no point inside the increment can be corrected.
 module zero_at_end
    use kinds, only: wp
    use model, only: step_t

@@ -148,8 +148,8 @@ contains
       if (at(n_samples) > 1.0_wp) at = min(centre, 1.0_wp) - reach * [4.0_wp, 3.0_wp, 2.0_wp, 1.0_wp]
    end function sample_places
 
-   !> Zero by bracketing alone: when a foundation begins to act, the function may bend so much between the samples that they mistake
-   !> it for a jump.
+   !> Finds the zero by bracketing alone: when a foundation begins to act, the function may be curved so much between the samples
+   !> that interpolation takes it for a jump.
    subroutine close_in(problem, step, run, trial, ahead, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -210,7 +210,7 @@ contains
    !> vector where its eigenvalue is mu, and mu grows linearly from the zero.
    pure real(wp) function swerve_per_force(search, length) result(turn)
       type(zero_search_t), intent(in) :: search !! has found the zero between its samples
-      real(wp), intent(in) :: length            !! of the increment
+      real(wp), intent(in) :: length            !! path length of the increment
       real(wp) :: w(n_samples), d(n_samples), slope
       call lagrange(search%at, search%centre, w, d)
       slope = abs(dot_product(d, search%value))

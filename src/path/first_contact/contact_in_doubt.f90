@@ -30,11 +30,11 @@ module contact_in_doubt
 
 contains
 
-   !> Next set of contact spans and its equilibrium ahead of the present point, as near as the set is valid.
+   !> Next set of contact spans and its equilibrium ahead of the present point, at the nearest point at which the set is valid.
    subroutine ask_nodes(problem, run, reach, next, found)
       type(problem_t), intent(in) :: problem       !! with contact spans
       type(path_state_t), intent(in) :: run               !! system factored at the present point
-      real(wp), intent(in) :: reach                !! of the failed increment
+      real(wp), intent(in) :: reach                !! size of the increment that failed
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       type(problem_t) :: nodes
@@ -83,7 +83,7 @@ contains
    subroutine tell_differences(problem, run, nodes, next)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(problem_t), intent(in) :: nodes         !! that detected the contact
+      type(problem_t), intent(in) :: nodes         !! problem with the nodes that detected the contact
       type(next_t), intent(inout) :: next
       type(differences_t) :: differences
       integer :: begun, ended
@@ -126,7 +126,7 @@ contains
          do side = 1, 2
             e = nodes%candidates%element(side, c)
             if (e == 0) cycle
-            ! Half of the element next to the node.
+            ! The element's half next to the node.
             at = state%geometry%element(e)%s + nodes%origin(e)
             at(side) = 0.5_wp * sum(at)
             do k = 1, size(contact_span)

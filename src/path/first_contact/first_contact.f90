@@ -19,7 +19,7 @@ module first_contact
 
 contains
 
-   !> Replaces the touching candidates of a stress-free state by those in contact under a small load that moves the controlled
+   !> Replaces the candidates with zero gap of a stress-free state by those in contact under a small load that moves the controlled
    !> monitor in the right direction. Without such a set the state is unchanged, and the first increment reports the reason.
    subroutine presume_contact(problem, monitor, increment, state, system)
       type(problem_t), intent(in) :: problem

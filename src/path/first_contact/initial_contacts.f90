@@ -1,5 +1,5 @@
-!> Isolated places, at nodes and between them, where the rods of a deck touch obstacles at the start. Meshes that detect contact
-!> have nodes at these places.
+!> Isolated places, at nodes and between them, where rods of a deck are in contact with obstacles at the start. Meshes that detect
+!> contact have nodes at these places.
 module initial_contacts
    use kinds, only: wp
    use problem, only: problem_t, touching_gap
@@ -13,7 +13,7 @@ module initial_contacts
 
 contains
 
-   !> All places with a least gap of zero. A rod along its obstacle has no such places.
+   !> All isolated places with a least gap of zero. A rod along its obstacle has no isolated places.
    function find_first_touches(problem) result(contact_span)
       type(problem_t), intent(in) :: problem         !! on the deck's mesh
       type(contact_span_t), allocatable :: contact_span(:)
@@ -68,7 +68,7 @@ contains
       end subroutine keep
    end subroutine sample_gap
 
-   !> The one minimum of the gap inside an element.
+   !> Minimum of the gap inside an element; the gap is assumed to have only one minimum there.
    subroutine least_inside(problem, contact, e, place, least)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, e
@@ -82,7 +82,7 @@ contains
       least = search%least
    end subroutine least_inside
 
-   !> Gap at a place of an element of the deck.
+   !> Gap at a position of an element of the deck.
    real(wp) function gap_at(problem, contact, e, tau) result(gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, e

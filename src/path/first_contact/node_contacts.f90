@@ -45,8 +45,8 @@ contains
       end do
    end function touches_at_nodes
 
-   !> Nodes in contact. A support on the obstacle takes the contact force, but is in contact; a hinge there, or a clamp parallel to
-   !> the obstacle, counts even alone, for contact may spread from it.
+   !> Nodes in contact, including nodes without contact force whose support on the obstacle carries it: next to nodes in contact,
+   !> and alone for a hinge or for a clamp parallel to the obstacle, because contact may spread from there.
    function nodes_in_contact(problem, state) result(told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

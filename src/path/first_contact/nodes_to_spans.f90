@@ -21,7 +21,7 @@ module nodes_to_spans
    public :: find_spans_ahead
 
    integer, parameter :: open_nodes(3) = [1, 4, 16]
-   integer, parameter :: most_increments = 24   !! with contact at nodes
+   integer, parameter :: most_increments = 24   !! increments with contact at nodes
 
 contains
 
@@ -35,7 +35,7 @@ contains
       type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       real(wp), intent(out) :: first             !! load factor after the first increment
       logical, intent(out) :: found
-      type(increment_t), intent(out) :: report   !! of the last increment
+      type(increment_t), intent(out) :: report   !! report of the last increment
       character(:), allocatable, intent(out) :: why !! reason of the failure; not allocated if no increment converged
       type(state_t) :: ahead
       type(path_tangent_t) :: onward
@@ -72,7 +72,7 @@ contains
    end subroutine find_spans_ahead
 
    !> Contact spans that correspond to a converged state of contact at nodes, and their equilibrium at the same load. Not found if
-   !> their tests fail; the contact at nodes is then clearer a little further on.
+   !> their tests fail, because contact at nodes may represent contact spans better slightly further along the path.
    subroutine find_spans(problem, trial, next, found, why)
       type(problem_t), intent(in) :: problem     !! sampled mesh
       type(state_t), intent(in) :: trial
@@ -82,7 +82,7 @@ contains
       type(contact_span_t), allocatable :: contact_span(:), first(:)
       integer :: wave, k, c
       found = .false.
-      ! From the literal interpretation of the nodes to the freer ones.
+      ! First the literal interpretation of the nodes, then those that close gaps of a few nodes.
       waves: do wave = 1, size(open_nodes)
          contact_span = touches_at_nodes(problem, trial, open_nodes(wave))
          if (wave > 1) then
@@ -96,8 +96,8 @@ contains
 
    contains
 
-      !> Replaces free spans whose gap is rounding by line contact, if the tests permit: the ends of such spans carry no force, and
-      !> their places would be arbitrary.
+      !> Replaces free spans whose gap is rounding by line contact, if the tests allow: the ends of such spans have no contact
+      !> force, and their positions would be arbitrary.
       subroutine lay_closed_spans()
          type(next_t) :: kept
          type(span_test_t), allocatable :: tests(:)

@@ -27,8 +27,8 @@ module span_start
 
 contains
 
-   !> Problem with which a path with contact spans starts: without contact spans if nothing touches yet, else with nodes that detect
-   !> contact. Unchanged if the deck has no contact with contact spans.
+   !> Problem with which a path with contact spans starts: without contact spans if there is no contact yet, else with nodes that
+   !> detect contact. Unchanged if the deck has no contact with contact spans.
    subroutine prepare_spans(problem)
       type(problem_t), intent(inout) :: problem      !! in: on the deck's mesh
       type(contact_span_t), allocatable :: clamp(:), first(:)
@@ -64,11 +64,11 @@ contains
       end if
    end subroutine prepare_spans
 
-   !> True for a node of a contact that touches its obstacle at the start.
+   !> True if a node of a contact is on its obstacle at the start.
    logical function touches_at_first(problem, k, i, normal) result(touches)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: k, i                    !! index of the contact, index into its nodes
-      real(wp), intent(out) :: normal(2)             !! of the obstacle there
+      real(wp), intent(out) :: normal(2)             !! normal of the obstacle there
       real(wp) :: gap, bend
       call first_gap(problem, k, i, gap, normal, bend)
       touches = gap <= touching_gap(problem)
@@ -79,15 +79,14 @@ contains
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: k, i                    !! index of the contact, index into its nodes
       real(wp), intent(out) :: gap
-      real(wp), intent(out) :: normal(2), bend       !! of the obstacle there
+      real(wp), intent(out) :: normal(2), bend       !! normal and curvature of the obstacle there
       associate (contact => problem%deck%contact(k))
          call obstacle_gap(problem%deck%obstacle(contact%obstacle), problem%deck%mesh%x(:, contact%node(i)), gap, normal, bend)
          gap = gap + contact%gap + problem%overlap(k)
       end associate
    end subroutine first_gap
 
-   !> True if any contact span of the set began after the start: the start had a gap at the nearest place of the rod to the obstacle
-   !> thereabouts.
+   !> True if a contact span began after the start, that is, if the gap at the start was positive at the nearest local minimum.
    logical function gains_contact(next) result(gains)
       type(next_t), intent(in) :: next
       integer :: k
@@ -99,7 +98,7 @@ contains
 
    contains
 
-      !> True for a contact span with a force that is not taken by a support.
+      !> True for a line contact, and for a point contact whose force is not carried by a support.
       logical function carries(contact_span)
          type(contact_span_t), intent(in) :: contact_span
          real(wp) :: gap, normal(2), bend
@@ -110,8 +109,8 @@ contains
       end function carries
    end function gains_contact
 
-   !> Gap at the start at the local minimum to which the deck's nodes descend from a contact span; 0 if the rod touched beside the
-   !> lowest node. Nodes whose supports take the whole contact force do not count, unless there are no others.
+   !> Gap at the start at the local minimum that a descent along the deck's nodes reaches from a contact span; 0 if the rod was in
+   !> contact beside the lowest node. Nodes whose supports carry the whole contact force do not count, unless there are no others.
    real(wp) function nearest_gap(problem, contact_span) result(gap)
       type(problem_t), intent(in) :: problem
       type(contact_span_t), intent(in) :: contact_span
@@ -145,7 +144,7 @@ contains
 
    contains
 
-      !> True for a place in an element at that node; a place closer to a node than gaps can resolve is at the node.
+      !> True for a place in an element at the lowest node; a place closer to a node than gaps can resolve is at the node.
       logical function beside(place)
          type(contact_span_t), intent(in) :: place
          associate (whole => problem%layout%rod_segment(place%rod_segment))
@@ -171,7 +170,7 @@ contains
    logical function held_end(problem, contact, node, normal) result(held)
       type(problem_t), intent(in) :: problem         !! on the deck's mesh
       integer, intent(in) :: contact, node
-      real(wp), intent(in) :: normal(2)              !! of the obstacle there
+      real(wp), intent(in) :: normal(2)              !! normal of the obstacle there
       type(geometry_t) :: home
       real(wp) :: angle
       integer :: e, side
@@ -185,7 +184,7 @@ contains
          & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along)
    end function held_end
 
-   !> Point contact at such an end.
+   !> Point contact at the supported end of a rod (held_end).
    type(contact_span_t) function touch_at_end(problem, contact, node, number) result(contact_span)
       type(problem_t), intent(in) :: problem         !! on the deck's mesh
       integer, intent(in) :: contact, node, number
@@ -221,7 +220,7 @@ contains
          end if
          if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next)
          if (.not. gains_contact(next)) exit
-         ! A later beginning of contact is located from a point before it.
+         ! A contact that begins after the start must be located from a point before its onset.
          run%control%increment = 0.5_wp * run%control%increment
          call linearise(problem, run%state, run%state, run%system)
       end do

@@ -31,11 +31,11 @@ module stiffness_homotopy
    real(wp), parameter :: least_growth = 1.1_wp
    integer, parameter :: most_tries = 3           !! softer beginnings; meshes at one stiffness until no interface point is missing
 
-   !> The same increment on softer foundations.
+   !> An increment of the path, made on softer foundations.
    type :: rung_t
       type(problem_t) :: problem
       type(state_t) :: state
-      real(wp) :: part = 1.0_wp                  !! of the deck's stiffness
+      real(wp) :: part = 1.0_wp                  !! share of the deck's stiffness
    end type rung_t
 
 contains
@@ -47,7 +47,7 @@ contains
       to = from
    end subroutine copy_rung
 
-   !> True if the run leaves a start on such foundations.
+   !> True if the run is at its start on stiff foundations.
    logical function is_stiff_start(problem, run)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -78,7 +78,7 @@ contains
       end if
    end subroutine check_start
 
-   !> The increment of the control from a start on such foundations.
+   !> Makes the first increment from a start on stiff foundations.
    subroutine take_stiff_start(problem, run, trial, report, taken)
       type(problem_t), intent(inout) :: problem    !! out: on the mesh of `trial`
       type(path_state_t), intent(inout) :: run            !! in/out: state on this mesh, system factored at `trial`
@@ -168,8 +168,8 @@ contains
    end subroutine stand_there
 
    !> Predicts the ends of contact for a stiffer foundation, from beams on elastic foundations: beside an end all lengths scale with
-   !> the boundary layer, and far from there the rod is as on a rigid foundation, which it first touches sqrt(2) layers from the
-   !> end.
+   !> the boundary layer, and far from the end the rod behaves as on a rigid foundation, with its touchdown point sqrt(2) layers
+   !> from the end.
    subroutine stiffen(problem, cut, ratio)
       type(problem_t), intent(in) :: problem
       type(cut_t), intent(inout) :: cut(:)         !! sorted

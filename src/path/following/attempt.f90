@@ -27,7 +27,7 @@ module attempt
       logical :: begins = .false.                !! contact spans begin with this increment
       logical :: has_trial = .false.             !! the next trial is in equilibrium already, on another mesh, with the system
       !! factored there
-      logical :: finished = .false.              !! the step ended on the way
+      logical :: finished = .false.              !! the step ended within the increment
       ! Counters.
       integer :: cuts = 0                        !! increments from the point that failed
       integer :: failures = 0                    !! increments that left the path since one succeeded at first try
@@ -40,7 +40,7 @@ module attempt
 
 contains
 
-   !> Begins with the path's last accepted point and resets the counters if that is a new one.
+   !> Begins at the last accepted point of the path; resets the counters if this point is new.
    subroutine start_from(run, attempt)
       type(path_state_t), intent(in) :: run
       type(attempt_t), intent(inout) :: attempt

@@ -1,5 +1,5 @@
-!> Repeats an increment from the same point: on another mesh, with a smaller residual, with the contact set found from the nodes, or
-!> half as long.
+!> Repeats an increment from the last accepted point: on another mesh, with a smaller residual, with the contact set found from the
+!> nodes, or half as long.
 module increment_retries
    use kinds, only: wp
    use model, only: step_t
@@ -42,8 +42,8 @@ contains
       if (.not. done) attempt%meshes = huge(attempt%meshes) - 1
    end subroutine retry_refined
 
-   !> Last resort if no increment succeeds with the contact spans, once at each place: determines contact from the nodes.
-   !> attempt%changed is true if this gives another set; else the set stays.
+   !> Determines contact from the nodes, as the last resort if no increment succeeds with the contact spans; tried once at each
+   !> place. attempt%changed is true if this gives another contact set; otherwise the set is unchanged.
    subroutine retry_by_nodes(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -57,7 +57,7 @@ contains
       attempt%asked_at = place()
       call linearise(problem, run%state, run%state, run%system)
       call pass_doubt(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome)
-      ! The place where the set was taken counts as tried, too.
+      ! Contact at nodes is not tried again at the place where the new set was found.
       attempt%asked_at = place()
       if (.not. attempt%changed) return
       run%control%increment = sign(attempt%first_increment, run%control%increment)

@@ -90,7 +90,8 @@ contains
          attempt%astray = turned_back(problem, run, attempt%trial, attempt%ahead)
          if (attempt%astray) attempt%report%message = 'the path turns round and leads back over the points that it has passed'
       end if
-      ! A trial transferred to another mesh, on which the last point may not be in equilibrium, was on the path before.
+      ! A trial transferred from another mesh was found on the path there. It stays accepted, because the last point may not be in
+      ! equilibrium on the new mesh and the comparison with it may fail.
       if (attempt%has_trial .and. .not. turned_over(attempt%relation)) attempt%astray = .false.
    end subroutine look_astray
 

@@ -1,4 +1,4 @@
-!> Checks that supports and contacts hold the structure in the state in which a path begins.
+!> Checks that supports and contacts prevent rigid-body motion in the state in which a path begins.
 module start_support
    use model, only: model_t, step_t, new_load
    use problem, only: problem_t, new_problem
@@ -14,8 +14,8 @@ module start_support
 
 contains
 
-   !> Message naming the part that can move at the stress-free start, or the force that is indeterminate there; '' if the structure
-   !> is held and determinate.
+   !> Message naming the part of the structure that can move freely at the stress-free start, or the force that is indeterminate
+   !> there; '' if there is neither.
    function why_unheld(problem, state) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state       !! stress-free start with its contact set
@@ -28,7 +28,7 @@ contains
       end if
    end function why_unheld
 
-   !> The same message for a deck, which need not have steps.
+   !> Message of why_unheld for the model of a deck, which need not have steps.
    function why_deck_unheld(model) result(why)
       type(model_t), intent(in) :: model
       character(:), allocatable :: why

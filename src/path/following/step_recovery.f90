@@ -1,6 +1,6 @@
 !> Remedies if an increment has failed, in this order: a contact change just ahead, the mesh before the last coarsening, a mesh
-!> twice as fine, a corner of the path, a shorter increment. A remedy is skipped if its condition is not met; it is `done` if no
-!> other is to be tried now, because it succeeded or the run ends.
+!> twice as fine, a corner of the path, a shorter increment. A remedy is skipped if its condition is not met. Each remedy returns
+!> `done` if no other is to be tried now, because it succeeded or the run ends.
 module step_recovery
    use kinds, only: wp
    use model, only: step_t
@@ -138,7 +138,7 @@ contains
    end subroutine go_around_corner
 
    !> Halves the increment, or shortens it to end before a corner due to foundations. If it becomes too short, contact is determined
-   !> from the nodes; the run ends if the set stays the same.
+   !> from the nodes; the run ends if this gives no other contact set.
    subroutine cut_increment(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step

@@ -23,7 +23,7 @@ contains
    !> Transfers a limit point to a mesh with interface points at the present ends of contact, unless its mesh has them and is fine
    !> enough there.
    subroutine renew_marks(base, problem, state, direction, ok)
-      type(problem_t), intent(inout) :: base     !! the same problem with the deck's value of the parameter
+      type(problem_t), intent(inout) :: base     !! the problem with the deck's value of the parameter
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
       real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) path direction, displacements

@@ -27,7 +27,7 @@ module limit_search
       type(system_t) :: system                   !! storage of the equations
       type(control_t) :: control                     !! path tangent at the last limit point
       real(wp) :: coordinate = 0.0_wp                !! the parameter, or its decimal logarithm
-      real(wp) :: unit(2) = 1.0_wp                   !! of the arc length a and of the coordinate
+      real(wp) :: unit(2) = 1.0_wp                   !! units of the arc length a and of the coordinate
       real(wp) :: rate_scale = 1.0_wp                !! reference value of h
    end type follower_t
 
@@ -43,7 +43,7 @@ module limit_search
 
 contains
 
-   !> Copies a follower. It is a procedure of its own for the reason given at copy_problem.
+   !> Copies a follower; a procedure for the reason given at copy_problem.
    pure subroutine copy_follower(from, to)
       type(follower_t), intent(in) :: from
       type(follower_t), intent(inout) :: to
@@ -139,7 +139,7 @@ contains
          call evaluate(follower, place + q * normal, next)
          total = total + next%iterations
          if (.not. next%report%converged) then
-            ! Closer to a point that converged.
+            ! Half the distance to the last point that converged.
             q = 0.5_wp * (q + q_old)
             if (abs(q - q_old) < 1.0e-9_wp) exit
             cycle

@@ -108,7 +108,7 @@ contains
       call derive_again(base, problem)
    end function rigid_problem
 
-   !> Places the same contact spans for a changed deck.
+   !> Places the contact spans of `base` on a mesh for a changed deck.
    subroutine lay_spans_again(base, problem)
       type(problem_t), intent(in) :: base
       type(problem_t), intent(inout) :: problem !! its deck and layout are the changed ones

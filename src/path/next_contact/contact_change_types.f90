@@ -1,4 +1,4 @@
-!> Changes of contact spans on an increment.
+!> Data of a contact change: the examined increment with its tests, and the kind, place and next contact set of the change.
 module contact_change_types
    use kinds, only: wp
    use problem, only: problem_t
@@ -32,13 +32,13 @@ module contact_change_types
    integer, parameter :: place_here = 1     !! at the run's point
    integer, parameter :: place_ahead = 2    !! beyond the end of the increment
 
-   !> The increment under examination.
+   !> The examined increment, with the contact tests at its ends.
    type :: step_interval_t
-      type(state_t) :: from, to                   !! its ends; if no increment converges, the last one that did
+      type(state_t) :: from, to                   !! ends of the increment; if none converges, those of the last converged one
       type(path_tangent_t) :: ahead                    !! path tangent at its end
       logical :: stuck = .false.                  !! true: no increment converges from its end, which is the run's point
       integer :: pivots = 0                       !! number of negative pivots at its end
-      real(wp) :: scale = 0.0_wp                  !! of forces
+      real(wp) :: scale = 0.0_wp                  !! scale of forces
       type(span_test_t), allocatable :: before(:), after(:) !! tests at both ends
    end type step_interval_t
 
@@ -47,7 +47,7 @@ module contact_change_types
       integer :: where = place_within
       integer :: which = 0                        !! index into the tests; 0: none
       type(span_test_t), allocatable :: tests(:)  !! at the place of the change
-      type(span_test_t), allocatable :: begins(:) !! gaps that close at the place, the located one last; none if it is no gap
+      type(span_test_t), allocatable :: begins(:) !! gaps that close at the place, the located one last; else empty
       character(2) :: label = '  '                !! contact gained (C+) or lost (C-), empty if neither
       logical :: divides = .false.                !! a part of the lost contact remains on both sides
       type(state_t) :: place

@@ -1,4 +1,4 @@
-!> The run beyond a change of its contact spans: where the equilibrium with the next set is known.
+!> Moves the run past a change of its contact spans, to the state where the equilibrium with the next set is known.
 module entering_contact_set
    use kinds, only: wp
    use model, only: step_t, method_load
@@ -23,7 +23,7 @@ module entering_contact_set
 
 contains
 
-   !> Goes on with the next set. Its equilibrium is a point of the path.
+   !> Continues with the next set, whose equilibrium is recorded as a point of the path.
    subroutine go_to_next(problem, step, run, next, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -51,22 +51,22 @@ contains
          & arrival%bars)
       call accept(problem, step, run, next%state, next%heading, arrival, recorder, shorter, finished, outcome)
       if (finished .or. allocated(outcome%why) .or. known) return
-      ! The way up to here was one of another set.
+      ! The path up to this point belongs to another set; its mesh records are discarded.
       call forget_mesh(run)
       if (.not. abs(next%rate) > 0.0_wp) return
       run%heading = path_tangent_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, next%rate))
       run%test_values = new_test_values(problem, run%state, run%system, run%heading%load)
    end subroutine go_to_next
 
-   !> The next set where the step ends, if that is on the way to where it is known, and it holds there. Its spans are too short to
-   !> be found from before.
+   !> Replaces the next set's state by the end of the step, if the step ends on the way there and the set is valid at its end. The
+   !> new spans are too short there to be found from the side of the old set.
    subroutine stop_before(problem, step, run, next)
       type(problem_t), intent(in) :: problem     !! with the next set
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run             !! where it stands, on the same mesh
+      type(path_state_t), intent(in) :: run             !! at its point, on the mesh of the next set
       type(next_t), intent(inout) :: next
       type(event_t), allocatable :: events(:)
-      integer, parameter :: most = 10            ! parts of the way back
+      integer, parameter :: most = 10            ! corrections from the known state back to the end of the step
       type(next_t) :: there
       type(state_t) :: from
       type(test_values_t) :: test_values
@@ -96,12 +96,13 @@ contains
       if (holds(there)) call copy_next(there, next)
    end subroutine stop_before
 
-   !> A span that opens where the run stands is known at the end of a leg: nearer, as long as something else happens before.
+   !> Moves the known state of a span that opens at the run's point from the interval's end towards the run, while events lie
+   !> between.
    subroutine come_nearer(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! at the change's place
-      type(step_interval_t), intent(in) :: interval        !! from there on to its end
+      type(step_interval_t), intent(in) :: interval        !! from the change's place to its end
       type(change_t), intent(inout) :: change
       type(next_t) :: nearer
       type(state_t) :: here
@@ -135,7 +136,7 @@ contains
       end do
    end subroutine come_nearer
 
-   !> The run where it stands, on the mesh of the next set, bound for the equilibrium that is known there.
+   !> Run at its present point on the mesh of the next set, with the path tangent towards the known equilibrium of this set.
    function bound_for(problem, run, next) result(on)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -159,7 +160,7 @@ contains
       on%test_values = new_test_values(next%problem, on%state, next%system, on%heading%load)
    end function bound_for
 
-   !> True where both sets have one equilibrium: what is between them is what their meshes differ by.
+   !> True if the loads of both states are equal within rounding: they are one equilibrium on two meshes.
    pure logical function is_there(run, next)
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next

@@ -1,12 +1,12 @@
-!> What becomes of a point contact that is as curved as its obstacle:
+!> Rule for an osculating contact, that is, a point contact with the curvature of its obstacle:
 !>
-!>   what acts along the rod, and on the point, presses   a line                                  lay_down_points
-!>   a force lifts it off a mirror, the rest is pressed   a line behind what is lifted            lay_down_behind
+!>   loads along the rod and on the point press           a line                                  lay_down_points
+!>   a force lifts the point at a symmetry plane          a line behind the lifted length         lay_down_behind
 !>   else                                                 two points, or one beside a support     divide_point
 !>
-!> Where a clamp stands on the obstacle contact begins so (C+); where a point divides one is lost (C-). Others that are as flat at
-!> the same place do the same. Whoever takes the answer and finds no equilibrium with it (answer_trials) asks once more: for others
-!> that lie down next (`more`), for points further apart (`apart`).
+!> A contact that spreads from a clamp on the obstacle is reported as gained (C+), a contact that divides as lost (C-). Other
+!> osculating contacts at the same point of the path change in the same way. If no equilibrium is found, the rule is evaluated again
+!> (answer_trials): with more points that become lines (`more`), or with a larger distance of the two points (`apart`).
 module flat_point_rule
    use kinds, only: wp
    use problem, only: problem_t
@@ -29,23 +29,23 @@ module flat_point_rule
 
 contains
 
-   !> The answer to the test of a point's curvature.
+   !> Answer to the curvature test of a point contact.
    subroutine answer_flat_point(problem, state, tests, which, fall, answer, more, apart)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(span_test_t), intent(in) :: tests(:)    !! of this state
-      integer, intent(in) :: which                 !! that of the point, which is zero
-      real(wp), intent(in) :: fall(:)              !! (tests) by how much each falls along the path
-      type(answer_t), intent(inout) :: answer      !! its touches are those of the state
-      integer, intent(in), optional :: more        !! points that lie down with that of the test, of those that come to it next
-      real(wp), intent(in), optional :: apart      !! of the stretch, that the points of a divided one begin with
+      type(span_test_t), intent(in) :: tests(:)    !! tests of this state
+      integer, intent(in) :: which                 !! index of the curvature test that is zero
+      real(wp), intent(in) :: fall(:)              !! (tests) decrease of each along the path
+      type(answer_t), intent(inout) :: answer      !! in: with the contact spans of the state
+      integer, intent(in), optional :: more        !! number of further points that become lines, those with the nearest zeros
+      real(wp), intent(in), optional :: apart  !! initial distance of the points of a divided contact / length of rod segment
       real(wp) :: share, lifted
       logical :: pressed, too(problem%candidates%n)
       integer :: c
       too = .false.
       if (present(more)) too = flat_next(problem, tests, which, fall, more)
       associate (test => tests(which))
-         ! Against a straight wall a uniform rod lies without pressure.
+         ! A uniform straight rod at a straight wall has no contact pressure.
          pressed = would_press(problem, state, test%candidate, test%sense)
          lifted = pulled_off(problem, state, test%candidate, test%sense)
          if (pressed) then
@@ -57,26 +57,26 @@ contains
             share = first_length
             if (present(apart)) share = apart
             call divide_point(problem, state, test, share, answer)
-            ! At the end of a rod one point comes of it.
+            ! At the end of a rod only one point contact results.
             answer%divides = all(problem%beside(:, problem%candidates%node(test%candidate)) > 0)
             if (answer%divides) answer%label = 'C-'
          end if
          if (any([(stands(problem, state, c) .and. any(flat_sides(problem, state, c, test, pressed)), c=1, &
             & problem%candidates%n)])) then
-            ! Contact begins where a clamp stands.
+            ! The contact starts to spread from a clamp that lies on the obstacle: contact is gained.
             answer%label = 'C+'
             answer%divides = .false.
          end if
       end associate
    end subroutine answer_flat_point
 
-   !> The point of a test, and others that lie down at the same place of the path, lines. Their ends have forces, so Newton's method
-   !> finds their places from any nearby.
+   !> Replaces the point of the test, and others that become lines at the same point of the path, by line contacts. The ends of a
+   !> line contact have contact forces, so Newton's method finds their positions from any nearby positions.
    subroutine lay_down_points(problem, state, test, too, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test
-      logical, intent(in) :: too(:)                !! (candidates) others that do
+      logical, intent(in) :: too(:)                !! (candidates) others that become lines
       type(answer_t), intent(inout) :: answer
       integer :: c, point, beside(2)
       real(wp) :: whole
@@ -97,12 +97,13 @@ contains
       end do
    end subroutine lay_down_points
 
-   !> A point on a mirror that a force pulls off while what is beside it is pressed: a line that begins behind the lifted part.
+   !> Point contact on a symmetry plane that a force lifts while the rod beside the point is pressed: replaced by a line contact
+   !> that begins behind the lifted length.
    subroutine lay_down_behind(problem, state, test, lifted, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test
-      real(wp), intent(in) :: lifted               !! length
+      real(wp), intent(in) :: lifted               !! length that the force lifts off
       type(answer_t), intent(inout) :: answer
       integer :: beside(2), side
       associate (c => test%candidate)
@@ -115,12 +116,13 @@ contains
       end do
    end subroutine lay_down_behind
 
-   !> A point two points; on a mirror, or where a support holds the rotation, one on each side that is flat.
+   !> Divides a point contact into two; on a symmetry plane, or if a support fixes the rotation, into one point on each osculating
+   !> side.
    subroutine divide_point(problem, state, test, share, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test
-      real(wp), intent(in) :: share                !! of the stretch, that they are apart
+      real(wp), intent(in) :: share                !! distance of the two points as a share of the rod segment
       type(answer_t), intent(inout) :: answer
       associate (c => test%candidate, k => test%contact_span)
          if (problem%candidates%moves(c)) then
@@ -133,16 +135,16 @@ contains
       end associate
    end subroutine divide_point
 
-   !> What was a point at a breakpoint is a touch beside it, on each side on which it goes there. Beside a clamp it stays as it is
-   !> where the rod on the other side rests on it.
+   !> Replaces a point contact at a segment boundary by contact spans beside the boundary, on the sides `goes`. Beside a clamp the
+   !> point contact remains as well if the rod on the other side rests on the clamp.
    subroutine go_beside(problem, c, goes, share, line, answer, beside)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c                     !! candidate
-      logical, intent(in) :: goes(2)               !! before the breakpoint, after it
-      real(wp), intent(in) :: share                !! of the longest stretch: length of a line, or distance of a point
+      logical, intent(in) :: goes(2)               !! sides of the boundary on which contact continues: before, after
+      real(wp), intent(in) :: share                !! share of the longest rod segment: length of a line, or distance of a point
       logical, intent(in) :: line
       type(answer_t), intent(inout) :: answer
-      integer, intent(out) :: beside(2)            !! the touches before and after it, 0: nothing goes there
+      integer, intent(out) :: beside(2)            !! contact spans before and after the boundary, 0: none
       type(contact_span_t) :: contact_span
       integer :: side, rod_segment(2), k
       real(wp) :: length
@@ -172,8 +174,9 @@ contains
       end do
    end subroutine go_beside
 
-   !> On which sides of a touched node the rod is as curved as the obstacle: at the place of a test, and where else it is so, too,
-   !> at that place of the path, and would be pressed, or pulled, as well: held as a point it would be neutral.
+   !> Sides (before, after) of a contact node on which an osculating contact changes its kind. Besides the test's node these are
+   !> nodes that are osculating at the same point of the path and would also be pressed (or pulled): unchanged, they would be
+   !> neutral.
    function flat_sides(problem, state, c, test, pressed) result(flat)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -195,24 +198,24 @@ contains
                flat(side) = c == test%candidate .and. test%sense * sense > 0.0_wp
                if (flat(side)) cycle
                call excess_curvature(problem, state, c, excess, extension, side)
-               ! The place is known to that for the one that was looked for, to a few times that for others.
+               ! The relative curvature of the located point is accurate to flat_excess, that of others to a few times this value.
                flat(side) = excess * problem%size <= 10.0_wp * flat_excess
                if (problem%candidates%node(c) == problem%rolling) flat(side) = excess * problem%size <= nearly_flat(problem)
                if (flat(side)) flat(side) = would_press(problem, state, c, sense) .eqv. pressed
             end do
-            ! As curved on one side as on the other, but for errors that go with the squares of curvatures.
+            ! At a rolling point both sides have the same curvature up to errors of second order in the curvatures.
             if (problem%candidates%node(c) == problem%rolling) flat = any(flat)
          end if
       end associate
    end function flat_sides
 
-   !> Of the other points that become less curved along the path those that straight lines have as curved as the obstacle first.
+   !> Other free point contacts with decreasing relative curvature, those with the nearest zeros by linear extrapolation.
    pure function flat_next(problem, tests, which, fall, more) result(next)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)
-      integer, intent(in) :: which                 !! index of the test of the point that is
-      real(wp), intent(in) :: fall(:)              !! (tests)
-      integer, intent(in) :: more                  !! so many, if there are
+      integer, intent(in) :: which                 !! index of the osculating point's test
+      real(wp), intent(in) :: fall(:)              !! (tests) decrease of each along the path
+      integer, intent(in) :: more                  !! largest number of points
       logical :: next(problem%candidates%n)
       logical :: comes(size(tests))
       integer :: k
@@ -229,28 +232,28 @@ contains
       end do
    end function flat_next
 
-   !> True where a line that begins at a flat point would be pressed: by what acts along the rod, and at a breakpoint by what acts
-   !> on that.
+   !> True if a line contact that begins at an osculating contact would be pressed by the loads along the rod and, at a segment
+   !> boundary, by the loads on the boundary's node.
    logical function would_press(problem, state, c, sense)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c                     !! candidate
-      real(wp), intent(in) :: sense                !! of a test of its curvature
+      real(wp), intent(in) :: sense                !! as in a curvature test
       real(wp) :: lifted
       would_press = density_beside(problem, state, c, sense) >= 0.0_wp
       if (.not. would_press) return
-      ! What pulls there lifts as little as is taken for none, or more.
+      ! A tensile force may lift no more than the length that counts as zero.
       lifted = pulled_off(problem, state, c, sense)
       would_press = lifted <= &
          & line_share * problem%layout%rod_segment(problem%contact_span(problem%candidates%contact_span(c))%rod_segment)%length
    end function would_press
 
-   !> The density of the obstacle's force beside a point.
+   !> Density of the obstacle's force beside a point contact; positive in compression.
    real(wp) function density_beside(problem, state, c, sense) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c                     !! candidate
-      real(wp), intent(in) :: sense                !! of a test of its curvature
+      real(wp), intent(in) :: sense                !! as in a curvature test
       if (abs(sense) > 0.0_wp) then
          density = virtual_pressure(problem, state, c, merge(1, 2, sense < 0.0_wp))
       else
@@ -258,19 +261,19 @@ contains
       end if
    end function density_beside
 
-   !> Length that what acts on a touched breakpoint would lift off beside it if a line lay there; huge where no line does, 0 where
-   !> nothing pulls.
+   !> Length that the load on a contact node at a segment boundary would lift off beside the node if there were a line contact; huge
+   !> if no line contact is possible, 0 without a lifting load.
    real(wp) function pulled_off(problem, state, c, sense) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c                     !! candidate
-      real(wp), intent(in) :: sense                !! of a test of its curvature
+      real(wp), intent(in) :: sense                !! as in a curvature test
       real(wp) :: force, jump
       length = 0.0_wp
       if (problem%candidates%moves(c) .or. stands(problem, state, c)) return
       force = breakpoint_force(problem, state, c)
       jump = point_force(problem, state, c)
-      ! What the obstacle holds more than the rod does comes from the outside, and presses.
+      ! The obstacle's force in excess of the rod's comes from an external load, which presses.
       if (jump - force <= test_slack(test_force) * abs(force)) return
       length = huge(length)
       if (.not. problem%model%fixed(3, problem%candidates%node(c))) return

@@ -1,5 +1,5 @@
-!> Point contacts where they are as curved as their obstacle: where a point becomes a line, or divides, where a line has become a
-!> point, and two points one.
+!> Osculating contacts, that is, point contacts with the curvature of their obstacle: a point becomes a line or divides, a line has
+!> become a point, or two points merge.
 module flat_points
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
@@ -19,15 +19,16 @@ module flat_points
 
 contains
 
-   !> Where on its path a point is as curved as its obstacle. Its own equation, that of the least gap, has no slope there: it turns
-   !> with the obstacle as the end of a line does, and goes to where no moment is left; held is by how much more it is curved. So do
-   !> others that become flat nearby, as its image at a mirror.
+   !> Locates an osculating contact. At osculation the equation of a touchdown point, least gap, is singular. The node therefore
+   !> follows the obstacle's direction, like the end of a line contact, its position is given by continuity of the moment, and the
+   !> relative curvature is prescribed. Other points that become osculating nearby, for instance mirror images, are treated
+   !> likewise.
    subroutine find_flat_point(problem, run, candidate, too, place, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! its system ends up anywhere
+      type(path_state_t), intent(inout) :: run          !! system undefined on return
       integer, intent(in) :: candidate
-      integer, intent(in) :: too(:)              !! candidates of others
-      type(state_t), intent(inout) :: place      !! a state nearby on entry
+      integer, intent(in) :: too(:)              !! candidates of the other points
+      type(state_t), intent(inout) :: place      !! a nearby state on entry
       logical, intent(out) :: found
       type(problem_t) :: turning
       integer :: k
@@ -41,11 +42,11 @@ contains
       if (problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
    end subroutine find_flat_point
 
-   !> An equilibrium in which the point that is the least curved may be less so than its obstacle, as where another mesh has it
-   !> become a line sooner: it turns with the obstacle.
+   !> Equilibrium in which the point contact with the least relative curvature may have negative relative curvature, for instance if
+   !> it becomes a line earlier on another mesh: its node follows the obstacle's direction.
    subroutine turn_flattest(problem, run, control, state, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! its state is where the control counts from; its system ends up anywhere
+      type(path_state_t), intent(inout) :: run          !! its state is the origin of `control`; system undefined on return
       type(control_t), intent(in) :: control
       type(state_t), intent(inout) :: state      !! a guess on entry
       logical, intent(out) :: found
@@ -69,15 +70,16 @@ contains
       if (found) state%reaction(c) = point_force(problem, state, c)
    end subroutine turn_flattest
 
-   !> Just beyond where a line has become a point: there the point is as curved as its obstacle, what holds its rotation without
-   !> bounds, and free spans beside it may buckle as the line between them vanishes, so that the load hardly tells.
+   !> Equilibrium just beyond the point where a line contact has become a point contact. At this point the contact is osculating,
+   !> its rotational stiffness is unbounded, and free spans beside it may buckle, so that the load is a poor parameter; relative
+   !> curvature is prescribed instead.
    subroutine leave_flat_point(problem, run, candidate, reach, place, away, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! its system ends up anywhere
+      type(path_state_t), intent(inout) :: run          !! system undefined on return
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: reach              !! along the path, that it may be away
-      type(state_t), intent(inout) :: place      !! that of the line on entry
-      real(wp), intent(out) :: away              !! more than the reach where no nearer one can be told
+      real(wp), intent(in) :: reach              !! largest path distance of the equilibrium
+      type(state_t), intent(inout) :: place      !! in: the state of the line contact
+      real(wp), intent(out) :: away  !! path distance; above `reach` if no nearer equilibrium can be resolved
       logical, intent(out) :: found
       real(wp), parameter :: nearer = 0.125_wp
       type(state_t) :: line
@@ -86,7 +88,7 @@ contains
       excess = of_no_line(problem, line, candidate)
       do
          call go_to_excess(problem, run, candidate, excess, excess, place, found)
-         ! Once more: spans that may buckle make a small residual come before a small error.
+         ! Solved twice: if spans may buckle, the residual is small before the error is.
          if (found) call go_to_excess(problem, run, candidate, excess, excess, place, found)
          away = huge(away)
          if (found) away = path_length(problem, line, place)
@@ -96,17 +98,17 @@ contains
       end do
    end subroutine leave_flat_point
 
-   !> How much more curved a point becomes along the path, per unit of load factor.
+   !> Rate of the relative curvature of a point contact along the path, per unit of load factor.
    real(wp) function curving_rate(problem, run, candidate) result(rate)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! its system factored
+      type(path_state_t), intent(in) :: run             !! system factored
       integer, intent(in) :: candidate
       type(functional_t) :: curvature
       curvature = new_relative_curvature(problem, run%state, run%system, candidate)
       rate = curvature%change(run%system%tangent, 1.0_wp)
    end function curving_rate
 
-   !> A small excess: a part of what the point's force makes of the curvature along a line of a length that is taken for none.
+   !> Small relative curvature: a share of the curvature change that the point's contact force produces along the least line length.
    real(wp) function of_no_line(problem, state, candidate) result(excess)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -118,19 +120,19 @@ contains
          & problem%layout%rod_segment(problem%rod_segment(e))%length, least_told(problem))
    end function of_no_line
 
-   !> An excess that can be told from none.
+   !> Least relative curvature that differs significantly from zero.
    pure real(wp) function least_told(problem) result(excess)
       type(problem_t), intent(in) :: problem
       excess = 10.0_wp * flat_excess / problem%size
    end function least_told
 
-   !> The equilibrium at which a point is more curved than its obstacle by a given amount.
+   !> Equilibrium at which a point contact has a given relative curvature.
    subroutine go_to_excess(problem, run, candidate, excess, whole, state, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       integer, intent(in) :: candidate
       real(wp), intent(in) :: excess
-      real(wp), intent(in) :: whole              !! to a small part of which it is met
+      real(wp), intent(in) :: whole              !! scale for the tolerance of the relative curvature
       type(state_t), intent(inout) :: state      !! a guess on entry
       logical, intent(out) :: found
       type(control_t) :: curved

@@ -1,5 +1,5 @@
-!> Spans that open from nothing: there the touchdown points' own equations have no slope.
-!> With the points held, load and place are found at which they are where they belong (held_touchdown).
+!> Free spans and line contacts that begin with zero length, where the equations of their touchdown points are singular: with the
+!> touchdown points fixed, load and position are found at which the contact conditions are satisfied (held_touchdown).
 module held_openings
    use kinds, only: wp
    use contact_spans, only: first_length
@@ -21,14 +21,14 @@ module held_openings
 
 contains
 
-   !> Opens a span between two touchdown points: with their distance held the load, and the place of both, are found at which
-   !> they are where they belong.
+   !> Opens a span between two touchdown points: with their distance fixed, the load and the common position are found at which both
+   !> satisfy their contact conditions.
    subroutine begin_span(problem, run, opened, ok, others)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      integer, intent(in) :: opened(2)           !! numbers of touches; both the same: a line, between its own ends
+      integer, intent(in) :: opened(2)           !! numbers of contact spans; both equal: a line contact, between its own ends
       logical, intent(out) :: ok
-      integer, intent(in), optional :: others(:, :) !! (2, spans) that open before: they hold as they are until the load is found
+      integer, intent(in), optional :: others(:, :) !! (2, spans) spans that open as well: fixed until the load is found
       type(problem_t) :: frozen
       type(state_t) :: state, start
       type(control_t) :: here
@@ -44,7 +44,7 @@ contains
       end if
       call solve_held(frozen, ends, run%system, all(ends > 0), held_steps(problem, run), state, ok)
       if (.not. ok) then
-         ! At this load what begins at the same place has no length: held, too, it comes to a load at which it has one.
+         ! Another span starts here with zero length: all touchdown points are fixed, and the load is found first.
          state = run%state
          call copy_problem(problem, frozen)
          call solve_held(problem, [maxval(ends), 0], run%system, .false., held_steps(problem, run), state, ok, &
@@ -67,8 +67,8 @@ contains
       ok = run%system%ok
    end subroutine begin_span
 
-   !> Brings a span that is about to open to equilibrium at the load where the run stands, its touchdown points held: what they
-   !> want there tells where they go. The state stays where there is none.
+   !> Equilibrium of a span that is about to open at the run's load, with its touchdown points fixed; the misfits of their contact
+   !> conditions give the sense in which they will move. Without an equilibrium the state is unchanged.
    subroutine rest_held(problem, run, opened)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -83,9 +83,9 @@ contains
       call linearise(problem, run%state, run%state, run%system)
    end subroutine rest_held
 
-   !> Brings a line that is about to open, at rest with its ends held, to the equilibrium further on where it has the length that it
-   !> begins with, by the rate at which it grows. With its ends held there may be none: spans on straight walls that next to nothing
-   !> keeps from going along them end where they have to, not where they are held. The state stays where it is not found.
+   !> Moves a line contact of zero length, in equilibrium with fixed ends, to the load at which it has its initial length, by the
+   !> rate at which it grows. Fixed ends may have no equilibrium: at straight walls with little resistance along the wall, the
+   !> positions of the ends are determined by equilibrium. The state is unchanged if no equilibrium is found.
    subroutine spread_ahead(problem, run, opened, ok)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -109,7 +109,7 @@ contains
       call linearise(problem, run%state, run%state, run%system)
    end subroutine spread_ahead
 
-   !> Steps of load factor and place for differences.
+   !> Steps of load factor and position for finite differences.
    pure function held_steps(problem, run) result(step)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -117,13 +117,13 @@ contains
       step = [held_load(run), 1.0e-2_wp * first_length * maxval(problem%layout%rod_segment%length)]
    end function held_steps
 
-   !> That of the load factor.
+   !> Step of the load factor.
    pure real(wp) function held_load(run) result(step)
       type(path_state_t), intent(in) :: run
       step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%state%load_factor))
    end function held_load
 
-   !> Candidates at the ends of an opening span, those that move: of one line both, of two contacts the ends that face each other.
+   !> Free candidates at the ends of an opening span: both ends of a line contact, or the facing ends of two contacts; 0: none.
    pure function opening_ends(problem, opened) result(ends)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: opened(2)
@@ -137,11 +137,11 @@ contains
       end do
    end function opening_ends
 
-   !> How the new span grows along the path, per unit of load factor: lines by the misfit of their ends, points by where the better
-   !> told of moment and curvature has them.
+   !> Rate at which the new span grows along the path, per unit of load factor: for the end of a line contact by the misfit of its
+   !> condition, for a point contact by the change of its position.
    real(wp) function spreading_rate(problem, run, opened) result(rate)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! its system factored
+      type(path_state_t), intent(in) :: run             !! system factored
       integer, intent(in) :: opened(2)           !! as begin_span
       type(state_t) :: ahead, here
       real(wp) :: step, misfit(2), place(problem%candidates%n), change

@@ -1,5 +1,5 @@
-!> Equilibria with touchdown points held where they are told to be, the load taken as an unknown instead: where a span opens from
-!> nothing, or a point contact is as curved as its obstacle, the points' own equations are singular, these are not.
+!> Equilibria with touchdown points at prescribed positions and the load as an unknown. If a span opens with zero length, or a point
+!> contact is osculating, the equations of the touchdown points themselves are singular, but these are not.
 module held_touchdown
    use kinds, only: wp
    use model, only: method_load
@@ -15,24 +15,24 @@ module held_touchdown
    public :: solve_held
 
    integer, parameter :: max_iterations = 20
-   real(wp), parameter :: small = 1.0e-8_wp !! from here on as small as it gets, for where the gap is least hangs on that where
-   !! curvatures hardly differ
-   real(wp), parameter :: least_step = 1.0e-11_wp !! of the load: what the corrector can tell from none
-   real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! of a rotation
+   real(wp), parameter :: small = 1.0e-8_wp !! misfit below which iteration ends when it no longer decreases: if the relative
+   !! curvature is small, the position of least gap is sensitive to rounding
+   real(wp), parameter :: least_step = 1.0e-11_wp !! change of the load below the corrector's accuracy, as a share of the load
+   real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of a rotation
 
 contains
 
-   !> Newton's method, by differences, for load factor and place of touchdown points, which move together. With one
-   !> point at most, and `places` false, the load alone is unknown and the sum of the conditions has to vanish.
+   !> Newton's method with finite differences for the load factor and the position of touchdown points, which move together. With at
+   !> most one point and `places` false, only the load is unknown, and the sum of the conditions must be zero.
    subroutine solve_held(problem, points, system, places, step, state, ok, also)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(2)           !! candidates, 0: none
       type(system_t), intent(inout) :: system
-      logical, intent(in) :: places              !! the place is an unknown, too
-      real(wp), intent(in) :: step(2)            !! of load factor and place, for differences
-      type(state_t), intent(inout) :: state      !! guess on entry
+      logical, intent(in) :: places              !! true: the position is an unknown, too
+      real(wp), intent(in) :: step(2)            !! finite difference steps of load factor and position
+      type(state_t), intent(inout) :: state      !! a guess on entry
       logical, intent(out) :: ok
-      integer, intent(in), optional :: also(:)   !! candidates that are held, too
+      integer, intent(in), optional :: also(:)   !! further candidates with fixed positions
       type(problem_t) :: frozen
       type(state_t) :: other
       real(wp) :: left(2), changed(2), slope(2, 2), move(1, 2), trial(2), best
@@ -70,7 +70,7 @@ contains
          if (.not. ok) return
          trial = 0.0_wp
          trial(:unknowns) = move(1, :unknowns)
-         ! Nothing but rounding is left.
+         ! Only rounding error is left.
          if (best <= small .and. abs(trial(1)) <= least_step * abs(state%load_factor)) return
          other = state
          call go_by(trial, other, state, left)
@@ -79,20 +79,20 @@ contains
             ok = .true.
             return
          end if
-         ! However little is left, rounding is that of the load.
+         ! Rounding of the residual is measured by the load, because the load step may be arbitrarily small.
          if (.not. ok) call go_by(trial, other, state, left, other%load_factor)
       end do
       ok = .false.
 
    contains
 
-      !> Equilibrium with load and points moved.
+      !> Equilibrium after a change of the load and of the points' positions.
       subroutine go_by(move, from, to, left, whole)
-         real(wp), intent(in) :: move(2)         !! load factor, place
+         real(wp), intent(in) :: move(2)         !! changes of load factor and position
          type(state_t), intent(in) :: from
          type(state_t), intent(out) :: to
          real(wp), intent(out) :: left(2)
-         real(wp), intent(in), optional :: whole !! load factor that the move is a part of
+         real(wp), intent(in), optional :: whole !! load factor as the scale of the increment
          type(control_t) :: control
          type(increment_t) :: report
          real(wp) :: distance(problem%candidates%n)

@@ -1,6 +1,6 @@
-!> Ends of lines that arrive at a breakpoint of the rod where a couple or a force acts: two from both sides, as what that has lifted
-!> comes down again, or one at a node that a couple turns. There an end is held, and it belongs there at the load at which nothing
-!> has to hold it.
+!> Ends of line contacts that arrive at a segment boundary with a couple or a force: two ends from both sides, as a lifted part
+!> comes into contact again, or one end at a node with a couple. The arriving end is fixed at the boundary; the change is located at
+!> the load at which the fixing force or couple is zero.
 module line_arrival
    use kinds, only: wp
    use problem, only: problem_t
@@ -17,15 +17,15 @@ module line_arrival
    private
    public :: find_arrival
 
-   integer, parameter :: max_tries = 8           !! loads: couples of dead loads are linear, but for large deflections
+   integer, parameter :: max_tries = 8  !! loads of the secant method; couples of dead loads are linear for small deflections
 
 contains
 
-   !> The set with the ends at the breakpoint, and its equilibrium where it holds, on the leg or not further beyond than it is long.
+   !> Set with the ends at the segment boundary, and its equilibrium if found on the interval or within its length beyond.
    subroutine find_arrival(problem, interval, test, next, found)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
-      type(span_test_t), intent(in) :: test      !! of the free span between a contact and a breakpoint
+      type(span_test_t), intent(in) :: test      !! test of the free span between a contact and a segment boundary
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       type(contact_span_t), allocatable :: set(:)
@@ -39,15 +39,16 @@ contains
       call find_load(problem, interval, next%problem%contact_span(k)%candidate(3 - side), meets, next, found)
    end subroutine find_arrival
 
-   !> The set with a line's end at the breakpoint, and that of another line that it meets there. Not allocated: there is none.
+   !> Set with the end of a line contact at the segment boundary, and the end of a second line contact if one arrives from the other
+   !> side. Not allocated if no line contact arrives.
    subroutine set_at_breakpoint(problem, interval, test, set, k, side, meets)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
       type(span_test_t), intent(in) :: test
       type(contact_span_t), allocatable, intent(out) :: set(:)
-      integer, intent(out) :: k                  !! which touch the line is
-      integer, intent(out) :: side               !! of the free span, on which it is
-      logical, intent(out) :: meets              !! another line comes from the other side
+      integer, intent(out) :: k                  !! index of the line contact
+      integer, intent(out) :: side               !! side of the free span on which the line contact lies
+      logical, intent(out) :: meets              !! true: another line contact arrives from the other side
       real(wp) :: whole
       integer :: way, other, rod_segment
       k = 0
@@ -75,8 +76,8 @@ contains
       if (meets) set = end_moved(set, other, side, merge(problem%layout%rod_segment(rod_segment)%length, 0.0_wp, way < 0))
    end subroutine set_at_breakpoint
 
-   !> The load at which nothing has to hold the node at the breakpoint, by secants: a couple, or a force where two lines meet and
-   !> there is no couple.
+   !> Load at which the node at the segment boundary needs no fixing, by the secant method: the zero of its couple, or of its force
+   !> if two line contacts meet and the couple is zero.
    subroutine find_load(problem, interval, c, meets, next, found)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
@@ -116,7 +117,7 @@ contains
 
    contains
 
-      !> What would have to hold the node at a load.
+      !> Couple and force that would fix the node at a load.
       subroutine look_at(load, couple, force)
          real(wp), intent(in) :: load
          real(wp), intent(out) :: couple, force

@@ -1,6 +1,6 @@
-!> Contact that ends beside a support which stands on the obstacle: a line that shrinks onto it, or a point that comes back to the
-!> clamp it began beside. What is left has no length to tell the place by; the set without it has: there the rod beside a clamp is
-!> as curved as the obstacle, beside a hinge level with it, and from there on neither is any more.
+!> Contact that ends beside a support on the obstacle: a line contact shrinks onto the support, or a point contact returns to the
+!> clamp beside which it began. The remaining span has no length by which the change could be located. The set without this span is
+!> used: at its onset the rod has the curvature of the obstacle beside a clamp, or its direction beside a hinge.
 module lost_at_support
    use kinds, only: wp
    use problem, only: problem_t
@@ -21,11 +21,11 @@ module lost_at_support
 
 contains
 
-   !> Which points beside a span are clamps that stand on the obstacle.
+   !> (sides) true: the point contact on this side of a span is at a clamp on the obstacle.
    function clamped_ends(problem, state, test) result(clamped)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(span_test_t), intent(in) :: test      !! of the span, between two points
+      type(span_test_t), intent(in) :: test      !! test of the span between two point contacts
       logical :: clamped(2)
       integer :: k
       do k = 1, 2
@@ -35,12 +35,12 @@ contains
       end do
    end function clamped_ends
 
-   !> The equilibrium at which the point beside a span has come to the clamp on its other side.
+   !> Equilibrium at which the point contact beside a span has reached the clamp on the other side of the span.
    subroutine go_into_clamp(problem, run, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which               !! the test of the span, a wave
+      integer, intent(in) :: which               !! index of the test of the span, a closing bow
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       integer :: side
@@ -51,12 +51,13 @@ contains
       call lose(run, interval, next, found)
    end subroutine go_into_clamp
 
-   !> The equilibrium at which a line has shrunk onto the support at its end. Not found where it goes on beyond, or has no such end.
+   !> Equilibrium at which a line contact has shrunk onto the support at its end. Not found if contact continues beyond the support,
+   !> or if the line contact has no support at an end.
    subroutine lose_line(problem, run, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which               !! the test of its length
+      integer, intent(in) :: which               !! index of the test of the line's length
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       type(answer_t) :: answer
@@ -67,7 +68,7 @@ contains
       call lose(run, interval, next, found)
    end subroutine lose_line
 
-   !> Where the set without it begins to hold, by the test beside a support that is nearest to zero.
+   !> Onset of the set without the contact, by the curvature or slope test at a support that is nearest to zero.
    subroutine lose(run, interval, next, found)
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
@@ -86,7 +87,7 @@ contains
       next%label = 'C-'
       next%test = minloc(abs(tests%value), 1, mask=beside)
       call find_begin(run, interval, .false., next, found, next%test)
-      ! The path goes on as it came.
+      ! The load continues in its present sense.
       next%rate = 0.0_wp
    end subroutine lose
 end module lost_at_support

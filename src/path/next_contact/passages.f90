@@ -1,8 +1,9 @@
-!> Contact that passes breakpoints of its rod: an end of a line, or a point that may not roll there, comes to one from this side and
-!> goes on behind it, or what a line has behind one shrinks and it ends on this side. As little as is left on one side is taken for
-!> none, and what goes on on the other is longer than that: the path jumps over this little way. What comes to another breakpoint
-!> on that way passes it, too, for a span that is shorter than none stops all of them, as where a mirror makes one passage of the
-!> other. A point that may roll stays at the breakpoint, as little as it has not come there, until it has rolled on (test_leaving).
+!> Contact that passes segment boundaries of its rod: the end of a line contact, or a point contact that may not roll there, arrives
+!> at a boundary and continues behind it; or a line contact that extends past a boundary shrinks and ends before it. A remainder
+!> below the least length counts as zero, and the continuation on the other side starts with a larger length: the path jumps over
+!> this small distance. Contacts that reach another boundary within this distance pass it as well, because a span below the least
+!> length would stop every increment; mirror images pass together in this way. A point contact that may roll stays at the boundary
+!> until it leaves by rolling (test_leaving).
 module passages
    use kinds, only: wp
    use problem, only: problem_t
@@ -19,29 +20,29 @@ module passages
 
    type :: passage_t
       integer :: contact_span = 0           !! index into the set
-      integer :: way = 0                    !! -1: the breakpoint is before the touch, 1: after it
-      logical :: shrinks = .false.          !! it is behind the breakpoint, and goes on as another touch before it
-      integer :: rod_segment = 0            !! on which it goes on, 0: it stays at the breakpoint
-      integer :: other = 0                  !! shrinks: as which touch
-      real(wp) :: left = 0.0_wp             !! way to the breakpoint
-      real(wp) :: least = 0.0_wp            !! so little of it is taken for none
-      real(wp) :: ahead = 0.0_wp            !! way behind it that it goes on with
-      real(wp) :: rate = 0.0_wp             !! of its place along the path
+      integer :: way = 0                    !! boundary before (-1) or after (1) the contact span
+      logical :: shrinks = .false.          !! true: the part behind the boundary vanishes; `other` before it remains
+      integer :: rod_segment = 0            !! segment of the continuation, 0: contact stays at the boundary
+      integer :: other = 0                  !! if `shrinks`: index of the remaining contact span
+      real(wp) :: left = 0.0_wp             !! distance to the boundary
+      real(wp) :: least = 0.0_wp            !! distance that counts as zero
+      real(wp) :: ahead = 0.0_wp            !! initial distance behind the boundary
+      real(wp) :: rate = 0.0_wp             !! decrease of `left` along the path
    end type passage_t
 
 contains
 
-   !> The set behind the passage of a test that is zero, and those on its way.
+   !> Contact set after the passage of a test that is zero, and after other passages within the same distance.
    subroutine pass_breakpoints(problem, tests, which, fall, set, passes, passed, meets)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)
-      integer, intent(in) :: which                   !! of a length or of a crossing
-      real(wp), intent(in) :: fall(:)                !! (tests) by how much each falls along the path
+      integer, intent(in) :: which                   !! index of a length or crossing test
+      real(wp), intent(in) :: fall(:)                !! (tests) decrease of each along the path
       type(contact_span_t), allocatable, intent(inout) :: set(:)
-      integer, allocatable, intent(out) :: passes(:, :) !! (2, passages) indices of the touches between which a span opens behind a
-      !! breakpoint, 0: the breakpoint itself; the first one is passed last
-      logical, intent(out) :: passed                 !! false: the test is that of a line that shrinks, and goes on nowhere
-      logical, intent(out) :: meets                  !! another line is on its way to the breakpoint from the other side
+      integer, allocatable, intent(out) :: passes(:, :) !! (2, passages) contact spans on both sides of a free span that opens
+      !! behind a boundary (indices), 0: the boundary itself; the last passage comes first
+      logical, intent(out) :: passed                 !! false: the test is that of a line contact that shrinks and does not continue
+      logical, intent(out) :: meets                  !! another line contact arrives at the boundary from the other side
       type(passage_t) :: passage(size(tests))
       logical :: taken(size(tests))
       logical, allocatable :: gone(:)
@@ -75,7 +76,7 @@ contains
       end do
    end subroutine pass_breakpoints
 
-   !> True for passages that come to the breakpoint of another one from its other side, both of them ends of lines.
+   !> True for passages by ends of line contacts that arrive at the boundary of the passage `one` from its other side.
    pure function meet(one, passage, set)
       type(passage_t), intent(in) :: one, passage(:)
       type(contact_span_t), intent(in) :: set(:)
@@ -92,11 +93,12 @@ contains
       end do
    end function meet
 
-   !> True for a line's end that comes to a node which a couple turns: behind it nothing of that length lies down.
+   !> True for the end of a line contact that arrives at a node with a couple: the couple lifts more than the least length behind
+   !> the node.
    logical function is_turned(problem, state, test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(span_test_t), intent(in) :: test          !! of a crossing
+      type(span_test_t), intent(in) :: test          !! crossing test
       integer :: way
       way = nint(test%sense)
       associate (contact_span => problem%contact_span(test%contact_span))
@@ -106,7 +108,7 @@ contains
       end associate
    end function is_turned
 
-   !> The passage that is last of those taken, and when it has passed.
+   !> Last of the passages taken, and the path parameter at which it has passed.
    pure subroutine find_last(passage, taken, last, time)
       type(passage_t), intent(in) :: passage(:)
       logical, intent(in) :: taken(:)
@@ -119,7 +121,7 @@ contains
       time = times(last)
    end subroutine find_last
 
-   !> What a test is about; without a stretch: no passage.
+   !> Passage to which a test belongs; contact_span = 0: none.
    pure type(passage_t) function passage_of(problem, set, test, fall) result(passage)
       type(problem_t), intent(in) :: problem
       type(contact_span_t), intent(in) :: set(:)
@@ -130,7 +132,7 @@ contains
       k = test%contact_span
       if (test%kind == test_crossing) then
          passage = passage_t(contact_span=k, way=nint(test%sense), rod_segment=beyond(problem, k, nint(test%sense)))
-         ! It leaves from there where it rolls on, which it may never, as where a load stands.
+         ! A point that may roll leaves the boundary by rolling, or never, for instance at a point load.
          if (.not. set(k)%line .and. rolls_at(problem, set(k)%contact, set(k)%rod_segment, merge(1, 2, passage%way < 0))) &
             & passage%rod_segment = 0
       else if (test%kind == test_length) then
@@ -155,13 +157,13 @@ contains
       passage%rate = fall * problem%size
    end function passage_of
 
-   !> The set behind one passage.
+   !> Contact set after one passage.
    subroutine pass(problem, passage, to, set, gone, passes)
       type(problem_t), intent(in) :: problem
       type(passage_t), intent(in) :: passage
-      real(wp), intent(in) :: to                     !! how far behind the breakpoint
+      real(wp), intent(in) :: to                     !! distance behind the boundary
       type(contact_span_t), allocatable, intent(inout) :: set(:)
-      logical, allocatable, intent(inout) :: gone(:) !! touches of which nothing is left
+      logical, allocatable, intent(inout) :: gone(:) !! contact spans that have vanished
       integer, allocatable, intent(inout) :: passes(:, :)
       integer :: side, k
       real(wp) :: at(2), end
@@ -175,7 +177,7 @@ contains
          associate (other => set(passage%other))
             end = other%at(3 - side)
             if (abs(at(1) - end) >= abs(other%at(side) - end)) then
-               ! Nothing is left on either side of the breakpoint, but a point there.
+               ! The contact has no length left on either side of the boundary; a point contact remains there.
                set = shrunk(set, passage%other, end)
             else
                set = end_moved(set, passage%other, 3 - side, at(1))
@@ -202,19 +204,19 @@ contains
 
    contains
 
-      !> One span more, before the others.
+      !> Adds a free span in front of the existing ones.
       subroutine add(between)
          integer, intent(in) :: between(2)
          passes = reshape([between, passes], [2, size(passes, 2) + 1])
       end subroutine add
    end subroutine pass
 
-   !> Places on a stretch behind a breakpoint: a line from there on, or a point.
+   !> Position behind a boundary on a rod segment: a line contact from the boundary on, or a point contact.
    pure function behind(problem, rod_segment, way, length, line) result(at)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: rod_segment
-      integer, intent(in) :: way                     !! -1: before the breakpoint, 1: after it
-      real(wp), intent(in) :: length                 !! of the line, or distance of the point
+      integer, intent(in) :: way                     !! -1: before the boundary, 1: after it
+      real(wp), intent(in) :: length                 !! length of the line, or distance of the point
       logical, intent(in) :: line
       real(wp) :: at(2)
       at = length

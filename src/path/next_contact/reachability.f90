@@ -14,7 +14,7 @@ module reachability
    public :: turns, reach_of, leads_to, leads_to_next, arrival
 
    real(wp), parameter :: far = 2.0_wp            !! increments over which a test may be extrapolated linearly
-   real(wp), parameter :: far_when_stuck = 20.0_wp !! the same if no shorter increment converges
+   real(wp), parameter :: far_when_stuck = 20.0_wp !! increments of extrapolation if no shorter increment converges
 
 contains
 

@@ -1,5 +1,5 @@
-!> The touchdown point that goes furthest along its rod, and the equilibrium on another mesh at which it is where it was: next to a
-!> limit point it may go far while all else hardly moves.
+!> Touchdown point that moves fastest along its rod, and the equilibrium on another mesh with this point at its old position: near a
+!> limit point one touchdown point may move far while the rest hardly moves.
 module resting_contact
    use kinds, only: wp
    use problem, only: problem_t
@@ -16,10 +16,10 @@ module resting_contact
 
 contains
 
-   !> The touchdown point that goes furthest with the load.
+   !> Touchdown point with the largest rate of position by load.
    subroutine find_fastest(problem, run, fastest, rate)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! its system factored
+      type(path_state_t), intent(in) :: run             !! system factored
       integer, intent(out) :: fastest            !! candidate, 0: none moves
       real(wp), intent(out) :: rate              !! along the rod, per unit of load factor
       real(wp) :: rates(problem%candidates%n), step
@@ -35,10 +35,10 @@ contains
       rate = rates(fastest)
    end subroutine find_fastest
 
-   !> Equilibrium with a touchdown point where it is.
+   !> Equilibrium with a touchdown point at its present position.
    subroutine stay_in_place(problem, run, fastest, state, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the state where that is found
+      type(path_state_t), intent(inout) :: run          !! factored at the state if found
       integer, intent(in) :: fastest             !! candidate
       type(state_t), intent(inout) :: state      !! a guess on entry
       logical, intent(out) :: found

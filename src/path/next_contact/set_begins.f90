@@ -20,7 +20,7 @@ contains
 
    !> Onset of the new set: the least pressure of its line contact is zero or slightly above, or a given test is zero. Secant
    !> method, bracketed if possible. If the closed span has zero length and the set is valid on the whole increment, the onset is at
-   !> the run's point, for meshes differ.
+   !> the run's point: the two meshes may place the onset slightly before it.
    subroutine find_begin(run, interval, gone, next, found, test)
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval

@@ -1,5 +1,5 @@
-!> What is left of a line of contact, or of a point's way to a breakpoint, that is taken for none. It had a length still: without it
-!> the equilibrium is a little another.
+!> Line contact below the least length, or point contact within this distance of a segment boundary: its remaining length is set to
+!> zero, which changes the equilibrium slightly.
 module shrunk_line
    use kinds, only: wp
    use model, only: method_load
@@ -14,20 +14,21 @@ module shrunk_line
    private
    public :: come_to_rest
 
-   !> Times the reach that a flat point may be away: where a line's length is zero its moments tell, where a point is flat its
-   !> curvature, and a mesh errs in these on its own.
+   !> Factor on the reach within which an osculating contact may lie: the end of a line contact is located by moments, an osculating
+   !> contact by curvature, and mesh errors of both differ.
    real(wp), parameter :: farther = 10.0_wp
 
 contains
 
-   !> The run in equilibrium with what a line has become. A point is just beyond where it is as curved as the obstacle; of a line,
-   !> and of a point at a breakpoint, it is the equilibrium at the same load. It stays where none is found nearby.
+   !> Equilibrium of the run after a line contact has shrunk. A line that became a point contact: the equilibrium just beyond
+   !> osculation. A line, or a point at a segment boundary: the equilibrium at the same load. The run is unchanged if none is found
+   !> within reach.
    subroutine come_to_rest(problem, run, candidate, reach, leaves)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      integer, intent(in) :: candidate           !! of what the contact has become, 0: it has become nothing of its own
-      real(wp), intent(in) :: reach              !! along the path
-      logical, intent(out) :: leaves             !! it is such a point, which becomes more curved further on
+      integer, intent(in) :: candidate           !! candidate of the remaining contact, 0: none remains
+      real(wp), intent(in) :: reach              !! largest path distance
+      logical, intent(out) :: leaves  !! true: point contact just beyond osculation, with increasing relative curvature
       type(control_t) :: here
       type(increment_t) :: report
       type(state_t) :: state

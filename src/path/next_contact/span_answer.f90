@@ -1,4 +1,4 @@
-!> What follows where a test of the contact spans is zero: the next set, and what is told of it.
+!> Answer of a rule to a zero test of the contact spans: the next contact set and its properties.
 module span_answer
    use kinds, only: wp
    use problem, only: problem_t
@@ -7,20 +7,20 @@ module span_answer
    private
    public :: answer_t, numbers, stretch_length
 
-   !> What follows, and what is told of it.
+   !> Next contact set and its properties.
    type :: answer_t
-      type(contact_span_t), allocatable :: contact_span(:) !! the new set, but for what begins (beginning_together)
-      integer :: between(2) = 0                   !! numbers of the touches between which a free span begins, 0: a breakpoint; both
-      !! the same: a line of contact begins, between its own ends
-      integer, allocatable :: crosses(:, :)       !! (2, spans) the same of spans behind breakpoints, that which begins last first
-      character(2) :: label = '  '                !! contact gained or lost; where it only spreads or shrinks, nothing
-      logical :: divides = .false.                !! of the contact that is lost a part stays on both sides
-      character(:), allocatable :: no_rule        !! there is none, and contact at nodes has to tell (ask_nodes): where that is
+      type(contact_span_t), allocatable :: contact_span(:) !! next set, without contacts that begin (beginning_together)
+      integer :: between(2) = 0                   !! numbers of the contact spans beside a new free span, 0: a segment
+      !! boundary; both equal: a line contact begins, between its own ends
+      integer, allocatable :: crosses(:, :)       !! (2, spans) as `between`, at segment boundaries; the last to begin comes first
+      character(2) :: label = '  '                !! contact gained (C+) or lost (C-); empty if contact only spreads or shrinks
+      logical :: divides = .false.                !! a part of the lost contact remains on both sides
+      character(:), allocatable :: no_rule  !! allocated if there is no rule: names the change; contact at nodes is used
    end type answer_t
 
 contains
 
-   !> Numbers of two touches of a set.
+   !> Numbers of two contact spans, given by their indices in a set.
    pure function numbers(set, at) result(number)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: at(2)                 !! indices, 0: none
@@ -31,7 +31,7 @@ contains
       end do
    end function numbers
 
-   !> Length of the stretch of a touch.
+   !> Length of the rod segment of a contact span.
    pure real(wp) function stretch_length(problem, contact_span) result(length)
       type(problem_t), intent(in) :: problem
       type(contact_span_t), intent(in) :: contact_span

@@ -1,20 +1,20 @@
-!> A line contact that its obstacle would have to pull opens: where its pressure is zero a free span begins with no length, and
-!> there nothing tells where its ends are. The laws of its first stretch do, from the zone of the line that is pulled a little
-!> further along the path. The gap w of the free span has EI w'''' = -r there, with x along the rod and the density r of the line's
-!> force, positive where it pushes; r1, r2 > 0:
+!> A line contact lifts off where its contact force would become tensile: at zero pressure a free span begins with zero length
+!> and undetermined ends. Local laws give the first ends from the zone of tensile contact force slightly further along the path. The
+!> gap w of the free span has EI w'''' = -r, with x along the rod and the density r of the line's contact force, positive in
+!> compression; r1, r2 > 0:
 !>
-!>   inside the line, pulled for |x| < x0, r = r2 (x^2 - x0^2)/2:
+!>   inside the line, tensile for |x| < x0, r = r2 (x^2 - x0^2)/2:
 !>                               w = r2 (a^2 - x^2)^3/(720 EI) for |x| < a = sqrt(5) x0;
-!>   at its end, x from there into the line, pulled for 0 < x < x0, r = r1 (x - x0):
-!>                               w = r1 x^2 (l - x)^3/(120 EI) for 0 < x < l = 5 x0/3, and a point stays at x = 0 and does not turn;
+!>   at its end, x from the end into the line, tensile for 0 < x < x0, r = r1 (x - x0):
+!>                               w = r1 x^2 (l - x)^3/(120 EI) for 0 < x < l = 5 x0/3; a point contact stays at x = 0;
 !>   at a clamp on the obstacle: the same, x from the clamp.
 !>
-!> Half of the first, at a mirror. Where a force F lifts the end of a line that a breakpoint of the rod holds, the line is pressed
-!> as before, r > 0, and w = T x^3/(6 EI) - r x^4/(24 EI) with x from its new end: l = 2 F/r, T = F at a free end of the rod,
-!> l = 3 F/(2 r), T = F/2 at a mirror. Between two lines each of them takes half of F. Where a support lifts it by d instead, the
-!> same shape has l^4 = 24 EI d/r where it lets the rod turn, 72 EI d/r where it, or the line beyond, does not. A line with
-!> l beyond its own length, as one that a straight wall does not press, leaves a point at its other end.
-!> From there Newton's method finds the ends.
+!> At a symmetry plane half of the first law applies. Where a force F lifts the end of a line contact that is fixed at a segment
+!> boundary, the line is pressed, r > 0, and w = T x^3/(6 EI) - r x^4/(24 EI) with x from its new end: l = 2 F/r, T = F at a free
+!> end of the rod, l = 3 F/(2 r), T = F/2 at a symmetry plane. Between two line contacts each of them takes half of F. If a support
+!> lifts the end by d instead, the same shape has l^4 = 24 EI d/r if the rod can rotate there, 72 EI d/r if the support, or the line
+!> contact beyond, fixes its rotation. If l is larger than the line, for instance at a straight wall without pressure, a point
+!> contact remains at its other end. Newton's method then finds the ends.
 module span_opening
    use kinds, only: wp
    use problem, only: problem_t
@@ -33,20 +33,20 @@ module span_opening
    private
    public :: open_line
 
-   integer, parameter :: samples = 64           !! of the density along a line
-   real(wp), parameter :: whole_zone = sqrt(5.0_wp), half_zone = 5.0_wp / 3.0_wp !! lengths of free spans over those of zones
+   integer, parameter :: samples = 64           !! samples of the density along a line contact
+   real(wp), parameter :: whole_zone = sqrt(5.0_wp), half_zone = 5.0_wp / 3.0_wp  !! free span / tensile zone, lengths
 
 contains
 
-   !> The equilibrium with the span open at a state whose line is pulled somewhere. Not found where the zone is too long for the
-   !> laws, or what opens leaves nothing of the line.
+   !> Equilibrium with the span open, from a state with tensile contact force on a line contact. Not found if the tensile zone is
+   !> too long for the local laws, or if nothing of the line contact remains.
    subroutine open_line(problem, place, beyond, test, scale, number, next, found)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: place           !! of `problem`, in equilibrium, where the test is zero
-      type(state_t), intent(in) :: beyond          !! the same a little further on
-      type(span_test_t), intent(in) :: test        !! of pressure or force, below zero beyond
-      real(wp), intent(in) :: scale                !! of forces
-      integer, intent(in) :: number                !! of the first contact that parts from it
+      type(state_t), intent(in) :: place           !! state of `problem` in equilibrium at which the test is zero
+      type(state_t), intent(in) :: beyond          !! equilibrium slightly further along the path
+      type(span_test_t), intent(in) :: test        !! test of pressure, couple or force, below zero at `beyond`
+      real(wp), intent(in) :: scale                !! scale of forces
+      integer, intent(in) :: number                !! number of the first new contact span
       type(next_t), intent(out) :: next            !! at the load factor of `beyond`
       logical, intent(out) :: found
       type(contact_span_t), allocatable :: contact_span(:)
@@ -63,14 +63,14 @@ contains
       if (found) found = holds(next)
    end subroutine open_line
 
-   !> The touches with open all that opens at one place of the path, as in a symmetric structure two spans do. Not allocated where
-   !> the laws do not tell.
+   !> Contact spans with all spans open that open at one point of the path, for instance two in a symmetric structure. Not allocated
+   !> if the local laws do not apply.
    subroutine opened_touches(problem, place, state, scale, number, contact_span)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: place           !! where something opens
-      type(state_t), intent(in) :: state           !! beyond
-      real(wp), intent(in) :: scale                !! of forces
-      integer, intent(in) :: number                !! of the first contact that parts
+      type(state_t), intent(in) :: place           !! state at which the span opens
+      type(state_t), intent(in) :: state           !! state beyond
+      real(wp), intent(in) :: scale                !! scale of forces
+      integer, intent(in) :: number                !! number of the first new contact span
       type(contact_span_t), allocatable, intent(out) :: contact_span(:)
       type(contact_span_t), allocatable :: before(:), now(:), set(:)
       real(wp), allocatable :: zone(:, :)
@@ -87,7 +87,7 @@ contains
          rest = k
          do i = 1, size(zone, 2)
             if (least_density(problem, place, before(k), zone(:, i)) > nothing) cycle
-            ! It opens inside, and only further on to an end of the line.
+            ! The span opens inside and reaches an end of the line contact only further along the path.
             if (reaches_end(problem, place, before(k), now(k), zone(:, i), nothing)) return
             call open_zone(problem, state, now(k), zone(:, i), set, rest, told)
             if (.not. told) return
@@ -96,26 +96,26 @@ contains
       if (.not. same_set(set, now)) contact_span = numbered(set, number - 1)
    end subroutine opened_touches
 
-   !> True for a zone at an end of a line that is pressed there where it opens.
+   !> True for a tensile zone at an end of a line contact whose pressure at this end was positive when the span opened.
    logical function reaches_end(problem, place, before, now, zone, nothing) result(reaches)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: place           !! where it opens
-      type(contact_span_t), intent(in) :: before, now     !! the line there, and beyond
-      real(wp), intent(in) :: zone(2)              !! beyond
-      real(wp), intent(in) :: nothing              !! density that counts as none
+      type(state_t), intent(in) :: place           !! state at which the span opens
+      type(contact_span_t), intent(in) :: before, now     !! the line contact at `place`, and beyond
+      real(wp), intent(in) :: zone(2)              !! tensile zone beyond
+      real(wp), intent(in) :: nothing              !! density that counts as zero
       reaches = zone(1) <= now%at(1) .and. density_at(problem, place, before, before%at(1)) > nothing
       reaches = reaches .or. zone(2) >= now%at(2) .and. density_at(problem, place, before, before%at(2)) > nothing
    end function reaches_end
 
-   !> One zone of a line open.
+   !> Opens one tensile zone of a line contact.
    subroutine open_zone(problem, state, line, zone, set, rest, told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! as it is now
+      type(contact_span_t), intent(in) :: line            !! at the present state
       real(wp), intent(in) :: zone(2)
       type(contact_span_t), allocatable, intent(inout) :: set(:)
-      integer, intent(inout) :: rest               !! index of what is left of the line from this zone on
-      logical, intent(out) :: told                 !! false: the laws do not tell
+      integer, intent(inout) :: rest               !! index of the part of the line contact behind this zone
+      logical, intent(out) :: told                 !! false: the local laws do not apply
       real(wp) :: length, part
       integer :: c, side
       logical :: pulled(2)
@@ -124,7 +124,7 @@ contains
       told = length > 0.0_wp
       if (.not. told) return
       if (all(pulled)) then
-         ! It lifts off all at once; what pushes at its ends stays.
+         ! The whole line contact lifts off; contact remains at ends with compressive forces.
          if (problem%candidates%moves(line%candidate(2))) set = begun(set, line%contact, line%rod_segment, line%at(2))
          if (problem%candidates%moves(line%candidate(1))) then
             set = shrunk(set, rest, line%at(1))
@@ -145,7 +145,7 @@ contains
       if (problem%candidates%moves(c)) then
          set = begun(set, line%contact, line%rod_segment, line%at(side))
       else if (.not. problem%model%fixed(3, problem%candidates%node(c))) then
-         ! A line that goes on over a breakpoint, or ends at one that holds it.
+         ! A line contact that continues over a segment boundary, or that ends at a boundary which fixes its end: no law.
          told = .false.
          return
       else if (free_across(c)) then
@@ -156,7 +156,7 @@ contains
 
    contains
 
-      !> True where the supports of a node let it leave the obstacle.
+      !> True if the supports of a node allow the node to leave the obstacle.
       logical function free_across(c)
          integer, intent(in) :: c
          type(track_t) :: track
@@ -165,7 +165,8 @@ contains
       end function free_across
    end subroutine open_zone
 
-   !> The touches with lines that end before a breakpoint that a force or a couple lifts. Not allocated where the laws do not tell.
+   !> Contact spans with line contacts that end before a segment boundary lifted by a force or a couple. Not allocated if the local
+   !> laws do not apply.
    subroutine lifted_touches(problem, state, candidate, by_couple, contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -206,15 +207,15 @@ contains
             length = min(length, (merge(24.0_wp, 72.0_wp, turns) * lift / (problem%compliance(e)%bending * density))**0.25_wp)
          end if
          now = end_moved(now, k, 3 - side, now(k)%at(3 - side) + merge(-length, length, side == 1))
-         ! A line that nothing presses goes all at once; what pushes at its other end stays.
+         ! A line contact without pressure lifts off as a whole; a point contact remains at its other end.
          if (now(k)%at(2) <= now(k)%at(1)) now = shrunk(now, k, now(k)%at(side))
       end do
       contact_span = now
    end subroutine lifted_touches
 
-   !> The touches with a line that ends before a node that a couple turns, and a point that stays there: with x from the line's end
-   !> the gap is r x^3 (l - x)/(24 EI), which is as good as no slope at the node, and its moment there, -r l^2/4, is the couple. Not
-   !> allocated where it turns the other way.
+   !> Contact spans with a line contact that ends before a node with a couple, and a point contact at this node. With x from the
+   !> line's end the gap is r x^3 (l - x)/(24 EI), whose slope at the node is negligible, and its moment there, -r l^2/4, equals the
+   !> couple. Not allocated if the couple has the opposite sense.
    subroutine turned_end(problem, state, candidate, now, contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -237,18 +238,18 @@ contains
          & merge(length, -length, side == 1))
    end subroutine turned_end
 
-   !> The parts of a line that would have to be pulled, in their order along it.
+   !> Zones of a line contact with tensile contact force, in order along the rod.
    function pulled_zones(problem, state, line) result(zone)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! as it is now
+      type(contact_span_t), intent(in) :: line            !! at the present state
       real(wp), allocatable :: zone(:, :)          !! (2, zones)
       type(pressure_t) :: pressure
       real(wp), allocatable :: at(:), density(:)
       real(wp) :: ends(2)
       integer :: i
       pressure = sample_line(problem, state, line)
-      ! Beyond its ends a line is not pulled.
+      ! Outside its ends a line contact has no tensile force.
       at = [line%at(1), pressure%at, line%at(2)]
       density = [0.0_wp, pressure%density, 0.0_wp]
       allocate (zone(2, 0))
@@ -274,12 +275,12 @@ contains
       end function zero_between
    end function pulled_zones
 
-   !> Least density in a zone of a line.
+   !> Least contact force density in a zone of a line contact.
    real(wp) function least_density(problem, state, line, zone) result(least)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! as it is now
-      real(wp), intent(in) :: zone(2)              !! found at another state
+      type(contact_span_t), intent(in) :: line            !! at the present state
+      real(wp), intent(in) :: zone(2)              !! tensile zone of another state
       real(wp) :: ends(2)
       integer :: i
       ends = min(max(zone, line%at(1)), line%at(2))

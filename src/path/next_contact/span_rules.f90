@@ -1,6 +1,6 @@
-!> Which contact set follows where a test of the present one vanishes: a rule for gaps, forces of points, curvatures, lengths, and
-!> what comes to breakpoints of the rod. The others tell only with the next set: span_opening (pressure, what lifts a line at a
-!> breakpoint), vanishing_span (a free span that is gone).
+!> Rules for the contact set that follows a zero of a test: gaps, forces of point contacts, curvatures, lengths, and contacts that
+!> arrive at segment boundaries. Other tests are located with the next set itself: span_opening (pressure, and loads that lift a
+!> line contact at a segment boundary), vanishing_span (a free span that closes).
 module span_rules
    use kinds, only: wp
    use problem, only: problem_t
@@ -25,16 +25,16 @@ module span_rules
 
 contains
 
-   !> The answer to a test that is zero.
+   !> Answer to a test that is zero.
    function answer_to(problem, state, tests, which, fall, last, more, apart) result(answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(span_test_t), intent(in) :: tests(:)   !! of this state
-      integer, intent(in) :: which                !! the one that is zero
-      real(wp), intent(in) :: fall(:)             !! (tests) by how much each falls along the path
-      integer, intent(in) :: last                 !! number given last to a touch
-      integer, intent(in), optional :: more       !! points that lie down with that of the test, of those that come to it next
-      real(wp), intent(in), optional :: apart     !! of the stretch, that the points of a divided one begin with
+      type(span_test_t), intent(in) :: tests(:)   !! tests of this state
+      integer, intent(in) :: which                !! index of the zero test
+      real(wp), intent(in) :: fall(:)             !! (tests) decrease of each along the path
+      integer, intent(in) :: last                 !! last number given to a contact span
+      integer, intent(in), optional :: more       !! number of further points that become lines, those with the nearest zeros
+      real(wp), intent(in), optional :: apart  !! initial distance of the points of a divided contact / length of rod segment
       type(answer_t) :: answer
       type(span_test_t) :: test
       logical :: passed, meets
@@ -47,7 +47,7 @@ contains
          answer%label = 'C+'
       case (test_force)
          if (problem%contact_span(test%contact_span)%line) then
-            ! Without a force the moments do not tell where the end goes; many nodes do (contact_in_doubt), and what is lost.
+            ! Without an end force the moments do not locate the end; contact at nodes gives the next set (contact_in_doubt).
             answer%no_rule = 'a line contact lifts off at its end'
          else
             answer%label = 'C-'
@@ -64,7 +64,7 @@ contains
       case (test_crossing)
          call pass_breakpoints(problem, tests, which, fall, answer%contact_span, answer%crosses, passed, meets)
          if (meets) then
-            ! Located with the set that comes after (vanishing_span).
+            ! The change is located with the next set (vanishing_span).
             answer%no_rule = 'two lines of contact meet at a breakpoint of the rod'
          else if (is_turned(problem, state, test)) then
             answer%no_rule = 'contact comes to a node that a couple turns'
@@ -74,7 +74,7 @@ contains
       case (test_leaving)
          call leave_breakpoint(problem, test, answer)
       case default
-         ! Lines that open, and spans that vanish, are known with the set that comes after (predicted_contact_set, vanishing_span).
+         ! Line contacts that lift off, and spans that close, are located with the next set (predicted_contact_set, vanishing_span).
          answer%no_rule = trim(test_words(test%kind))
       end select
       answer%contact_span = numbered(answer%contact_span, last)
@@ -84,8 +84,7 @@ contains
       end do
    end function answer_to
 
-   !> The gap of a test, which comes last, and others that are closed at the same place of the path: of two that a mirror makes one
-   !> of the other neither is the first.
+   !> Gaps that close at the same point of the path, for instance those of mirror images: the gap of the test comes last.
    pure function beginning_together(problem, tests, which, falling) result(begins)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)
@@ -104,19 +103,19 @@ contains
       end do
    end function beginning_together
 
-   !> Tests of contacts that begin or end soon after the place of one.
+   !> Tests of contacts that begin or end soon after a located change.
    pure function coming_next(tests, which, fall, reach) result(next)
-      type(span_test_t), intent(in) :: tests(:)    !! at the place
-      integer, intent(in) :: which                 !! the one that is zero
-      real(wp), intent(in) :: fall(:)              !! (tests) by how much each falls over an increment
-      real(wp), intent(in) :: reach                !! part of it
+      type(span_test_t), intent(in) :: tests(:)    !! tests at the change's place
+      integer, intent(in) :: which                 !! index of the zero test
+      real(wp), intent(in) :: fall(:)              !! (tests) decrease of each over an increment
+      real(wp), intent(in) :: reach                !! search distance as a share of the increment
       integer, allocatable :: next(:)
       integer :: k
       next = pack([(k, k=1, size(tests))], (tests%kind == test_gap .or. tests%kind == test_force) .and. fall > 0.0_wp .and. &
          & .not. at_zero(tests, which) .and. tests%value <= reach * fall)
    end function coming_next
 
-   !> True for gaps on both sides of a breakpoint of the rod that are closed there: it is one and the same place that touches.
+   !> True for gaps on the two sides of a segment boundary that both close at the boundary: they are one contact.
    pure logical function one_contact(problem, a, b)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: a, b
@@ -134,8 +133,8 @@ contains
       end associate
    end function one_contact
 
-   !> Tests that are as good as zero where one is. The place is known to that for the one that was looked for, to a few times that
-   !> for others.
+   !> Tests that are zero together with a located test, which is accurate to its own value; others are accurate to a few times this
+   !> value.
    pure function at_zero(tests, which)
       type(span_test_t), intent(in) :: tests(:)
       integer, intent(in) :: which
@@ -143,8 +142,7 @@ contains
       at_zero = tests%value <= max(test_slack(tests%kind), 10.0_wp * abs(tests(which)%value))
    end function at_zero
 
-   !> The point of a test, and others whose forces vanish at the same place of the path: of two that a mirror makes one of the other
-   !> neither is the first.
+   !> Removes the point contact of a test, and others whose forces vanish at the same point of the path, for instance mirror images.
    subroutine lose_points(problem, tests, which, falling, answer)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)
@@ -163,14 +161,14 @@ contains
       answer%contact_span = pack(answer%contact_span, .not. gone)
    end subroutine lose_points
 
-   !> The line of a test, and others that become as short as none before nothing is left of it: of two that a mirror makes one of
-   !> the other neither is the first.
+   !> Replaces the line contact of a test by its remainder, and other line contacts that reach the least length at the same point of
+   !> the path, for instance mirror images.
    subroutine shrink_lines(problem, state, tests, which, fall, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: tests(:)
       integer, intent(in) :: which
-      real(wp), intent(in) :: fall(:)              !! (tests)
+      real(wp), intent(in) :: fall(:)              !! (tests) decrease of each along the path
       type(answer_t), intent(inout) :: answer
       logical :: gone(size(answer%contact_span))
       real(wp) :: left
@@ -185,13 +183,13 @@ contains
       answer%contact_span = pack(answer%contact_span, .not. gone)
    end subroutine shrink_lines
 
-   !> What is left of a line that has become as short as none: a point where it was pushed, or nothing of its own.
+   !> Remainder of a line contact below the least length: a point contact at the centre of its end forces, or nothing.
    subroutine shrink(problem, state, k, line, gone)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: k                     !! index into problem%contact_span
-      type(contact_span_t), intent(inout) :: line         !! that one
-      logical, intent(out) :: gone                 !! other contacts have its ends
+      type(contact_span_t), intent(inout) :: line         !! the line contact
+      logical, intent(out) :: gone                 !! true: other contacts have its ends
       real(wp) :: push(2), whole
       integer :: side
       gone = any(others_touch(problem, k))
@@ -210,7 +208,7 @@ contains
       end if
    end subroutine shrink
 
-   !> Which ends of a touch are held by another one, too.
+   !> (ends) true: the end of a contact span is also an end of another contact span.
    pure function others_touch(problem, k) result(shared)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: k                     !! index into problem%contact_span
@@ -225,13 +223,14 @@ contains
       end do
    end function others_touch
 
-   !> An end of a rod, or a corner, that touched is tangent to the obstacle. Where the rod is curved away from it there, and still
-   !> is where the force would go, the point leaves the end. Where it is curved towards it another point begins beside. In between,
-   !> as without a moment, a line begins with the end.
+   !> Contact at the end of a rod, or at a corner of the obstacle, whose rod has become tangent to the obstacle. Relative curvature
+   !> away from the obstacle, also where the contact force would move: the point contact leaves the end. Relative curvature towards
+   !> the obstacle: another point contact begins beside it. Otherwise, for instance without a moment, a line contact begins at the
+   !> end.
    subroutine lie_down_from_end(problem, state, test, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(span_test_t), intent(in) :: test        !! its sense: the rod lies before its end (-1), or after it
+      type(span_test_t), intent(in) :: test        !! sense: the rod lies before its end (-1), or after it (1)
       type(answer_t), intent(inout) :: answer
       type(contact_span_t), allocatable :: set(:)
       real(wp) :: excess(2), length
@@ -259,14 +258,14 @@ contains
       answer%crosses = reshape(merge([k, 0], [0, k], way > 0), [2, 1])
    end subroutine lie_down_from_end
 
-   !> Excess of curvature where a rod ends, and at a distance inside where the force of the contact goes that is at the end: with
-   !> the shear force that the rod has before that, m' = -r' x n.
+   !> Relative curvature at the end of a rod, and at a distance inside, to which the contact force moves from the end: with the
+   !> shear force at the end without the contact force, m' = -r' x n.
    function excess_inside(problem, state, candidate, side, distance) result(excess)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       integer, intent(in) :: side                  !! 1: the rod lies before the candidate, 2: after it
-      real(wp), intent(in) :: distance             !! stress-free
+      real(wp), intent(in) :: distance             !! along the stress-free rod
       real(wp) :: excess(2)
       type(track_t) :: track
       real(wp) :: n(2), m, angle, sense, extension, way
@@ -277,7 +276,7 @@ contains
       call ge_end(problem, state, e, 3 - side, n, m)
       track = node_track(problem, state, candidate)
       n = n + way * breakpoint_force(problem, state, candidate) * [-track%tangent(2), track%tangent(1)]
-      ! Nor does a support bend what then lies between it and the contact.
+      ! A support's force does not bend the part of the rod between the support and the contact either.
       if (stands(problem, state, candidate)) n = dot_product(n, track%tangent) * track%tangent
       angle = rod_angle(problem, state, candidate, side)
       sense = track_sense(problem, state, candidate, track, side)
@@ -285,10 +284,10 @@ contains
          & cos(angle) * n(2)) - sense * track%curvature_rate * extension)
    end function excess_inside
 
-   !> A point that is held at a breakpoint, and belongs beside it, goes there.
+   !> Moves a point contact that is fixed at a segment boundary to the side of the boundary to which it belongs.
    subroutine leave_breakpoint(problem, test, answer)
       type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test        !! its sense: the point belongs before the breakpoint (-1), or after it
+      type(span_test_t), intent(in) :: test        !! its sense: the point belongs before the boundary (-1), or after it (1)
       type(answer_t), intent(inout) :: answer
       integer :: way, rod_segment
       associate (k => test%contact_span)

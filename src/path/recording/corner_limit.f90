@@ -67,7 +67,7 @@ contains
    subroutine look_whether_back(problem, step, run, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run !! stands at a contact change, with the path tangent behind it; its system is
+      type(path_state_t), intent(inout) :: run !! at a contact change, with the path tangent behind the change; its system is
       !! factored there on entry, and at any point on return if the run ends
       type(outcome_t), intent(inout) :: outcome
       type(path_tangent_t) :: prescribed

@@ -36,7 +36,7 @@ module event_recording
 
 contains
 
-   !> Records a located event. The path state moves to it if it ends the step.
+   !> Records a located event. If the event ends the step, the path state moves to the event.
    subroutine record_event(problem, step, run, trial, located_event, pivots, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

@@ -125,8 +125,8 @@ contains
       type(findings_t), intent(inout) :: findings
       run%request%events_located = any(findings%seen%located .and. .not. findings%duplicate)
       findings%stops = stop_met(step, run%test_values, findings%test_values)
-      ! A mesh given by the deck is not changed, and a second mesh of the program would lack the same nodes as the first. (A point
-      ! before the event supplies them: the mesh of the next increment begins there.)
+      ! A mesh given by the deck is not changed. A second mesh made by the program would lack the nodes missing in the first. (A
+      ! point before the event supplies them: the mesh of the next increment begins there.)
       findings%as_it_is = .not. any(problem%layout%rod_segment%placed) .or. arrival%tries > 0
    end subroutine begin_asking
 

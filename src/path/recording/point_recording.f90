@@ -27,8 +27,8 @@ module point_recording
 
 contains
 
-   !> Passes a converged point to the recorder and to the independent checks. If the point fails the checks, it is the last one, and
-   !> outcome%why is set.
+   !> Passes a converged point to the recorder and to the independent checks. If the point fails the checks, the path ends there,
+   !> and outcome%why is set.
    subroutine record(problem, run, state, label, report, recorder, outcome, touching, bars, heading)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run

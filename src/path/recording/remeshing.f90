@@ -1,4 +1,4 @@
-!> Mesh and residual requests of a point whose errors exceed the deck's tolerance, or are far below it.
+!> Mesh and residual requests of a point whose errors exceed the deck's tolerance or are far below this tolerance.
 module remeshing
    use kinds, only: wp
    use model, only: step_t, method_displacement
@@ -20,7 +20,7 @@ module remeshing
 
 contains
 
-   !> True if the trial is to be computed anew, on another mesh or with a smaller residual.
+   !> True if the trial must be repeated on another mesh or with a smaller residual.
    pure logical function wants_another(run)
       type(path_state_t), intent(in) :: run
       wants_another = run%request%smaller_residual .or. allocated(run%request%density)
@@ -78,9 +78,9 @@ contains
       can_settle = .not. step%tolerance_given .and. problem%model%step(problem%step)%sharper > most_sharp
       call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, asked, outcome), step%asked_of, asked, &
          & critical, tries, can_settle, run%refinement, run%request%smaller_residual, run%request%density)
-      ! The finer mesh did not help: it is released again, or such points would refine the mesh one after the other.
+      ! The finer mesh did not reduce the errors: it is coarsened again, because otherwise each further point would refine the mesh.
       if (run%refinement%in_vain) run%spare = run%refinement%demand
-      ! An opening that the elements missed lies between the last point and this one.
+      ! A free span that the elements did not resolve opens between the last point and this one.
       if (allocated(run%request%density) .and. .not. run%request%at_last_point) &
          & run%request%at_last_point = allocated(bars%may_open) .or. marked(problem, place, find_cuts(problem, place))
    end subroutine ask_for_mesh

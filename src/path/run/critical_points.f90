@@ -1,5 +1,5 @@
-!> Critical points of one path: branches and limit curves start at them, and a path is compared with them to detect closure. They
-!> live as long as the step. Path states hold a pointer to them, so that the copies made for trial increments share one list.
+!> Critical points of one path: branches and limit curves start at these points, and a path is compared with them to detect closure.
+!> They are kept until the step ends. Path states contain a pointer to them, so that copies for trial increments share one list.
 module critical_points
    use kinds, only: wp
    use problem, only: problem_t
@@ -15,7 +15,7 @@ module critical_points
       character(2) :: label = ''
       type(problem_t) :: problem                 !! problem with the mesh of that point
       type(state_t) :: state
-      integer :: point = 0                       !! its row in the results of its path, from 1
+      integer :: point = 0                       !! row in the results of its path, from 1
       integer :: pivots = 0                      !! number of negative pivots before the point
       integer :: multiplicity = 0                !! BP: number of null vectors
       real(wp) :: scale = 1.0_wp                 !! BP: scale of its event, see event_t
@@ -37,7 +37,7 @@ module critical_points
 
 contains
 
-   !> Copies a critical point. It is a procedure of its own for the reason given at copy_problem.
+   !> Copies a critical point; a procedure for the reason given at copy_problem.
    pure subroutine copy_critical_point(from, to)
       type(critical_point_t), intent(in) :: from
       type(critical_point_t), intent(inout) :: to

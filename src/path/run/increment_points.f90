@@ -18,7 +18,7 @@ module increment_points
    type :: division_t
       type(control_t) :: control                 !! constraint of points inside the increment
       real(wp) :: whole = 0.0_wp                !! change of the controlled quantity over the whole increment
-      real(wp) :: slopes(2) = 1.0_wp            !! its derivatives at both ends, divided by their mean
+      real(wp) :: slopes(2) = 1.0_wp            !! derivatives of this quantity at both ends, divided by their mean
       logical :: smooth = .false.               !! no contact change inside, and no node moves along its rod
       real(wp), allocatable :: chord(:, :)      !! (3, nodes) displacement chord between the same material points
       real(wp) :: length = 0.0_wp               !! length of the chord in the path metric

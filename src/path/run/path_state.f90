@@ -56,23 +56,23 @@ module path_state
       !! eigenvalue may have changed its sign there. Set by span_set, valid until the next point (event_recording); zero_at_end and
       !! smooth_zero find the zero there
       logical :: arrives = .false. !! a line contact has become a point, or a point contact has reached a segment boundary that
-      !! stops it: its relative curvature is zero or still slightly positive. Set by span_set, reset by span_events, which excuses
+      !! stops it: its relative curvature is zero or still slightly negative. Set by span_set, reset by span_events, which excuses
       !! the violated test until then
-      logical :: rises = .false. !! the relative curvature falls along the path from the last accepted point (minima_of_tests)
+      logical :: rises = .false. !! negative relative curvatures increase along the path from the last accepted point
       real(wp) :: at = 0.0_wp                    !! arc length of that change
    end type since_change_t
 
    !> Last accepted point as the path arrived there, if the contact changes at that point: the path leaves it with another tangent
    !> (corner_limit).
    type :: arrived_t
-      integer :: point = 0 !! its row in the results; 0: no contact change there, or its limit point is reported already
+      integer :: point = 0 !! row in the results; 0: no contact change there, or the limit point is reported already
       real(wp) :: load_rate = 0.0_wp             !! d(load factor)/d(arc length) on arrival
       real(wp) :: load_factor = 0.0_wp
       real(wp), allocatable :: monitor(:)
       type(error_bars_t), allocatable :: bars    !! error bars; not allocated: unknown
    end type arrived_t
 
-   !> Requirements of a trial whose errors exceed the tolerance. Nothing of it is recorded: the increment is repeated from the last
+   !> Requirements of a trial whose errors exceed the tolerance. The trial is not recorded: the increment is repeated from the last
    !> accepted point.
    type :: trial_request_t
       logical :: smaller_residual = .false.      !! the iteration must end with a smaller residual
@@ -86,7 +86,7 @@ module path_state
    !> A point contact that begins at the next point.
    type :: onset_t
       type(region_t), allocatable :: region      !! not allocated: no contact begins
-      integer :: element = 0                     !! in which it begins; 0: none
+      integer :: element = 0                     !! element in which the contact begins; 0: none
    end type onset_t
 
    !> State of a path; a single type, so that the procedures of the path loop have short argument lists.
@@ -107,7 +107,7 @@ module path_state
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
       type(enriched_problem_t) :: finer             !! enriched problem, from which error estimates are computed
       type(refinement_t) :: refinement           !! results of the refinements tried for the present point
-      type(trial_request_t) :: request           !! what the last trial requires before it can be accepted
+      type(trial_request_t) :: request           !! requirements of the last trial before it can be accepted
       type(mesh_density_t), allocatable :: spare(:) !! (rod segments) coarser mesh that is accurate enough for the last point
       logical :: behind_flat = .false. !! on the new mesh a point contact becomes a line contact before the last accepted point
       type(finer_mesh_t), allocatable :: before_coarsening !! state to return to until a point is accepted on the coarser mesh
@@ -128,7 +128,7 @@ module path_state
 
 contains
 
-   !> Copies a path state. It is a procedure of its own for the reason given at copy_problem.
+   !> Copies a path state; a procedure for the reason given at copy_problem.
    subroutine copy_path_state(from, to)
       type(path_state_t), intent(in) :: from
       type(path_state_t), intent(inout) :: to

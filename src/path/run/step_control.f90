@@ -67,7 +67,7 @@ contains
    end function may_rest
 
    !> Returns to load increments if nothing moves any more, for example if the load acts on a contact: the arc length then cannot
-   !> measure increments. They begin with the deck's first increment, until something moves again.
+   !> measure increments. Load increments begin with the deck's first increment and continue until something moves again.
    subroutine go_by_load(step, run)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -108,7 +108,7 @@ contains
       type(step_t), intent(in) :: step
       type(control_t), intent(in) :: control
       smallest = step%smallest
-      ! A structure that is stiff at first needs short arc lengths at its start.
+      ! A structure that is stiff at first needs short arc lengths at the start.
       if (is_arc_length(control%method) .and. .not. step%smallest_given .and. control%load_scale > 0.0_wp) &
          & smallest = min(smallest, least_part * control%load_scale * abs(step%increment))
       ! The deck has no limit for the load increments at the start of an arc-length step.
