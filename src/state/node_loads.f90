@@ -20,7 +20,7 @@ module node_loads
 
 contains
 
-   !> Force and couple of the loads that do not depend on the state, and their derivatives with respect to the load factor.
+   !> Force and couple on a node by the loads that do not depend on the state, and their derivatives by the load factor.
    pure subroutine dead_node_load(problem, state, node, load, rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -48,7 +48,7 @@ contains
       end associate
    end function node_pushes
 
-   !> Force of one such load, times a factor with the given derivative with respect to the load factor.
+   !> Force of one load that depends on the state, times a factor whose derivative by the load factor is `rate`.
    function pushed(state, item, factor, rate) result(push)
       type(state_t), intent(in) :: state
       type(point_load_item_t), intent(in) :: item
