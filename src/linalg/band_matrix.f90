@@ -71,7 +71,7 @@ contains
    !> force; a spring at the unknown resists this motion. Its stiffness is the root of the rounding unit times the largest entry, so
    !> that a bordered system that is regular keeps half of its digits.
    subroutine factor_general(factor)
-      type(factor_t), intent(inout) :: factor  !! its general storage holds the matrix
+      type(factor_t), intent(inout) :: factor  !! in: scaled matrix in `lu`; out: its factors
       real(wp) :: weak
       integer :: info, diagonal
       diagonal = 2 * factor%kd + 1
@@ -120,7 +120,7 @@ contains
    !> Scales each unknown by a power of two so that the diagonal is about 1: the choice of pivots of LU then does not depend on the
    !> units of displacements and rotations. (Cholesky's method chooses no pivots.)
    subroutine measure_unknowns(factor)
-      type(factor_t), intent(inout) :: factor  !! its masked matrix is scaled
+      type(factor_t), intent(inout) :: factor  !! in: masked matrix; out: the matrix scaled, and the scales
       integer :: i, j
       if (.not. allocated(factor%unit)) allocate (factor%unit(factor%n))
       do i = 1, factor%n
