@@ -499,8 +499,8 @@ contains
       real(wp), intent(in) :: u(6), z(:)
       real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
       real(wp), intent(out) :: span(2)         !! deformed position minus that of the first node
-      real(wp), intent(out) :: rotation        !! rotation displacement there
-      real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) there
+      real(wp), intent(out) :: rotation        !! rotation at the place
+      real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) at the place
       real(wp) :: basis(max_stages), rho(2, max_stages)
       integer :: s
       s = tab%stages
@@ -516,7 +516,7 @@ contains
       real(wp), intent(in) :: h, scale
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: rho(:, :)        !! (2, at least stages) by ge_directions
+      real(wp), intent(in) :: rho(:, :)        !! (2, at least stages) directions from ge_directions
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: span(2), resultant(3)
       real(wp) :: basis(max_stages), nn(2)

@@ -18,7 +18,7 @@ module rod_geometry
       real(wp) :: scale = 1.0_wp              !! C of the GE element
       real(wp) :: chord(2) = 0.0_wp           !! node 2 minus node 1
       real(wp) :: at(max_stages) = 0.0_wp     !! nominal coordinates of the stages (GE)
-      real(wp) :: angle(max_stages) = 0.0_wp  !! tangent angle there (GE)
+      real(wp) :: angle(max_stages) = 0.0_wp  !! tangent angle at the stages (GE)
       real(wp) :: tangent(2, max_stages) = 0.0_wp !! cosine and sine of `angle` (GE)
       real(wp) :: end_angle(2) = 0.0_wp       !! tangent angle at both ends
    end type element_geometry_t
@@ -33,7 +33,7 @@ contains
    !> Geometry of the whole mesh with every node at its nominal place.
    function new_geometry(model, tableau) result(geometry)
       type(model_t), intent(in) :: model
-      type(tableau_t), intent(in) :: tableau(:)   !! by number of stages
+      type(tableau_t), intent(in) :: tableau(:)   !! (stages) tableaux by number of stages
       type(geometry_t) :: geometry
       integer :: e
       allocate (geometry%element(model%mesh%n_elements))
@@ -125,7 +125,7 @@ contains
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tab
       integer, intent(in) :: e
-      type(element_geometry_t), intent(inout) :: g !! its ends, chord and length are given
+      type(element_geometry_t), intent(inout) :: g !! in: with ends, chord and length
       real(wp) :: x(2), speed, quadrature(2), turn
       integer :: i
       associate (curve => model%curve(model%mesh%curve(e)))
@@ -154,7 +154,8 @@ contains
    pure subroutine shift_nodes(model, tableau, shift, geometry)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tableau(:)
-      real(wp), intent(in) :: shift(:)           !! (nodes) of nominal length; 0 but where one element goes on as the next one
+      real(wp), intent(in) :: shift(:)           !! (nodes) distance in the nominal coordinate; 0 except between two elements of one
+      !! curve
       type(geometry_t), intent(inout) :: geometry
       real(wp) :: angle, speed, s(2)
       integer :: e
