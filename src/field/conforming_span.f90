@@ -92,7 +92,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      type(track_t), intent(in) :: track            !! at the candidate
+      type(track_t), intent(in) :: track            !! track at the candidate
       integer, intent(in), optional :: which
       real(wp) :: angle
       angle = rod_angle(problem, state, candidate, which)
@@ -190,7 +190,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      type(track_t), intent(in) :: track            !! at the contact
+      type(track_t), intent(in) :: track            !! track at the contact
       real(wp), intent(out) :: curvature            !! per unit stress-free length
       real(wp), intent(out) :: extension              !! 1 + e
       integer, intent(in), optional :: which        !! as in excess_curvature
@@ -242,7 +242,7 @@ contains
    !> the least gap, g - g'^2/(2 g''), whose second derivative with respect to g' is T/g''.
    pure real(wp) function touchdown_spring(problem, state, candidate) result(spring)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! with the contact reactions
+      type(state_t), intent(in) :: state            !! state with its contact reactions
       integer, intent(in) :: candidate
       real(wp) :: excess, extension
       spring = 0.0_wp
@@ -259,7 +259,7 @@ contains
    !> segment boundary counts as osculating.
    pure real(wp) function touchdown_couple(problem, state, candidate) result(couple)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! with the contact reactions
+      type(state_t), intent(in) :: state            !! state with its contact reactions
       integer, intent(in) :: candidate
       real(wp) :: spring, turn, excess, extension
       couple = 0.0_wp
@@ -488,7 +488,7 @@ contains
    !> need fit the track.
    pure function conforming_guess(problem, state, e, u, resultant, home) result(z)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! with the element's geometry
+      type(state_t), intent(in) :: state            !! state with the element's new geometry
       integer, intent(in) :: e
       real(wp), intent(in) :: u(:, 0:)              !! (3, stages) displacements and rotation, first end at index 0
       real(wp), intent(in) :: resultant(:, 0:)      !! (3, stages) n_x, n_y, m

@@ -65,7 +65,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                      !! element
-      type(profile_t), intent(inout) :: profile     !! of the same state, or undefined
+      type(profile_t), intent(inout) :: profile     !! profile of the same state, or undefined
       if (profile%element /= e) profile = new_profile(problem, state, e)
    end subroutine keep_profile
 
@@ -128,7 +128,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      type(element_geometry_t), intent(in) :: geometry !! of the element
+      type(element_geometry_t), intent(in) :: geometry !! geometry of the element
       real(wp), intent(in) :: start(2)              !! stress-free position of the first node
       type(profile_t) :: profile
       type(ge_load_t) :: load
@@ -181,7 +181,7 @@ contains
    pure subroutine mend_ends(problem, state, profile, order)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(profile_t), intent(inout) :: profile     !! of the same state
+      type(profile_t), intent(inout) :: profile     !! profile of the same state
       integer, intent(in) :: order                  !! highest derivative: 2 or 3; 3 brings rounding errors in thin rods
       real(wp) :: along(2), turn(2), bend, bend_rate, home(2, 3), dense(2, 3), tau, whole(2, 0:max_stages), way
       integer :: i, k
@@ -224,7 +224,7 @@ contains
    pure subroutine mend_rotation(problem, state, profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(profile_t), intent(inout) :: profile     !! of the same state
+      type(profile_t), intent(inout) :: profile     !! profile of the same state
       integer :: i
       associate (h => profile%length)
          do i = 1, 2
@@ -368,7 +368,7 @@ contains
    !> Tangent angle of the stress-free rod.
    pure function home_angle(problem, geometry, e, tau) result(angle)
       type(problem_t), intent(in) :: problem
-      type(element_geometry_t), intent(in) :: geometry !! of the element
+      type(element_geometry_t), intent(in) :: geometry !! geometry of the element
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
       real(wp) :: angle
@@ -468,7 +468,7 @@ contains
    !> Place (0 to 1) of a nominal coordinate in an element on a curve.
    pure real(wp) function element_place(problem, geometry, e, s) result(tau)
       type(problem_t), intent(in) :: problem
-      type(element_geometry_t), intent(in) :: geometry !! of the element
+      type(element_geometry_t), intent(in) :: geometry !! geometry of the element
       integer, intent(in) :: e
       real(wp), intent(in) :: s                     !! nominal coordinate between those of the element's ends
       tau = curve_length(problem%model%curve(problem%model%mesh%curve(e)), problem%model%imperfection, geometry%s(1), s) / &

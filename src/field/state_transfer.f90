@@ -119,8 +119,8 @@ contains
 
    !> State on the mesh of another problem, with all nodes at their nominal places.
    function carried(from, state, to) result(new)
-      type(problem_t), intent(in) :: from       !! of the same deck as `to`
-      type(state_t), intent(in) :: state        !! of `from`
+      type(problem_t), intent(in) :: from       !! problem of the same deck as `to`
+      type(state_t), intent(in) :: state        !! state of `from`
       type(problem_t), intent(in) :: to
       type(state_t) :: new
       new%geometry = new_geometry(to%model, to%tableau)
@@ -130,7 +130,7 @@ contains
    !> Transfer of a rate field to another mesh, by the difference of two transferred states.
    function carried_field(from, state, field, to, there) result(new)
       type(problem_t), intent(in) :: from, to
-      type(state_t), intent(in) :: state        !! of `from`
+      type(state_t), intent(in) :: state        !! state of `from`
       real(wp), intent(in) :: field(:, :)       !! (3, nodes of `from`)
       type(state_t), intent(in) :: there        !! `state` on the mesh of `to`
       real(wp) :: new(3, to%model%mesh%n_nodes)
@@ -148,10 +148,10 @@ contains
    !> Transfer to a state whose geometry is set: load factor, displacements, section forces, and the contact at nodes that are
    !> candidates on both meshes. Candidates of contact spans are active; their forces remain zero.
    pure subroutine carry_to(from, state, to, new, moved)
-      type(problem_t), intent(in) :: from       !! of the same deck as `to`
-      type(state_t), intent(in) :: state        !! of `from`
+      type(problem_t), intent(in) :: from       !! problem of the same deck as `to`
+      type(state_t), intent(in) :: state        !! state of `from`
       type(problem_t), intent(in) :: to
-      type(state_t), intent(inout) :: new       !! of `to`
+      type(state_t), intent(inout) :: new       !! state of `to`
       logical, intent(in), optional :: moved    !! true: nodes of one mesh have moved, together with the contact forces on them
       type(kept_t) :: kept
       real(wp) :: tau
@@ -191,9 +191,9 @@ contains
    !> Transfer of the stored section forces of some elements only, after nodes of the mesh have moved.
    pure subroutine carry_stored(problem, state, chosen, new)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state        !! before the nodes moved
+      type(state_t), intent(in) :: state        !! state before the nodes moved
       logical, intent(in) :: chosen(:)          !! (elements)
-      type(state_t), intent(inout) :: new       !! its geometry is set
+      type(state_t), intent(inout) :: new       !! in: with its geometry
       type(kept_t) :: kept
       integer :: range(2, size(chosen)), i
       call find_ranges(problem, range)
@@ -225,7 +225,7 @@ contains
 
    !> For each element the range of elements around it without a contact node between them.
    pure subroutine find_ranges(problem, range)
-      type(problem_t), intent(in) :: problem    !! with contact spans: the elements of a segment are consecutive
+      type(problem_t), intent(in) :: problem    !! problem with contact spans, in which the elements of a segment are consecutive
       integer, intent(inout) :: range(:, :)     !! (2, elements) first and last
       logical :: touched(problem%model%mesh%n_nodes)
       integer :: j, e
@@ -369,7 +369,8 @@ contains
    !> Moves nodes along their rod segments, in the geometry only.
    pure subroutine move_nodes(problem, shift, geometry)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: shift(:)          !! (nodes) of nominal length; 0 at segment boundaries and at fixed nodes
+      real(wp), intent(in) :: shift(:)          !! (nodes) distance in the nominal coordinate; 0 at segment boundaries and at fixed
+      !! nodes
       type(geometry_t), intent(inout) :: geometry
       call shift_nodes(problem%model, problem%tableau, shift, geometry)
    end subroutine move_nodes
@@ -461,7 +462,7 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: field(:, :)       !! (3, nodes)
       integer, intent(in) :: e
-      type(profile_t), intent(in) :: profile    !! of element `e`; not used for conforming elements and at the element's ends
+      type(profile_t), intent(in) :: profile    !! profile of element `e`; not used for conforming elements and at ends
       real(wp), intent(in) :: tau
       real(wp) :: rate(3)
       real(wp) :: x(2, 2), tangent(2, 2), value(2), slope(2, 2), chord(2), place(2), bow(2), local(3), angle, speed, turn, even
