@@ -11,7 +11,7 @@ module node_loads
    !> A point load that depends on the state, evaluated at a state; global axes.
    type :: node_push_t
       integer :: node = 0
-      real(wp) :: force(3) = 0.0_wp              !! in x, in y, couple
+      real(wp) :: force(3) = 0.0_wp              !! force in x and in y, couple
       real(wp) :: rate(3) = 0.0_wp               !! derivative of `force` with respect to the load factor
       real(wp) :: stiffness(3, 3) = 0.0_wp       !! minus the derivatives of `force` with respect to place and rotation
       real(wp) :: stiffness_rate(3, 3) = 0.0_wp  !! derivative of `stiffness` with respect to the load factor

@@ -39,9 +39,9 @@ module problem
    !! foundations
 
    type :: problem_t
-      type(model_t) :: model                             !! on the working mesh
-      type(model_t) :: deck                              !! on the deck's mesh
-      type(layout_t) :: layout                           !! of the deck
+      type(model_t) :: model                             !! the model on the working mesh
+      type(model_t) :: deck                              !! the model on the deck's mesh
+      type(layout_t) :: layout                           !! rod segments of the deck
       type(mesh_density_t), allocatable :: demand(:)           !! (rod segments) mesh density of the next mesh
       logical :: deck_mesh = .true.                      !! true: the working mesh is the deck's, node by node
       integer, allocatable :: rod_segment(:)             !! (elements) rod segment of the element
@@ -53,7 +53,7 @@ module problem
       integer, allocatable :: mesh_node(:)               !! (deck's nodes) mesh node of a segment boundary, 0: the node is none
       type(numbering_t) :: numbering
       type(tie_pattern_t) :: ties                        !! tied nodes and the nodes that they follow
-      type(candidates_t) :: candidates                   !! of contact at nodes
+      type(candidates_t) :: candidates                   !! candidates of contact at nodes
       type(coupling_t) :: coupling                       !! load transfer of obstacles between candidates
       type(ground_t) :: ground                           !! foundations that act inside elements
       type(tableau_t) :: tableau(max_stages)
@@ -286,7 +286,7 @@ contains
 
    !> True if no foundation without tension has an initial gap to any candidate of a list.
    pure logical function rests(problem, list, home)
-      type(problem_t), intent(in) :: problem   !! its `size` must be set
+      type(problem_t), intent(in) :: problem   !! problem with its `size` set
       type(candidates_t), intent(in) :: list
       type(geometry_t), intent(in) :: home
       real(wp) :: gap, normal(2), bend
@@ -303,7 +303,7 @@ contains
 
    !> Initial overlap of each contact: the distance by which its obstacle is withdrawn at the start.
    pure function contact_overlaps(problem) result(overlap)
-      type(problem_t), intent(in) :: problem   !! on the deck's mesh
+      type(problem_t), intent(in) :: problem   !! problem on the deck's mesh
       real(wp) :: overlap(size(problem%deck%contact))
       integer :: c
       overlap = 0.0_wp
@@ -342,7 +342,7 @@ contains
 
    !> True for two coordinates along a rod that differ by no more than rounding, 1e-12 of the structure's size.
    elemental logical function same_place(size, one, other)
-      real(wp), intent(in) :: size             !! of the structure
+      real(wp), intent(in) :: size             !! size of the structure
       real(wp), intent(in) :: one, other       !! [length]
       same_place = abs(one - other) <= 1.0e-12_wp * size
    end function same_place

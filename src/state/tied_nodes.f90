@@ -105,7 +105,7 @@ contains
    !> Rotated arm of a rigid link.
    pure function turned_arm(tie, rotation) result(arm)
       type(tie_t), intent(in) :: tie
-      real(wp), intent(in) :: rotation           !! of the node with which the link rotates [rad]
+      real(wp), intent(in) :: rotation           !! rotation of the node with which the link rotates [rad]
       real(wp) :: arm(2)
       arm = [cos(rotation) * tie%arm(1) - sin(rotation) * tie%arm(2), sin(rotation) * tie%arm(1) + cos(rotation) * tie%arm(2)]
    end function turned_arm
@@ -115,7 +115,8 @@ contains
    pure real(wp) function tie_swing(tie, u, force) result(stiffness)
       type(tie_t), intent(in) :: tie
       real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements
-      real(wp), intent(in) :: force              !! in the tie, internal less external force on the tied component; or its rate
+      real(wp), intent(in) :: force              !! tie force: internal less external force on the tied component; or the rate of
+      !! the tie force
       real(wp) :: arm(2)
       stiffness = 0.0_wp
       if (tie%turner == 0 .or. tie%component == 3) return
@@ -149,7 +150,7 @@ contains
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: block(:, :, :)     !! from set_blocks
       integer, intent(in) :: node
-      real(wp), intent(in) :: force(3)           !! in the node's axes; global axes for a tied node
+      real(wp), intent(in) :: force(3)           !! force and moment in node axes; in global axes for a tied node
       real(wp), intent(inout) :: vector(:)       !! (n)
       integer :: b, d
       if (.not. problem%ties%follows(node)) then
