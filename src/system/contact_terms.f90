@@ -22,7 +22,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      type(system_t), intent(inout) :: system  !! with the gap
+      type(system_t), intent(inout) :: system  !! in: with the candidate's gap
       real(wp) :: penetration, share
       associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)), push => system%push(candidate), &
          & spring => system%spring(candidate))
@@ -43,7 +43,7 @@ contains
    subroutine set_coupling(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system  !! with all gaps
+      type(system_t), intent(inout) :: system  !! in: with the gaps of all candidates
       real(wp) :: none(size(system%gap))
       system%opening = system%gap
       if (problem%coupling%n == 0) return

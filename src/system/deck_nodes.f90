@@ -33,7 +33,7 @@ contains
       integer, intent(out) :: mesh_node         !! mesh node at the same material point, 0: none
       integer, intent(out) :: e                 !! element that contains the point in its interior, 0: none
       real(wp), intent(out) :: tau              !! place in the element, 0 to 1
-      integer, intent(inout), optional :: near  !! as in find_point
+      integer, intent(inout), optional :: near  !! see find_point
       e = 0
       tau = 0.0_wp
       mesh_node = problem%mesh_node(node)

@@ -124,7 +124,7 @@ contains
    !> force along the first obstacle, the first reaction the rest.
    pure real(wp) function contact_reaction(system, candidate, force) result(reaction)
       type(system_t), intent(in) :: system
-      integer, intent(in) :: candidate         !! with an eliminated unknown
+      integer, intent(in) :: candidate         !! candidate with an eliminated unknown
       real(wp), intent(in) :: force(:)         !! (n) node axes
       integer :: p
       reaction = force(system%unknown(candidate)) / system%slope(candidate)

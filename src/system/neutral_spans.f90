@@ -22,7 +22,7 @@ contains
 
    !> Replaces all clamps beside neutral spans by hinges and records them in problem%hinge.
    subroutine free_clamps(problem)
-      type(problem_t), intent(inout) :: problem   !! with contact spans set
+      type(problem_t), intent(inout) :: problem   !! problem with its contact spans
       integer :: k, side, node, e
       do k = 1, size(problem%contact_span)
          if (.not. problem%contact_span(k)%line) cycle

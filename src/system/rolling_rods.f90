@@ -29,7 +29,7 @@ contains
 
    !> Finds the clamp about which the rod may roll, problem%rolling.
    subroutine find_rolling(problem)
-      type(problem_t), intent(inout) :: problem   !! with contact spans and candidates set
+      type(problem_t), intent(inout) :: problem   !! problem with its contact spans and candidates
       integer :: c, node
       problem%rolling = 0
       node = findloc(any(problem%model%fixed, 1), .true., 1)

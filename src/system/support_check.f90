@@ -128,7 +128,7 @@ contains
    subroutine group_parts(problem, member, group, place)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: member(:)                   !! (nodes) index of the part
-      integer, allocatable, intent(out) :: group(:), place(:) !! (parts) both from 1
+      integer, allocatable, intent(out) :: group(:), place(:) !! (parts) group of each part and index in the group, both from 1
       integer :: c, i, n
       group = [(i, i=1, maxval(member))]
       do c = 1, size(problem%model%joint_spring)

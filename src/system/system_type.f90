@@ -74,7 +74,8 @@ module system_type
       real(wp), allocatable :: rolled(:)        !! (n) rolling motion from the tangent, per unit of length
       ! Measures of the state.
       real(wp) :: force_residual = 0.0_wp       !! relative residual of forces, from the stored section forces
-      real(wp) :: defect_residual = 0.0_wp      !! of the elements: rotations [rad], positions over size, forces over force_scale
+      real(wp) :: defect_residual = 0.0_wp      !! largest residual inside elements: rotation [rad], position over size, force over
+      !! force_scale
       real(wp) :: force_scale = 0.0_wp
       real(wp) :: gap_error = 0.0_wp            !! rounding error of gaps to foundations [length]
       real(wp) :: gap_noise = 0.0_wp            !! relative error of forces by `gap_error`
