@@ -24,7 +24,7 @@ contains
    !> Force per length of a foundation in contact, and its derivative by the penetration.
    pure subroutine foundation_reaction(model, obstacle, penetration, push, spring, segment)
       type(model_t), intent(in) :: model
-      type(obstacle_t), intent(in) :: obstacle         !! with a modulus or a law
+      type(obstacle_t), intent(in) :: obstacle         !! obstacle with a modulus or a law
       real(wp), intent(in) :: penetration              !! < 0: tension
       real(wp), intent(out) :: push, spring
       integer, intent(in), optional :: segment         !! segment of the law; absent or segment_unknown: from the penetration

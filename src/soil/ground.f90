@@ -36,7 +36,7 @@ contains
    !> Foundations of a checked model.
    function new_ground(model, tableau, home) result(ground)
       type(model_t), intent(in) :: model
-      type(tableau_t), intent(in) :: tableau(:)   !! by number of stages
+      type(tableau_t), intent(in) :: tableau(:)   !! (stages) tableaux by number of stages
       type(geometry_t), intent(in) :: home
       type(ground_t) :: ground
       real(wp) :: weight(n_knots), slope

@@ -22,8 +22,8 @@ contains
    !> Mean settlement of the rectangle `there` by a unit force distributed evenly over the rectangle `here`.
    pure real(wp) function rectangle_compliance(there, here, width, young, poisson) result(compliance)
       real(wp), intent(in) :: there(2), here(2) !! beginning and end along the row [length]
-      real(wp), intent(in) :: width             !! of the row [length]
-      real(wp), intent(in) :: young, poisson    !! of the ground
+      real(wp), intent(in) :: width             !! width of the row [length]
+      real(wp), intent(in) :: young, poisson    !! Young's modulus and Poisson's ratio of the ground
       real(wp) :: lengths(2), sum_
       integer :: i, j
       lengths = [there(2) - there(1), here(2) - here(1)]
