@@ -59,7 +59,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(candidates_t), intent(in) :: list
-      integer, intent(in) :: candidate          !! with an element after it
+      integer, intent(in) :: candidate          !! candidate with an element after it
       type(element_gap_t) :: gap
       associate (e => list%element(2, candidate))
          gap%profile = new_profile(problem, state, e)

@@ -71,7 +71,7 @@ contains
    logical function marked(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(cut_t), intent(in) :: cut(:)              !! of this state
+      type(cut_t), intent(in) :: cut(:)              !! interface points of this state
       integer :: m
       marked = inner_cuts(cut) == size(problem%mark)
       do m = 1, size(problem%mark)

@@ -240,7 +240,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       integer, intent(out) :: n
-      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) in order for each level
+      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) places, 0 to 1, in order for each level; level of each place
       real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this size are ignored
       type(element_gap_t) :: gap
       real(wp) :: place(most_crossings), least, wave
