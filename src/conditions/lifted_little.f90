@@ -20,7 +20,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      real(wp), intent(in) :: scale         !! of forces
+      real(wp), intent(in) :: scale         !! scale of forces
       integer :: side, e
       real(wp) :: length(2)
       couple = abs(breakpoint_couple(problem, state, c)) / (scale * problem%size)
@@ -56,7 +56,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
       real(wp), intent(in) :: push          !! force over the scale, > 0: the obstacle presses
-      real(wp), intent(in) :: scale         !! of forces
+      real(wp), intent(in) :: scale         !! scale of forces
       real(wp) :: density
       integer :: e
       lifts_little = push < 0.0_wp .and. problem%model%fixed(3, problem%candidates%node(c))

@@ -59,8 +59,8 @@ contains
    !> Length of local uplift beside a node with fixed rotation, as at a symmetry plane, whose mirror image has the same force. Huge
    !> if the obstacle does not press.
    pure real(wp) function lifted_at_mirror(force, density) result(length)
-      real(wp), intent(in) :: force         !! on this side of the symmetry plane, > 0: away from the obstacle
-      real(wp), intent(in) :: density       !! of the obstacle's force beside it, > 0 where it presses
+      real(wp), intent(in) :: force         !! force on this side of the symmetry plane, > 0: away from the obstacle
+      real(wp), intent(in) :: density       !! density of the obstacle's force beside the node, > 0 where it presses
       real(wp) :: both(2)
       both = lifted_lengths(0.0_wp, -2.0_wp * force, density)
       length = both(1)
@@ -70,8 +70,8 @@ contains
    pure logical function stays_down(problem, element, couple, density)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: element        !! element of the line contact beside the node
-      real(wp), intent(in) :: couple        !! on the node, of either sign
-      real(wp), intent(in) :: density       !! of the obstacle's force beside it, > 0 where it presses
+      real(wp), intent(in) :: couple        !! couple on the node, of either sign
+      real(wp), intent(in) :: density       !! density of the obstacle's force beside the node, > 0 where it presses
       real(wp) :: length, height
       stays_down = density > 0.0_wp
       if (.not. stays_down) return
@@ -116,9 +116,9 @@ contains
 
    !> Lengths of local uplift before and after a node; huge if the obstacle does not press.
    pure function lifted_lengths(couple, force, density) result(length)
-      real(wp), intent(in) :: couple        !! on the node, > 0 clockwise with the obstacle below the rod
-      real(wp), intent(in) :: force         !! on the node, > 0 towards the obstacle
-      real(wp), intent(in) :: density       !! of the obstacle's force beside it, > 0 where it presses
+      real(wp), intent(in) :: couple        !! couple on the node, > 0 clockwise with the obstacle below the rod
+      real(wp), intent(in) :: force         !! force on the node, > 0 towards the obstacle
+      real(wp), intent(in) :: density       !! density of the obstacle's force beside the node, > 0 where it presses
       real(wp) :: length(2)                 !! before and after the node
       real(wp) :: ends(2), v, m
       integer :: k

@@ -31,7 +31,7 @@ contains
    function sample_line(problem, state, line) result(pressure)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! in the present state
+      type(contact_span_t), intent(in) :: line            !! line contact in the present state
       type(pressure_t) :: pressure
       real(wp), allocatable :: at(:), density(:)
       real(wp) :: place
@@ -84,7 +84,7 @@ contains
    real(wp) function density_at(problem, state, line, at) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! in the present state
+      type(contact_span_t), intent(in) :: line            !! line contact in the present state
       real(wp), intent(in) :: at
       real(wp) :: local(3), place(2), angle, tau
       integer :: e
@@ -101,7 +101,7 @@ contains
    subroutine least_pressure(problem, state, line, least, where, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! in the present state
+      type(contact_span_t), intent(in) :: line            !! line contact in the present state
       real(wp), intent(out) :: least               !! least density; -huge(least): the direction of the track jumps, so that no rod
       !! can follow the track
       real(wp), intent(out) :: where               !! coordinate along the rod segment

@@ -23,7 +23,7 @@ contains
    function tests_of_points(problem, state, scale) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale         !! of forces
+      real(wp), intent(in) :: scale         !! scale of forces
       type(span_test_t), allocatable :: tests(:)
       integer :: c
       logical :: kept, fixed
@@ -129,7 +129,7 @@ contains
    real(wp) function push(problem, state, scale, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale         !! of forces
+      real(wp), intent(in) :: scale         !! scale of forces
       integer, intent(in) :: c
       real(wp) :: lift, normal(2), bend
       type(rolled_t) :: roll

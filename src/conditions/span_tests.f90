@@ -26,7 +26,7 @@ contains
    function run_span_tests(problem, state, scale, only) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale         !! of forces
+      real(wp), intent(in) :: scale         !! scale of forces
       integer, intent(in), optional :: only !! index of the only test whose value is needed, 0: tests of points only; gaps and
       !! pressures that these do not need are then not evaluated
       type(span_test_t), allocatable :: tests(:)
@@ -159,7 +159,7 @@ contains
    function pressure_tests(problem, state, scale, valued) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale         !! of forces
+      real(wp), intent(in) :: scale         !! scale of forces
       logical, intent(in) :: valued         !! false: pressures are not evaluated, values are 0
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
@@ -183,7 +183,7 @@ contains
    logical function spans_hold(problem, state, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale              !! of forces
+      real(wp), intent(in) :: scale              !! scale of forces
       spans_hold = .not. any_fails(run_span_tests(problem, state, max(scale, tiny(scale))))
    end function spans_hold
 end module span_tests

@@ -81,7 +81,7 @@ contains
 
    !> True if any test has a zero on an increment.
    pure logical function any_crosses(before, after)
-      type(span_test_t), intent(in) :: before(:), after(:) !! at its ends
+      type(span_test_t), intent(in) :: before(:), after(:) !! tests at the beginning and the end of the increment
       any_crosses = any(crosses(before, after))
    end function any_crosses
 
