@@ -48,7 +48,7 @@ module path_continuity
 
    real(wp), parameter :: largest_turn = 0.5_wp !! [rad] largest turn of the tangent in one increment
    real(wp), parameter :: largest_distance = 0.5_wp * largest_turn**2 !! four times the value of a circular arc of that turn
-   real(wp), parameter :: largest_load = largest_distance !! for a load rate that is not monotone over the increment
+   real(wp), parameter :: largest_load = largest_distance !! bound of `load` for a load rate that is not monotone over the increment
    real(wp), parameter :: right_angle = acos(0.0_wp)
    real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length due to rounding, if loads only stress an immovable structure
 
@@ -175,7 +175,7 @@ contains
    !> converge to such a point; on the same path their distance deviates from the increment by the order of the squared turn only.
    pure logical function too_far(problem, control, relation)
       type(problem_t), intent(in) :: problem
-      type(control_t), intent(in) :: control    !! its tangent is set if it prescribes an arc length
+      type(control_t), intent(in) :: control    !! control; with its tangent if it prescribes an arc length
       type(relation_t), intent(in) :: relation
       too_far = .false.
       if (is_arc_length(control%method)) too_far = relation%length > (1.0_wp + largest_turn) * abs(control%increment) * &
@@ -185,7 +185,7 @@ contains
    !> True for a path with a corner between two points: a shorter increment from the same point turns the tangent by about the same
    !> angle. Corners are caused by piecewise linear foundation laws and by contact changes.
    pure logical function at_corner(longer, shorter)
-      type(relation_t), intent(in) :: longer, shorter !! of two increments from one point
+      type(relation_t), intent(in) :: longer, shorter !! start and end of two increments from one point, compared
       real(wp), parameter :: as_much = 0.75_wp  ! on a curve the turn falls in proportion to the length
       at_corner = longer%comparable .and. shorter%comparable .and. shorter%length < as_much * longer%length .and. &
          & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle
@@ -260,7 +260,7 @@ contains
    pure function seen_from(problem, from, there, u) result(seen)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, there
-      real(wp), intent(in) :: u(:, :)           !! (3, nodes) at the nodes of `there`
+      real(wp), intent(in) :: u(:, :)           !! (3, nodes) field at the nodes of `there`
       real(wp) :: seen(3, size(u, 2))
       seen = u
       if (problem%moves_nodes()) seen = field_at(problem, there, u, from%geometry)

@@ -218,7 +218,7 @@ contains
 
    !> Displacement component with the largest value in the tangent.
    pure subroutine largest_component(control, node, component)
-      type(control_t), intent(in) :: control    !! its tangent is set
+      type(control_t), intent(in) :: control    !! control with its tangent
       integer, intent(out) :: node, component
       integer :: place(2)
       place = maxloc(abs(control%tangent(1:2, :)))
