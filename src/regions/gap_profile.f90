@@ -22,7 +22,7 @@ contains
    function element_profile(problem, state, candidate) result(profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate     !! with a neighbour after it
+      integer, intent(in) :: candidate     !! candidate with a neighbour after it
       type(profile_t) :: profile
       real(wp) :: local(3, 2), h
       integer :: e, side, c
@@ -107,7 +107,7 @@ contains
    subroutine least_gap_after(problem, state, candidate, least, tau)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate     !! with a neighbour after it
+      integer, intent(in) :: candidate     !! candidate with a neighbour after it
       real(wp), intent(out) :: least
       real(wp), intent(out) :: tau         !! place, 0 to 1 from the candidate to its neighbour
       call profile_least(element_profile(problem, state, candidate), least, tau)
