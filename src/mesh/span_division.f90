@@ -190,7 +190,7 @@ contains
 
    !> Division with nodes close enough to detect contact before any contact span is known.
    function sampled_division(base, contact_span) result(division)
-      type(problem_t), intent(in) :: base            !! on the deck's mesh
+      type(problem_t), intent(in) :: base            !! problem on the deck's mesh
       type(contact_span_t), intent(in), optional :: contact_span(:) !! places at which there must be a node as well
       type(division_t) :: division(size(base%layout%rod_segment))
       real(wp) :: length, share

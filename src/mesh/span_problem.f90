@@ -23,7 +23,7 @@ contains
 
    !> Problem with a given set of contact spans; loads, step and history are those of `base`.
    function new_span_problem(base, touches, state, cuts) result(problem)
-      type(problem_t), intent(in) :: base            !! of the same deck, on any mesh
+      type(problem_t), intent(in) :: base            !! problem of the same deck, on any mesh
       type(contact_span_t), intent(in) :: touches(:)
       type(state_t), intent(in), optional :: state   !! state of `base`: no continuing span gets fewer elements than in `base`
       type(cut_t), intent(in), optional :: cuts(:)   !! interface points of the foundations' laws, sorted
@@ -51,7 +51,7 @@ contains
    !> Problem with the contact spans and the mesh of another problem with the same rod segments; only numerical values of the deck
    !> differ.
    function same_spans(base, like) result(problem)
-      type(problem_t), intent(in) :: base            !! on any mesh
+      type(problem_t), intent(in) :: base            !! problem on any mesh
       type(problem_t), intent(in) :: like            !! problem with contact spans
       type(problem_t) :: problem
       type(contact_span_t) :: contact_span(size(like%contact_span))
@@ -104,7 +104,7 @@ contains
 
    !> Problem before any contact span is known, on a mesh fine enough for its nodes to detect contact.
    function new_sampled_problem(base, contact_span) result(problem)
-      type(problem_t), intent(in) :: base            !! on the deck's mesh
+      type(problem_t), intent(in) :: base            !! problem on the deck's mesh
       type(contact_span_t), intent(in), optional :: contact_span(:) !! places at which there must be a node as well
       type(problem_t) :: problem
       problem = remeshed_problem(with_spans(base, .false.), sampled_division(base, contact_span))
@@ -114,8 +114,8 @@ contains
    !> Sets where along the rods contact spans are allowed, the coordinates of the segments along the chains, and the initial
    !> overlaps, all as on the deck's mesh.
    subroutine place_spans(deck, problem)
-      type(problem_t), intent(in) :: deck            !! on the deck's mesh
-      type(problem_t), intent(inout) :: problem      !! of the same deck, on any mesh
+      type(problem_t), intent(in) :: deck            !! problem on the deck's mesh
+      type(problem_t), intent(inout) :: problem      !! problem of the same deck, on any mesh
       logical, allocatable :: covered(:, :)
       integer :: k
       allocate (covered(size(deck%layout%rod_segment), size(deck%deck%contact)))
@@ -129,7 +129,7 @@ contains
 
    !> Coordinate of the first node of each rod segment along the chain of each contact, 0 if the contact does not cover the segment.
    function chain_starts(deck) result(start)
-      type(problem_t), intent(in) :: deck            !! on the deck's mesh
+      type(problem_t), intent(in) :: deck            !! problem on the deck's mesh
       real(wp) :: start(size(deck%layout%rod_segment), size(deck%deck%contact)) !! (rod segments, contacts)
       integer :: i
       start = 0.0_wp

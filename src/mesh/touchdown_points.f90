@@ -187,7 +187,7 @@ contains
    !> Transfers the forces of continuing contacts to a problem with another contact set. The force of a point contact is part of its
    !> rotational stiffness (touchdown_spring), so without the force the tangent would be wrong.
    subroutine carry_forces(from, state, to, new)
-      type(problem_t), intent(in) :: from, to  !! of the same deck
+      type(problem_t), intent(in) :: from, to  !! problems of the same deck
       type(state_t), intent(in) :: state       !! of `from`, in equilibrium
       type(state_t), intent(inout) :: new      !! `state` on the mesh of `to`
       integer :: c, old
