@@ -25,10 +25,10 @@ module conforming_span
 
    !> Place of a point contact's force relative to the contact node, if the node is a segment boundary.
    type :: rolled_t
-      real(wp) :: way = 0.0_wp        !! distance along the rod from the node to the force, stress-free length
+      real(wp) :: way = 0.0_wp        !! distance along the rod from the node to the force, stress-free length, > 0 after the node
       real(wp) :: rise = 0.0_wp       !! height of the node above the track
       real(wp) :: lean = 0.0_wp       !! derivative of `rise` with respect to the node's rotation
-      real(wp) :: arm(2) = 0.0_wp     !! from the node to the force
+      real(wp) :: arm(2) = 0.0_wp     !! vector from the node to the force
       real(wp) :: normal(2) = 0.0_wp  !! normal of the obstacle at the force
    end type rolled_t
 

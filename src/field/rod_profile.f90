@@ -42,7 +42,7 @@ module rod_profile
       integer :: order = 0                      !! highest derivative with Hermite correction
       real(wp) :: mend(2, 3, 2) = 0.0_wp        !! (components, derivatives by tau, ends) differences that the correction adds
       real(wp) :: hermite(2, 3, 2) = 0.0_wp     !! hermite_sum of `mend`, up to `order`
-      real(wp) :: twist(2, 2) = 0.0_wp          !! (derivatives by tau, ends) the same differences for the rotation
+      real(wp) :: twist(2, 2) = 0.0_wp          !! (derivatives by tau, ends) differences as in `mend`, for the rotation
    end type profile_t
 
 contains

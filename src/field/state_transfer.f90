@@ -1,7 +1,7 @@
 !> Transfer of a state to other nodes: to another mesh of the same rods, or to other material points of the same mesh.
 !>
 !> Elastic rods have no memory, so a state is given by its fields, and the dense output of the elements has these everywhere:
-!> displacements and rotations with error O(h^(s+1)) for s stages, exact for rigid motions (rod_profile), section forces likewise
+!> displacements and rotations with error O(h^(s+1)) for s stages, exact for rigid motions (rod_profile), section forces as well
 !> (ge_interior). Nodes at unchanged material points keep their values to the last bit. Newton's method removes the transfer error.
 module state_transfer
    use kinds, only: wp
