@@ -147,7 +147,7 @@ contains
       call derive_problem(problem)
    end function new_problem
 
-   !> The same problem on another mesh; step, constant loads, measures and metric are kept.
+   !> Problem on another mesh, with the step, constant loads, overlaps and metric of `problem`.
    function remeshed_problem(problem, division) result(new)
       type(problem_t), intent(in) :: problem
       type(division_t), intent(in) :: division(:)   !! (rod segments) as new_remeshed_model expects
