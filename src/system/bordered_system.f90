@@ -3,8 +3,8 @@
 !>
 !>   K x - load y = rhs      row.x + corner y = path
 !>
-!> K is the band less the excess of coupled ground (active_coupling), y the increment of the load factor. The row is the path
-!> constraint; it makes the system regular at limit points, where K is singular.
+!> K is the band less the excess stiffness of coupled ground (active_coupling), y the increment of the load factor. The row is the
+!> path constraint; the row makes the system regular at limit points, where K is singular.
 module bordered_system
    use kinds, only: wp
    use state_functional, only: functional_t
