@@ -19,7 +19,7 @@ module element_foundation
 
 contains
 
-   !> Quadrature of the forces of all foundations on an element; without points if the element does not touch.
+   !> Quadrature of the forces of all foundations on an element; without points if the element is not in contact.
    subroutine foundation_forces(problem, state, e, list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -279,7 +279,7 @@ contains
          do j = 1, crossings - 1
             if (abs(gap_value(problem, gap, 0.5_wp * (place(j) + place(j + 1))) - levels(k)) <= wave) known(j:j + 1) = .false.
          end do
-         ! The same for half an oscillation whose other half is beyond a node.
+         ! A crossing is dropped as well if it bounds half an oscillation whose other half is beyond a node.
          if (present(smallest) .and. crossings > 0) then
             if (abs(gap_value(problem, gap, 0.0_wp) - levels(k)) <= smallest) known(1) = .false.
             if (abs(gap_value(problem, gap, 1.0_wp) - levels(k)) <= smallest) known(crossings) = .false.
