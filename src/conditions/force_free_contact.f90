@@ -190,7 +190,7 @@ contains
       type(problem_t), intent(in) :: problem, free
       type(state_t), intent(in) :: state, released
       real(wp), intent(in) :: mode(:, :)        !! (3, nodes of `free`) global axes
-      real(wp), parameter :: closed = 1.0e-3_wp ! part of the largest opening that counts as none
+      real(wp), parameter :: closed = 1.0e-3_wp ! part of the largest opening below which an opening counts as zero
       type(contact_span_t), allocatable :: contact_span(:)
       real(wp) :: gap, normal(2), bend, opening, most, least, at
       integer :: k, e, node, obstacle
