@@ -316,8 +316,7 @@ contains
       if (fall > 0.0_wp) then
          filled = (1.5_wp * state%reaction(candidate) / sqrt(fall))**(2.0_wp / 3.0_wp)
       else
-         if (pressure <= 0.5_wp * inner(1)) pressure = inner(1) ! an extrapolation close to zero is replaced by the pressure at the
-         ! node before
+         if (pressure <= 0.5_wp * inner(1)) pressure = inner(1) ! an extrapolated value this small is not used
          filled = state%reaction(candidate) / pressure
       end if
       beyond = min(max(filled, 0.0_wp), sum(half)) - half(1)
