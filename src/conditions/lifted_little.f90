@@ -49,8 +49,8 @@ contains
       if (ends_down) ends_down = stays_down(problem, e, breakpoint_couple(problem, state, c), density)
    end function ends_down
 
-   !> True if a force on a line contact's node with fixed rotation at the end of a rod (symmetry plane) lifts a negligible length
-   !> only.
+   !> True if a force away from the obstacle, on a line contact's node with fixed rotation at the end of a rod (symmetry plane),
+   !> lifts a negligible length.
    logical function lifts_little(problem, state, c, push, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
