@@ -98,8 +98,8 @@ contains
       end function layer_at
 
       !> Adds the nodes up to the end of a span. With the deck's density all free spans of the segment together get the deck's
-      !> number of elements; a line contact gets the deck's number on its length, or a quarter of this number for a perfect rod, at
-      !> least the least number and no elements below the shortest length. A mesh made for a tolerance follows its density in line
+      !> number of elements; a line contact gets the deck's number on its length, or a quarter of this number for a perfect rod; the
+      !> least number and the shortest length of elements are bounds. A mesh made for a tolerance follows its density in line
       !> contacts as well, because a line contact without pressure buckles as a free span does.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
