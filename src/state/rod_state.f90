@@ -41,7 +41,7 @@ module rod_state
 contains
 
    !> Stress-free initial state. Candidates without gap are active, because they may be the only supports; of several candidates
-   !> with parallel normals at one node only one is active. Bilateral candidates are always active.
+   !> on rigid obstacles with parallel normals at one node only one is active. Bilateral candidates are always active.
    function new_state(problem) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t) :: state
