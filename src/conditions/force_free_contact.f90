@@ -1,9 +1,9 @@
-!> Line contacts without pressure, as on a straight wall: equilibrium is the same with and without them.
+!> Line contacts without pressure, as on a straight wall: equilibrium is the same with and without such a contact.
 !>
-!> Without such a line contact the rod is free between the ends of the line, and at these ends it has two osculating point contacts:
-!> to first order they turn no more than the ends of the line do. Where the tangent of this reduced problem has a zero eigenvalue,
-!> the rod may leave the wall; with ends of fixed place and direction this is at a thrust of 4 pi^2 EI/l^2. No test of the contact
-!> spans shows this, for gap and pressure are zero along the whole line.
+!> In the reduced problem the rod is free between the ends of a force-free line contact, and at these ends it has two osculating
+!> point contacts, which to first order rotate no more than the ends of the line do. Where the tangent of the reduced problem has a
+!> zero eigenvalue, the rod may leave the wall; for ends of fixed place and direction this is at a thrust of 4 pi^2 EI/l^2. No test
+!> of the contact spans detects this load, because gap and pressure are zero along the whole line.
 module force_free_contact
    use kinds, only: wp
    use problem, only: problem_t
@@ -24,14 +24,14 @@ module force_free_contact
    private
    public :: remove_force_free_lines, count_released, let_turn, line_opening
 
-   integer, parameter :: samples = 4            !! number of parts of an element at whose ends the pressure is sampled
-   real(wp), parameter :: nothing = 1.0e-7_wp   !! a force below this part of the structure's forces counts as none
-   real(wp), parameter :: unsettled = 100.0_wp  !! error of the thrust, in tolerances of the residual
+   integer, parameter :: samples = 4            !! number of equal parts of an element, at whose ends the pressure is sampled
+   real(wp), parameter :: nothing = 1.0e-7_wp   !! a force below this part of the structure's forces counts as zero
+   real(wp), parameter :: unsettled = 100.0_wp  !! bound of the error of the thrust, in tolerances of the residual
 
 contains
 
-   !> The reduced problem and its state: contact spans as they are, but each force-free line contact replaced by the two osculating
-   !> point contacts at its ends.
+   !> Creates the reduced problem and its state: contact spans are unchanged, except that the two osculating point contacts at its
+   !> ends replace each force-free line contact.
    subroutine remove_force_free_lines(problem, state, system, free, released, any_weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -88,7 +88,7 @@ contains
 
    contains
 
-      !> True if a contact force presses on the node at the last end of line `k`, which the next line contact shares.
+      !> True if a contact force presses on the node at the last end of line contact `k` that the next line contact shares.
       logical function pressed_end(k)
          integer, intent(in) :: k
          integer :: c
@@ -98,7 +98,7 @@ contains
       end function pressed_end
    end subroutine remove_force_free_lines
 
-   !> Number of negative pivots of the reduced problem's tangent, that is without force-free line contacts.
+   !> Number of negative pivots of the tangent of the reduced problem, in which force-free line contacts are removed.
    subroutine count_released(problem, state, system, pivots, any_weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -126,8 +126,8 @@ contains
       end do
    end subroutine let_turn
 
-   !> True if an end of a line contact needs no point contact of its own: another line contact continues there, or ends with its
-   !> rod.
+   !> True if an end of a line contact needs no point contact in the reduced problem: another line contact continues there, or its
+   !> rod ends there as well.
    pure logical function ends_nowhere(problem, contact_span, k, side)
       type(problem_t), intent(in) :: problem
       type(contact_span_t), intent(in) :: contact_span(:) !! present contact spans
@@ -190,7 +190,7 @@ contains
       type(problem_t), intent(in) :: problem, free
       type(state_t), intent(in) :: state, released
       real(wp), intent(in) :: mode(:, :)        !! (3, nodes of `free`) global axes
-      real(wp), parameter :: closed = 1.0e-3_wp ! part of the largest opening that counts as none
+      real(wp), parameter :: closed = 1.0e-3_wp ! part of the largest opening below which an opening counts as zero
       type(contact_span_t), allocatable :: contact_span(:)
       real(wp) :: gap, normal(2), bend, opening, most, least, at
       integer :: k, e, node, obstacle

@@ -19,7 +19,7 @@ module free_span
 
 contains
 
-   !> All free spans in their order along the rod segments. They are the same for all states of a problem.
+   !> All free spans in their order along the rod segments; the list is the same for all states of a problem.
    pure function free_spans(problem) result(span)
       type(problem_t), intent(in) :: problem
       type(free_span_t), allocatable :: span(:)

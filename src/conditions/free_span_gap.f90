@@ -1,5 +1,5 @@
-!> Gap of a free span to an obstacle: its least and its largest value. Beside a contact span the gap rises from zero, so that near
-!> such an end only minima count.
+!> Gap between a free span and an obstacle: its least and its largest value. The gap rises from zero beside a contact span, so that
+!> near such an end only local minima count.
 module free_span_gap
    use kinds, only: wp
    use model, only: family_ge
@@ -13,12 +13,13 @@ module free_span_gap
    private
    public :: gap_at, least_gap
 
-   ! Next to a touchdown point the gap grows with a power of the distance; within this part of a span only minima count.
+   ! Beside a touchdown point the gap grows with a power of the distance from the point; within this part of a span only local
+   ! minima count.
    real(wp), parameter :: beside = 0.06_wp  !! part of the length of the free span
    integer, parameter :: samples = 4        !! number of equal parts of an element for samples of the gap
-   !> Number of samples between a contact span and the second regular sample; the distance from the contact falls by the square root
-   !> of two from one to the next. If a rod comes down beside a point contact about which it turns, the distance of its least gap is
-   !> twice that of its largest gap: samples whose distances halve could miss both.
+   !> Number of samples between a contact span and the second regular sample; the distance from the contact falls by the factor
+   !> sqrt(2) from one sample to the next. If a rod comes down beside a point contact about which the rod rotates, the least gap is
+   !> at twice the distance of the largest gap: samples whose distances halve could miss both.
    integer, parameter :: near = 20
 
    !> Sampled gap of the elements from `first` to `last` to one obstacle.
@@ -68,7 +69,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       associate (o => problem%model%contact(contact)%obstacle, load => problem%model%step(problem%step)%load)
-         ! The same as candidate_offset of module candidates.
+         ! As candidate_offset of module candidates.
          offset = problem%model%contact(contact)%gap + problem%overlap(contact) * (1.0_wp - problem%constant%resolved(o) - &
             & state%load_factor * load%resolved(o)) - problem%constant%closing(o) - state%load_factor * load%closing(o)
       end associate
@@ -81,8 +82,8 @@ contains
       integer, intent(in) :: element(2)        !! first and last element
       integer, intent(in) :: contact           !! index into model%contact
       logical, intent(in) :: touched(:)        !! (nodes) node touches any obstacle
-      logical, intent(in) :: fails(:)          !! (nodes) node touches this obstacle, but its own test fails; a penetration that
-      !! begins at such a node is due to the failing contact and is not counted
+      logical, intent(in) :: fails(:)          !! (nodes) node touches this obstacle, but the node's own test fails; a penetration
+      !! that begins at such a node belongs to the failing contact and is not counted
       real(wp), intent(out) :: least           !! structure's size if no sample counts
       real(wp), intent(out) :: where           !! coordinate along the rod segment
       real(wp), intent(out) :: largest         !! gap of largest size, with its sign (< 0: inside the obstacle)
@@ -114,14 +115,15 @@ contains
                if (.not. falls_inwards(problem, state, line, i)) cycle
             else
                if (gap(i) > gap(i - 1) .or. gap(i) > gap(i + 1)) cycle
-               ! A parabola through these samples cannot have its minimum below the least value so far.
+               ! The minimum of a parabola through these samples cannot be below the least value so far.
                if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > least) cycle
             end if
             call find_minimum(problem, state, line, i, value, place)
-            ! Rounding, too, makes minima next to a contact span.
+            ! Minima next to a contact span that are only rounding do not count.
             tops = [merge(maxval(gap(:i)), huge(value), line%touches(1)), merge(maxval(gap(i:)), huge(value), line%touches(2))]
             if (minval(tops) <= rounding_gap(problem) .and. value >= -rounding_gap(problem)) cycle
-            ! Discretisation errors make such minima as well: there the penetration must exceed the interpolation error.
+            ! Minima next to a contact span may also be discretisation errors: the penetration there must exceed the interpolation
+            ! error.
             if (place < counts(1) .or. place > counts(2)) value = value + doubt(problem, state, line, place)
             call take(value, place)
          end do
@@ -138,8 +140,8 @@ contains
       end subroutine take
    end subroutine least_gap
 
-   !> Ends of the sampled elements: whether they touch this obstacle, and the coordinates between which gaps count that are no
-   !> minima. The margin is a part of the whole free span, across segment boundaries.
+   !> Sets whether the ends of the sampled elements touch this obstacle, and between which coordinates gaps count that are no local
+   !> minima. The margin at a contact is a part of the length of the whole free span, across segment boundaries.
    pure subroutine look_beside(problem, state, line, touched, counts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -204,8 +206,8 @@ contains
       end do
    end subroutine make_profiles
 
-   !> Samples the gap at equal parts of all elements, but beside a contact at `near` places instead of the first: their distances
-   !> from the contact fall geometrically.
+   !> Samples the gap at equal parts of all elements. Beside a contact, `near` samples replace the first one; their distances from
+   !> the contact fall geometrically.
    subroutine take_samples(problem, state, line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -250,7 +252,8 @@ contains
       integer :: next
       next = merge(i + 1, i - 1, i == 1)
       falls = line%gap(next) >= line%gap(i)
-      ! A decrease over the root of the rounding unit that rounding hides is below rounding everywhere.
+      ! Test of a place at a distance of sqrt(rounding unit) inwards: if rounding hides the decrease over this distance, the
+      ! decrease is below rounding everywhere.
       if (falls) falls = gap_along(problem, state, line, line%at(i) + sqrt(epsilon(1.0_wp)) * (line%at(next) - line%at(i))) &
          & < line%gap(i)
    end function falls_inwards
@@ -268,7 +271,7 @@ contains
          call search%tell(gap_along(problem, state, line, place))
       end do
       value = search%least
-      ! Where the gap rises from a symmetry plane, rounding makes minima beside this plane; these do not count.
+      ! Beside a symmetry plane from which the gap rises, rounding causes minima; these do not count.
       if (value < line%gap(i) - rounding_gap(problem)) return
       value = line%gap(i)
       place = line%at(i)

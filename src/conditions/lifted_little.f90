@@ -1,5 +1,5 @@
-!> Couples and forces that lift a line contact's node at a segment boundary off a length so short that it counts as none, see
-!> lifted_node.
+!> Negligible uplift: couples and forces that lift a line contact's node at a segment boundary off the obstacle over less than the
+!> part `line_share` of the rod segment, see lifted_node.
 module lifted_little
    use kinds, only: wp
    use problem, only: problem_t
@@ -14,13 +14,13 @@ module lifted_little
 
 contains
 
-   !> Couple on a line contact's node at a segment boundary, over scale times size, >= 0. Zero if it is within the residual, or if
-   !> it lifts no length that counts.
+   !> Couple on a line contact's node at a segment boundary, divided by scale times size, >= 0. Zero if the couple is within the
+   !> residual or lifts a negligible length.
    real(wp) function lifting_couple(problem, state, c, scale) result(couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      real(wp), intent(in) :: scale         !! of forces
+      real(wp), intent(in) :: scale         !! scale of forces
       integer :: side, e
       real(wp) :: length(2)
       couple = abs(breakpoint_couple(problem, state, c)) / (scale * problem%size)
@@ -37,7 +37,7 @@ contains
       end do
    end function lifting_couple
 
-   !> True if the couple on the node at the end of a line contact, where the rod ends, lifts no length or height that counts.
+   !> True if the couple on the node at the end of a line contact, where the rod ends, lifts a negligible length or height.
    logical function ends_down(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -49,13 +49,14 @@ contains
       if (ends_down) ends_down = stays_down(problem, e, breakpoint_couple(problem, state, c), density)
    end function ends_down
 
-   !> True if an upward force on a line contact's node at a mirror lifts no length that counts.
+   !> True if a force away from the obstacle, on a line contact's node with fixed rotation at the end of a rod (symmetry plane),
+   !> lifts a negligible length.
    logical function lifts_little(problem, state, c, push, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      real(wp), intent(in) :: push          !! force over the scale, > 0: pressing
-      real(wp), intent(in) :: scale         !! of forces
+      real(wp), intent(in) :: push          !! force over the scale, > 0: the obstacle presses
+      real(wp), intent(in) :: scale         !! scale of forces
       real(wp) :: density
       integer :: e
       lifts_little = push < 0.0_wp .and. problem%model%fixed(3, problem%candidates%node(c))
@@ -66,12 +67,12 @@ contains
          & problem%layout%rod_segment(problem%rod_segment(e))%length
    end function lifts_little
 
-   !> Element of the line contact that ends at a candidate where its rod ends, and the density of the obstacle's force there.
+   !> Element of a line contact that ends at a candidate where its rod ends as well, and the density of the obstacle's force there.
    subroutine look_at_end(problem, state, c, e, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c
-      integer, intent(out) :: e             !! 0: the candidate is no such end
+      integer, intent(out) :: e             !! 0: the candidate is not the end of a line contact and a rod
       real(wp), intent(out) :: density
       real(wp) :: local(3), place(2), angle
       integer :: side

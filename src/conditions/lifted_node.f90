@@ -7,11 +7,11 @@
 !>   T1 = r m (3 + v - v^2 + v^3)/12,   T2 = r m (1 - v + v^2 + 3 v^3)/(12 v^2),
 !>   F = r m f(v),   f = T1/(r m) + T2/(r m) - 1 - v,   C = r m^2 c(v),   c = 1/2 - T1/(r m) + v T2/(r m) - v^2/2.
 !>
-!> Without a force v = 2 - sqrt(3) and C = (2 sqrt(3) - 3) r m^2, without a couple v = 1 and m = -3 F/(4 r). A couple, however
-!> small, lifts a finite length against any pressing force: no node inside a line contact carries a couple.
+!> Without a force v = 2 - sqrt(3) and C = (2 sqrt(3) - 3) r m^2; without a couple v = 1 and m = -3 F/(4 r). A couple, however
+!> small, lifts a finite length against any pressing force: no node inside a line contact transmits a couple to the obstacle.
 !>
-!> At the end node of a line contact, which the couple presses onto the obstacle, w = r x^3 (l - x)/(24 EI) with x from the new end
-!> of the line: next to no slope at the node, where the moment is -r l^2/4.
+!> At the end node of a line contact, which the couple presses onto the obstacle, w = r x^3 (l - x)/(24 EI), with x from the new end
+!> of the line: the slope at the node is negligible, and the moment there is -r l^2/4.
 module lifted_node
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -51,16 +51,16 @@ contains
          call conforming_forces(problem, state, problem%beside(side, problem%candidates%node(candidate)), &
             & merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density(side))
       end do
-      ! The couple that the obstacle would have to exert on the node acts on the rod with the opposite sense.
+      ! The couple of the obstacle on the node corresponds to the opposite couple on the rod.
       length = lifted_lengths(breakpoint_couple(problem, state, candidate) * track_sense(problem, state, candidate, &
          & node_track(problem, state, candidate)), breakpoint_force(problem, state, candidate), 0.5_wp * sum(density))
    end function lifted_beside
 
-   !> Length of local uplift beside a node with fixed rotation, as on a mirror; the force of the mirror image is the same. Huge if
-   !> nothing presses.
+   !> Length of local uplift beside a node with fixed rotation, as at a symmetry plane, whose mirror image has the same force. Huge
+   !> if the obstacle does not press.
    pure real(wp) function lifted_at_mirror(force, density) result(length)
-      real(wp), intent(in) :: force         !! on this side of the mirror, > 0: away from the obstacle
-      real(wp), intent(in) :: density       !! of the obstacle's force beside it, > 0 where it presses
+      real(wp), intent(in) :: force         !! force on this side of the symmetry plane, > 0: away from the obstacle
+      real(wp), intent(in) :: density       !! density of the obstacle's force beside the node, > 0 where it presses
       real(wp) :: both(2)
       both = lifted_lengths(0.0_wp, -2.0_wp * force, density)
       length = both(1)
@@ -70,8 +70,8 @@ contains
    pure logical function stays_down(problem, element, couple, density)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: element        !! element of the line contact beside the node
-      real(wp), intent(in) :: couple        !! on the node, of either sign
-      real(wp), intent(in) :: density       !! of the obstacle's force beside it, > 0 where it presses
+      real(wp), intent(in) :: couple        !! couple on the node, of either sign
+      real(wp), intent(in) :: density       !! density of the obstacle's force beside the node, > 0 where it presses
       real(wp) :: length, height
       stays_down = density > 0.0_wp
       if (.not. stays_down) return
@@ -82,8 +82,8 @@ contains
          & rounding_gap(problem)
    end function stays_down
 
-   !> Shorter of the two lengths of local uplift beside a node if the line contact that approaches this node reached past it; 0 if
-   !> no couple acts on the node.
+   !> Shorter of the two lengths of local uplift beside a node, for an approaching line contact as if it extended beyond the node
+   !> already; 0 if no couple acts on the node.
    real(wp) function lifted_ahead(problem, state, candidate, node) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -114,11 +114,11 @@ contains
       couple = before(3) - after(3)
    end subroutine find_couple
 
-   !> Lengths of local uplift before and after a node; huge if nothing presses.
+   !> Lengths of local uplift before and after a node; huge if the obstacle does not press.
    pure function lifted_lengths(couple, force, density) result(length)
-      real(wp), intent(in) :: couple        !! on the node, > 0 clockwise with the obstacle below the rod
-      real(wp), intent(in) :: force         !! on the node, > 0 towards the obstacle
-      real(wp), intent(in) :: density       !! of the obstacle's force beside it, > 0 where it presses
+      real(wp), intent(in) :: couple        !! couple on the node, > 0 clockwise with the obstacle below the rod
+      real(wp), intent(in) :: force         !! force on the node, > 0 towards the obstacle
+      real(wp), intent(in) :: density       !! density of the obstacle's force beside the node, > 0 where it presses
       real(wp) :: length(2)                 !! before and after the node
       real(wp) :: ends(2), v, m
       integer :: k

@@ -15,8 +15,8 @@ module line_pressure
    public :: pressure_t, sample_line, density_at, least_pressure, virtual_pressure
 
    integer, parameter :: samples = 4            !! number of equal parts of an element for samples of the density
-   integer, parameter :: sections = 24          !! golden sections of the interval between the neighbours of a least sample: to 1e-5
-   !! of this interval
+   integer, parameter :: sections = 24          !! number of golden sections of the interval between the neighbours of a least
+   !! sample: they reduce the interval to 1e-5 of its length
 
    !> Density of the obstacle's force, sampled along a line contact.
    type :: pressure_t
@@ -31,7 +31,7 @@ contains
    function sample_line(problem, state, line) result(pressure)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! in the present state
+      type(contact_span_t), intent(in) :: line            !! line contact in the present state
       type(pressure_t) :: pressure
       real(wp), allocatable :: at(:), density(:)
       real(wp) :: place
@@ -84,13 +84,13 @@ contains
    real(wp) function density_at(problem, state, line, at) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! in the present state
+      type(contact_span_t), intent(in) :: line            !! line contact in the present state
       real(wp), intent(in) :: at
       real(wp) :: local(3), place(2), angle, tau
       integer :: e
       call find_point(problem, state, line%rod_segment, at, e, tau)
       if (problem%conforms(e) == 0) then
-         ! The coordinate is the last end of the line, where a free element begins.
+         ! At the last end of the line contact a free element begins; the element before the end is used.
          e = e - 1
          tau = 1.0_wp
       end if
@@ -101,8 +101,9 @@ contains
    subroutine least_pressure(problem, state, line, least, where, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! in the present state
-      real(wp), intent(out) :: least               !! -huge(least): the direction of the track jumps, and no rod can follow
+      type(contact_span_t), intent(in) :: line            !! line contact in the present state
+      real(wp), intent(out) :: least               !! least density; -huge(least): the direction of the track jumps, so that no rod
+      !! can follow the track
       real(wp), intent(out) :: where               !! coordinate along the rod segment
       integer, intent(out) :: side                 !! place of the least density: -1 first end, 0 inside, 1 last end of the line
       type(pressure_t) :: pressure
@@ -122,7 +123,7 @@ contains
       if (i == size(pressure%at)) side = 1
    end subroutine least_pressure
 
-   !> True for an element whose track changes its direction by a jump: the rod would need an infinite force to follow the track.
+   !> True for an element whose track changes its direction by a jump, which would require an infinite contact force.
    logical function bends_at_once(problem, state, e)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -133,9 +134,9 @@ contains
       end associate
    end function bends_at_once
 
-   !> Density that the obstacle would need if the rod followed the track at a point contact: r = m'' with m = EI (curvature of the
-   !> track less the rod's own), and the parts of the normal force and of transverse loads. > 0: pressing, a line contact is
-   !> possible.
+   !> Density that the obstacle's force would have if the rod followed the track at a point contact: r = m'' with m = EI (curvature
+   !> of the track less the rod's own), and the contributions of the normal force and of transverse loads. > 0: pressing, a line
+   !> contact is possible.
    real(wp) function virtual_pressure(problem, state, candidate, beside) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -156,8 +157,8 @@ contains
       end = merge(1, 2, problem%model%mesh%node(1, e) == problem%candidates%node(candidate))
       call ge_end(problem, state, e, end, force, moment)
       axial = cos(angle) * force(1) + sin(angle) * force(2)
-      ! The iteration leaves a residual of this size in the normal force. Where the exact force is zero, the sign of the residual
-      ! must not decide between a line contact and two point contacts.
+      ! The iteration leaves a residual of this size in the normal force. If the exact force is zero, the sign of the residual must
+      ! not decide between a line contact and two point contacts.
       if (abs(axial) <= problem%model%step(problem%step)%tolerance * norm2(force)) axial = 0.0_wp
       bend = bend_at(problem, state, e, end - 1.0_wp)
       density = (track%curvature_second * stretch**3 - sense * bend(2)) / &

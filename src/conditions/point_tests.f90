@@ -1,5 +1,5 @@
-!> Tests of contact nodes: forces of points and of line ends at segment boundaries are compressive, a point contact is less curved
-!> than the obstacle, and the rod rises from the obstacle beside a touching end.
+!> Tests of contact nodes: forces at point contacts and at ends of line contacts at segment boundaries are compressive, a point
+!> contact is less curved than the obstacle, and the gap rises from a contact at the end of a rod or at a corner.
 module point_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -14,7 +14,8 @@ module point_tests
    private
    public :: tests_of_points, rests_beside
 
-   real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] up to this the angle of a support is rounding
+   real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] largest rotation error at a support that counts as
+   !! rounding
 
 contains
 
@@ -22,7 +23,7 @@ contains
    function tests_of_points(problem, state, scale) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale         !! of forces
+      real(wp), intent(in) :: scale         !! scale of forces
       type(span_test_t), allocatable :: tests(:)
       integer :: c
       logical :: kept, fixed
@@ -55,8 +56,8 @@ contains
       test = span_test_t(kind=kind, value=value, contact_span=problem%candidates%contact_span(c), candidate=c)
    end function new_test
 
-   !> Curvature tests beside a support with fixed rotation, one for each side. A side where the rod leaves the obstacle at a fixed
-   !> angle has no test, for no curvature brings the rod back there.
+   !> Curvature tests beside a support with fixed rotation, one for each side. There is no test for a side where the rod leaves the
+   !> obstacle at a fixed angle, because there curvature cannot bring the rod back into contact.
    subroutine test_beside_support(problem, state, c, tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -69,7 +70,7 @@ contains
       end do
    end subroutine test_beside_support
 
-   !> Slope tests at the end of a rod or at a corner of the obstacle: the gap must increase from the node on.
+   !> Slope tests at the end of a rod or at a corner of the obstacle: the gap must increase with the distance from the node.
    subroutine test_slopes(problem, state, c, tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -85,7 +86,7 @@ contains
       end do
    end subroutine test_slopes
 
-   !> Slope of the gap at a contact node, away from the node.
+   !> Slope of the gap at a contact node, by the distance from the node, on one side.
    real(wp) function rise(problem, state, c, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -108,8 +109,8 @@ contains
       if (present(side)) test%sense = real(2 * side - 3, wp)
    end function curvature
 
-   !> Test of a point contact at a segment boundary: the distance along the rod at which its force belongs, against the length that
-   !> counts as none. Below zero the point leaves the boundary.
+   !> Test of a point contact at a segment boundary: the negligible length less the distance along the rod from the node to the
+   !> place of the contact force, over the structure's size. Below zero the point contact leaves the boundary.
    type(span_test_t) function leaving(problem, state, c) result(test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -124,11 +125,11 @@ contains
       test%sense = sign(1.0_wp, roll%way)
    end function leaving
 
-   !> Concentrated contact force at a candidate over the scale, > 0: pressing.
+   !> Concentrated contact force at a candidate, divided by the scale, > 0: pressing.
    real(wp) function push(problem, state, scale, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale         !! of forces
+      real(wp), intent(in) :: scale         !! scale of forces
       integer, intent(in) :: c
       real(wp) :: lift, normal(2), bend
       type(rolled_t) :: roll
@@ -137,19 +138,19 @@ contains
          return
       end if
       push = breakpoint_force(problem, state, c) / scale
-      ! At a boundary inside a line contact the force is zero but for the residual and for negligible uplift. A point contact's
-      ! force may vanish there, so it is not set to zero.
+      ! At a boundary inside a line contact the force is zero except for the residual and negligible uplift. The force of a point
+      ! contact may become zero there, so its value is kept.
       if (problem%contact_span(problem%candidates%contact_span(c))%line .and. (abs(push) <= left_over(problem) .or. &
          & lifts_little(problem, state, c, push, scale))) push = 0.0_wp
-      ! If the contact does not constrain the node, an open gap counts as the failure: a moving support, or another obstacle, takes
-      ! the node along.
+      ! If the contact does not constrain the node, the test fails by an open gap: a moving support or another obstacle displaces
+      ! the node.
       if (closes_gap(problem, state, c)) return
       call candidate_gap(problem, state, c, lift, normal, bend)
       roll = rolled(problem, state, c)
       if (lift - roll%rise > rounding_gap(problem)) push = -lift / problem%size
    end function push
 
-   !> True for a side of a contact node on which an element exists and is free.
+   !> True for a side of a contact node with a free element.
    pure logical function rests_beside(problem, c, side)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c              !! candidate
@@ -160,8 +161,8 @@ contains
       end associate
    end function rests_beside
 
-   !> True if the contact constrains its node. False if a support, or an earlier active candidate of the same node in the same
-   !> direction, does; see eliminated_unknowns.
+   !> True if the contact constrains its node. False if a support constrains the node in the same direction, or an earlier active
+   !> candidate of the same node; see eliminated_unknowns.
    pure logical function closes_gap(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

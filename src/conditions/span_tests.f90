@@ -1,9 +1,9 @@
-!> Conditions for a set of contact spans to be the right one, as test functions: smooth along the path as long as the set is the
+!> Tests whether a set of contact spans is the right one: test functions that are smooth along the path as long as the set is the
 !> same, and >= 0 while the set is valid. At their zeros contact begins, ends, spreads or splits.
 !>
-!> A contact change passes through: the tests -> the first that vanishes on an increment (span_events) -> its place (span_location,
-!> vanishing_span, predicted_contact_set) -> record (span_changes) -> next contact set (span_rules, contact_set_edits) -> its mesh
-!> (span_mesh) -> its first point (span_set, entering_contact_set)
+!> Modules of a contact change, in order: tests; first test that vanishes on an increment (span_events); place of the zero
+!> (span_location, vanishing_span, predicted_contact_set); record (span_changes); next contact set (span_rules, contact_set_edits);
+!> mesh of the next set (span_mesh); first point with the next set (span_set, entering_contact_set).
 module span_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -26,7 +26,7 @@ contains
    function run_span_tests(problem, state, scale, only) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale         !! of forces
+      real(wp), intent(in) :: scale         !! scale of forces
       integer, intent(in), optional :: only !! index of the only test whose value is needed, 0: tests of points only; gaps and
       !! pressures that these do not need are then not evaluated
       type(span_test_t), allocatable :: tests(:)
@@ -50,7 +50,8 @@ contains
 
    contains
 
-      !> True for the gap test itself, and for a curvature test, whose value depends on the gap beside it (is_closed).
+      !> True for the gap test itself, and for a curvature test, whose value depends on the gap of the free span beside it
+      !> (is_closed).
       pure logical function needs_gaps(which)
          integer, intent(in) :: which
          needs_gaps = which > 0 .and. which <= size(gaps)
@@ -58,8 +59,8 @@ contains
             & points(which - size(gaps))%kind == test_curvature
       end function needs_gaps
 
-      !> True for a free span whose gap is below rounding, as just after it opened: the curvatures at its ends are residuals of the
-      !> iteration.
+      !> True for a free span whose gap is below rounding, for instance just after the span opened: the curvatures at its ends are
+      !> then residuals of the iteration.
       pure logical function is_closed(test)
          type(span_test_t), intent(in) :: test
          is_closed = test%kind == test_vanishing .and. abs(test%value) * problem%size <= rounding_gap(problem)
@@ -96,8 +97,8 @@ contains
             test%kind = test_vanishing
             test%value = largest / problem%size
             test%ends = span_ends(problem, state, span(i))
-            ! A gap of the sixth power of the span's length is below rounding long before the length between two contacts is; then
-            ! the length is the test.
+            ! The gap, proportional to the sixth power of the span's length, is below rounding long before the length between two
+            ! contacts is; then the length is tested.
             if (abs(largest) <= rounding_gap(problem)) test%value = rounding_gap(problem) / problem%size * &
                & ((test%ends(2) - test%ends(1)) / problem%layout%rod_segment(test%rod_segment)%length - shortest)
             tests = [tests, test]
@@ -158,7 +159,7 @@ contains
    function pressure_tests(problem, state, scale, valued) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale         !! of forces
+      real(wp), intent(in) :: scale         !! scale of forces
       logical, intent(in) :: valued         !! false: pressures are not evaluated, values are 0
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
@@ -178,11 +179,11 @@ contains
       end do
    end function pressure_tests
 
-   !> True if all tests of a converged state are passed, that is if its set of contact spans is the right one.
+   !> True if a converged state passes all tests, so that its set of contact spans is the right one.
    logical function spans_hold(problem, state, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: scale              !! of forces
+      real(wp), intent(in) :: scale              !! scale of forces
       spans_hold = .not. any_fails(run_span_tests(problem, state, max(scale, tiny(scale))))
    end function spans_hold
 end module span_tests

@@ -1,4 +1,4 @@
-!> Two close states on the tangent of the path, for derivatives of any number by differences.
+!> Two neighbouring states on the path tangent, for derivatives by differences along the path.
 module tangent_step
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -10,7 +10,8 @@ module tangent_step
    private
    public :: states_along
 
-   real(wp), parameter :: little = 1.0e-6_wp !! step, of the structure's size or in rad; slopes keep half of the digits
+   real(wp), parameter :: little = 1.0e-6_wp !! largest displacement over the structure's size, or rotation [rad], of the step;
+   !! slopes keep half of the digits
 
 contains
 
@@ -19,12 +20,12 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored at the state
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: load               !! sign: whether the load factor rises or falls
+      real(wp), intent(in) :: load               !! only the sign is used: > 0 if the load factor increases along the path
       type(state_t), intent(out) :: here, ahead
       real(wp), intent(out) :: step              !! increment of the load factor, with this sign
       integer :: c
       step = sign(small_load(problem, system, state%load_factor), load)
-      ! On a new mesh forces are in balance only after one more iteration. Both states make this iteration.
+      ! On a new mesh the state is in equilibrium only after one more iteration; both states get this iteration.
       here = state
       ahead = state
       call apply_increment(problem, system, 0.0_wp * system%tangent, 0.0_wp, here)

@@ -15,10 +15,10 @@ module test_kinds
    integer, parameter :: test_length = 5    !! length of a line contact
    integer, parameter :: test_vanishing = 6 !! largest gap of a free span beside a contact; once this gap is below rounding, the
    !! length of the span
-   integer, parameter :: test_crossing = 7  !! length of a free span between a contact and a segment boundary
-   integer, parameter :: test_slope = 8     !! slope of the gap away from a touching end of a rod, or from a corner
-   integer, parameter :: test_leaving = 9   !! point contact at a segment boundary: length that counts as none less the distance to
-   !! its proper place
+   integer, parameter :: test_crossing = 7  !! length of a free span between a contact span and a segment boundary
+   integer, parameter :: test_slope = 8     !! slope of the gap beside a contact at the end of a rod or at a corner
+   integer, parameter :: test_leaving = 9   !! point contact at a segment boundary: negligible length less the distance from the
+   !! node to the place of the contact force
    integer, parameter :: test_couple = 10   !! minus the size of the couple that a line contact's node at a segment boundary needs
 
    !> Meaning of a zero of each kind.
@@ -40,11 +40,12 @@ module test_kinds
       & 0.0_wp, &    ! leaving
       & 1.0e-9_wp]   ! couple
 
-   real(wp), parameter :: well_below = 10.0_wp !! multiple of the slack beyond which another test fails at the zero of a test
+   real(wp), parameter :: well_below = 10.0_wp !! multiple of the slack: at the zero of one test, another test below minus this
+   !! value fails
 
    type :: span_test_t
       integer :: kind = 0
-      real(wp) :: value = 0.0_wp            !! over the structure's length, force or curvature
+      real(wp) :: value = 0.0_wp            !! divided by the structure's length, force or curvature
       integer :: contact_span = 0           !! contact span, index into problem%contact_span; 0: none yet
       integer :: candidate = 0              !! force, curvature, slope: contact node
       integer :: contact = 0                !! gap, vanishing: index into model%contact
@@ -68,8 +69,8 @@ contains
       any_fails = .not. all(tests%value >= -test_slack(tests%kind))
    end function any_fails
 
-   !> True if a test fails at the end of an increment. For a pressure, whose slack is the widest, a change from above the slack to
-   !> below zero is enough: the pressure was zero between.
+   !> True if a test changes from passed to failed on an increment. For a pressure, whose slack is the widest, a change from above
+   !> the slack to below zero is enough: the pressure was zero in between.
    elemental logical function crosses(before, after)
       type(span_test_t), intent(in) :: before, after !! one test at both ends of an increment
       associate (slack => test_slack(after%kind))
@@ -80,11 +81,11 @@ contains
 
    !> True if any test has a zero on an increment.
    pure logical function any_crosses(before, after)
-      type(span_test_t), intent(in) :: before(:), after(:) !! at its ends
+      type(span_test_t), intent(in) :: before(:), after(:) !! tests at the beginning and the end of the increment
       any_crosses = any(crosses(before, after))
    end function any_crosses
 
-   !> True if a test other than the one at its zero is below zero by `well_below` slacks.
+   !> True if a test other than the one at its zero is below zero by more than `well_below` slacks.
    pure logical function another_fails(tests, which)
       type(span_test_t), intent(in) :: tests(:)
       integer, intent(in) :: which               !! index of the test that is zero

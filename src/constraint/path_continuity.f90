@@ -36,8 +36,9 @@ module path_continuity
       real(wp) :: length = 0.0_wp               !! length of the chord
       real(wp) :: turn = 0.0_wp                 !! angle between the tangents
       real(wp) :: distance = 0.0_wp             !! norm of chord/length - mean of the tangents; 1/8 turn^2 on a circle
-      real(wp) :: load = 0.0_wp !! excess of the mean load rate over the interval of both rates, relative to the faster one
-      real(wp) :: bending = 0.0_wp              !! the same for the rates of the rotations, as vectors
+      real(wp) :: load = 0.0_wp !! distance of the mean load rate from the interval between both load rates, relative to the faster
+      !! rate
+      real(wp) :: bending = 0.0_wp              !! as `load`, for the rates of the rotations as vectors
       real(wp) :: rotation = 0.0_wp             !! [rad] largest rotation, if the first tangent is unknown
    end type relation_t
 
@@ -47,15 +48,15 @@ module path_continuity
 
    real(wp), parameter :: largest_turn = 0.5_wp !! [rad] largest turn of the tangent in one increment
    real(wp), parameter :: largest_distance = 0.5_wp * largest_turn**2 !! four times the value of a circular arc of that turn
-   real(wp), parameter :: largest_load = largest_distance !! for a load rate that is not monotone over the increment
+   real(wp), parameter :: largest_load = largest_distance !! bound of `load` for a load rate that is not monotone over the increment
    real(wp), parameter :: right_angle = acos(0.0_wp)
    real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length due to rounding, if loads only stress an immovable structure
 
 contains
 
-   !> Control that prescribes the plane normal to the path at a point. The load factor is scaled so that the whole load weighs as
-   !> much as the whole displacement: at limit points displacements are prescribed, however little a slender structure has moved
-   !> until then, and the load where hardly anything moves.
+   !> Control that prescribes the plane normal to the path tangent at a point. The load factor is scaled so that the whole load has
+   !> the same weight as the whole displacement: this prescribes displacements at limit points, however little a slender structure
+   !> has moved until then, and the load where the structure hardly moves.
    function normal_plane(problem, state, heading, least) result(plane)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -66,7 +67,7 @@ contains
       plane%method = method_load
       if (.not. metric(problem, heading%u, heading%u) > 0.0_wp) return
       plane%method = method_linearised
-      ! Displacements that have lost half of their digits to rounding cannot prescribe a point.
+      ! Displacements with rounding errors in half of their digits cannot prescribe a point.
       all_of_it = max(sqrt(metric(problem, state%u, state%u)), sqrt(epsilon(norm)))
       if (present(least)) all_of_it = max(all_of_it, least)
       if (abs(state%load_factor) > 0.0_wp) plane%load_scale = all_of_it / abs(state%load_factor)
@@ -94,8 +95,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
       type(path_tangent_t), intent(in) :: before, after !! tangents at `from` and `to`
-      logical, intent(in) :: fresh              !! `from` is an unloaded start: its tangent assumes its contacts closed. The
-      !! response to a small load is proportional to the load, and the chord replaces that tangent
+      logical, intent(in) :: fresh              !! true: `from` is an unloaded start, whose tangent assumes its contacts closed. The
+      !! response to a small load is proportional to the load, and the chord is used instead of the tangent
       type(relation_t) :: relation
       real(wp), dimension(3, size(from%u, 2)) :: chord, first, last
       real(wp) :: length, rise, rates(2), faster, unknown
@@ -113,7 +114,7 @@ contains
          call seen(before, first, rates(1), from)
       end if
       if (.not. (metric(problem, first, first) > 0.0_wp .and. metric(problem, last, last) > 0.0_wp)) return
-      ! If no displacement changes, tangents are rounding, and the chord is the location error of an event.
+      ! If displacements change by rounding only, tangents are meaningless, and the chord is the location error of an event.
       if (length <= problem%model%step(problem%step)%locate_tolerance .and. stands_still(rates(1), length * rise) .and. &
          & stands_still(rates(2), length * rise)) return
       relation%comparable = .true.
@@ -124,11 +125,12 @@ contains
       relation%load = max(rise - maxval(rates), minval(rates) - rise) - &
          & problem%model%step(problem%step)%tolerance * max(abs(from%load_factor), abs(to%load_factor)) / length
       relation%load = max(relation%load, 0.0_wp) / max(maxval(abs(rates)), tiny(1.0_wp))
-      ! chord is now its difference from the mean of the tangents.
+      ! From here on `chord` is the chord's difference from the mean of the tangents, and `last` is half of the tangents'
+      ! difference.
       last = 0.5_wp * (last - first)
       faster = sqrt(max(turning(problem, first, first), turning(problem, first + 2.0_wp * last, first + 2.0_wp * last)))
-      ! The position of a rod that rolls freely is accurate to the iteration tolerance only; other rotations have the error allowed
-      ! to the mesh.
+      ! The position of a freely rolling rod is accurate to the iteration tolerance only; other rotations have the error that the
+      ! mesh is allowed.
       unknown = no_motion / length
       associate (step => problem%model%step(problem%step))
          if (problem%rolling > 0) unknown = max(unknown, step%tolerance * problem%size / length)
@@ -169,21 +171,21 @@ contains
       turned_over = relation%comparable .and. relation%rotation > right_angle
    end function turned_over
 
-   !> True for a point much farther away than the increment prescribed. Strategies without a constraint equation can arrive there;
-   !> on the same path their deviation is of the order of the squared turn.
+   !> True for a point much farther from the start than the increment prescribed. Strategies without a constraint equation can
+   !> converge to such a point; on the same path their distance deviates from the increment by the order of the squared turn only.
    pure logical function too_far(problem, control, relation)
       type(problem_t), intent(in) :: problem
-      type(control_t), intent(in) :: control    !! its tangent is set if it prescribes an arc length
+      type(control_t), intent(in) :: control    !! control; with its tangent if it prescribes an arc length
       type(relation_t), intent(in) :: relation
       too_far = .false.
       if (is_arc_length(control%method)) too_far = relation%length > (1.0_wp + largest_turn) * abs(control%increment) * &
          & sqrt(metric(problem, control%tangent, control%tangent))
    end function too_far
 
-   !> True for a path with a corner instead of a curve: a shorter increment from the same point turns by about the same angle.
-   !> Piecewise linear foundation laws and contact changes cause corners.
+   !> True for a path with a corner between two points: a shorter increment from the same point turns the tangent by about the same
+   !> angle. Corners are caused by piecewise linear foundation laws and by contact changes.
    pure logical function at_corner(longer, shorter)
-      type(relation_t), intent(in) :: longer, shorter !! of two increments from one point
+      type(relation_t), intent(in) :: longer, shorter !! start and end of two increments from one point, compared
       real(wp), parameter :: as_much = 0.75_wp  ! on a curve the turn falls in proportion to the length
       at_corner = longer%comparable .and. shorter%comparable .and. shorter%length < as_much * longer%length .and. &
          & shorter%turn > as_much * longer%turn .and. shorter%turn < right_angle
@@ -228,14 +230,14 @@ contains
       first = along(1) - cosine * second
    end function length_to_corner
 
-   !> True if a load change moves the structure by rounding only: such a tangent has no direction.
+   !> True if a load change moves the structure by rounding only: such a path tangent has no direction.
    pure logical function heading_stands(heading, rise) result(stands)
       type(path_tangent_t), intent(in) :: heading
       real(wp), intent(in) :: rise              !! change of the load factor
       stands = .not. any(abs(heading%u) > 0.0_wp) .or. rate_stands(heading%load, rise)
    end function heading_stands
 
-   !> The same for a tangent with displacements.
+   !> As heading_stands, for a tangent given by its load rate.
    pure logical function rate_stands(rate, rise) result(stands)
       real(wp), intent(in) :: rate              !! d(load factor)/d(arc length)
       real(wp), intent(in) :: rise
@@ -254,11 +256,11 @@ contains
       chord = to%u - from%u
    end function chord_between
 
-   !> Transfers a tangent at one state to the nodes of another one.
+   !> Transfers a rate field from the nodes of one state to those of another.
    pure function seen_from(problem, from, there, u) result(seen)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, there
-      real(wp), intent(in) :: u(:, :)           !! (3, nodes) at the nodes of `there`
+      real(wp), intent(in) :: u(:, :)           !! (3, nodes) field at the nodes of `there`
       real(wp) :: seen(3, size(u, 2))
       seen = u
       if (problem%moves_nodes()) seen = field_at(problem, there, u, from%geometry)
@@ -274,7 +276,8 @@ contains
       do c = 1, size(a%segment)
          if (.not. alike) return
          if (a%segment(c) == b%segment(c)) cycle
-         ! A segment of the law determined in one state only requires contact in both states or in neither.
+         ! If only one state has a determined segment of the law, the states count as alike only if both are in contact or neither
+         ! is.
          alike = any([a%segment(c), b%segment(c)] == segment_unknown)
          if (.not. alike) return
          e = problem%ground%chain%element(2, c)
@@ -303,7 +306,7 @@ contains
       weight([1, 3]) = weight([1, 3]) * length
       state%load_factor = from%load_factor + weight(1) * before%load + weight(2) * (to%load_factor - from%load_factor) + &
          & weight(3) * after%load
-      ! Displacements at moving nodes do not change at the tangents' rates: linear.
+      ! On a mesh with moving nodes the tangents are not the rates of the nodes' displacements: linear interpolation.
       if (problem%moves_nodes()) weight = [0.0_wp, part, 0.0_wp]
       state%u = from%u + weight(1) * before%u + weight(2) * (to%u - from%u) + weight(3) * after%u
       state%z = from%z + part * (to%z - from%z)
@@ -361,14 +364,15 @@ contains
       end do
    end function part_at
 
-   !> True for a point that lies on the path between two others and is followed in the opposite direction: a path that has turned
-   !> round without an event retraces its points. Shorter increments separate the two arms of a hairpin.
+   !> True for a point that lies on the path between two other points and whose path tangent has the opposite direction: a path that
+   !> has reversed without an event retraces its points. The two branches of a sharp turn are separated by shorter increments.
    pure logical function goes_back(problem, from, to, chord, before, after, place, heading)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to, place
       real(wp), intent(in) :: chord(:, :)       !! (3, nodes) displacement between `from` and `to`, see chord_between
       type(path_tangent_t), intent(in) :: before, after, heading !! tangents at these states
-      real(wp), parameter :: same = 0.04_wp * largest_turn**2 !! of that length; on a circular arc the cubic's error is turn^3/384
+      real(wp), parameter :: same = 0.04_wp * largest_turn**2 !! bound of the distance from the path, as part of the chord's length;
+      !! on a circular arc the cubic's error is turn^3/384
       real(wp), dimension(3, size(from%u, 2)) :: way, last
       real(wp) :: length, along, weight(3), load
       goes_back = .false.
@@ -387,7 +391,7 @@ contains
          & abs(load) <= same * length * max(abs(before%load), abs(after%load))
    end function goes_back
 
-   !> True for a state that lies on the path between two of its points. The state's own tangent is not needed.
+   !> True for a state that lies on the path between two points of the path. The path tangent of the state is not needed.
    logical function lies_between(problem, from, to, before, after, place) result(lies)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to, place !! all alike
@@ -403,7 +407,7 @@ contains
       along = metric(problem, way, chord) / length**2
       part = min(max(along, 0.0_wp), 1.0_wp)
       if (problem%moves_nodes()) then
-         ! On moving nodes: cubic of the material points at the nodes of `from`.
+         ! Cubic of the displacements of the material points at the nodes of `from`.
          weight = hermite(part)
          way = way - weight(1) * length * before%u - weight(2) * chord - weight(3) * length * &
             & seen_from(problem, from, to, after%u)

@@ -12,7 +12,7 @@
 !> linearised:   the plane normal to the tangent at distance `increment`       (Riks 1979)
 !> largest displacement: the component with the largest change in a tangent step of length `increment` (Rheinboldt 1981)
 !> flat:         relative curvature at a point contact = increment (relative_curvature)
-!> The following take a tangent step as predictor, and corrections normal to
+!> The following strategies have a tangent step as predictor, and corrections normal to the vector named first:
 !> minimum residual:        the displacements due to the load: shortest correction (Chan 1988)
 !> variable load:           the displacements of the increment so far          (Gierlinski & Graves Smith 1985)
 !> generalised displacement: the tangent of the previous increment             (Yang & Shieh 1990)
@@ -58,7 +58,7 @@ contains
          & method_minimum_residual, method_variable_load, method_generalised, method_largest])
    end function is_arc_length
 
-   !> True for numbers that an increment can prescribe: the load factor and monitors of displacements.
+   !> True for quantities that an increment can prescribe: the load factor and monitors of displacements.
    pure logical function can_be_held(problem, monitor)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: monitor             !! 0: the load factor
@@ -69,13 +69,13 @@ contains
    !> Constraint: load factor or monitor changes by the given amount.
    pure type(control_t) function holding_value(monitor, change) result(control)
       integer, intent(in) :: monitor             !! 0: the load factor
-      real(wp), intent(in) :: change             !! in the unit of the number
+      real(wp), intent(in) :: change             !! change, in the unit of the quantity
       control%method = merge(method_displacement, method_load, monitor > 0)
       control%monitor = monitor
       control%increment = change
    end function holding_value
 
-   !> True for strategies whose corrections are normal to a given direction: they have no constraint that a point must satisfy.
+   !> True for strategies whose corrections are normal to a given direction: these have no constraint equation at the final point.
    pure logical function is_free(method)
       integer, intent(in) :: method
       is_free = any(method == [method_minimum_residual, method_variable_load, method_generalised])
@@ -99,7 +99,7 @@ contains
       end do
    end function metric
 
-   !> Inner product of the rotations. It measures bending, which displacements hardly show if a rod shortens much more than it
+   !> Inner product of the rotations, a measure of bending; displacements hardly show bending if a rod shortens much more than it
    !> bends.
    pure real(wp) function turning(problem, a, b)
       type(problem_t), intent(in) :: problem
@@ -188,7 +188,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system        !! assembled there
+      type(system_t), intent(in) :: system        !! assembled at `state`
       type(functional_t) :: held
       real(wp) :: none(3, size(state%u, 2))
       select case (control%method)
@@ -218,7 +218,7 @@ contains
 
    !> Displacement component with the largest value in the tangent.
    pure subroutine largest_component(control, node, component)
-      type(control_t), intent(in) :: control    !! its tangent is set
+      type(control_t), intent(in) :: control    !! control with its tangent
       integer, intent(out) :: node, component
       integer :: place(2)
       place = maxloc(abs(control%tangent(1:2, :)))
@@ -227,7 +227,7 @@ contains
    end subroutine largest_component
 
    !> Constraint row of the cylindrical and spherical strategies: tangent plane of the circle at the root of Crisfield's quadratic
-   !> that is closer to the increment so far. Without a real root: at the point of the line nearest to the circle.
+   !> that is closer to the increment so far; without a real root, at the point of the correction line nearest to the circle.
    subroutine circle_row(problem, control, so_far, dl, system, rhs)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control

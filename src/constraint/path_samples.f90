@@ -1,5 +1,5 @@
-!> States interpolated by a cubic between points of the path, with their tangents: where Newton's method has no useful last
-!> correction (bifurcation), or no solution (point contact at zero relative curvature).
+!> States interpolated by a cubic between points of the path, with their tangents, for places where Newton's method has no useful
+!> last correction (bifurcation) or no solution (point contact at zero relative curvature).
 module path_samples
    use kinds, only: wp
    use problem, only: problem_t
@@ -86,7 +86,7 @@ contains
          slope = dot_product(derivative, mu)
          if (.not. abs(slope) > 0.0_wp) return
          shift = -dot_product(value, mu) / slope
-         ! A step is limited to the span of the samples, beyond which the cubic is meaningless.
+         ! A Newton step is limited to the length of the sampled interval, beyond which the cubic is meaningless.
          shift = min(max(shift, -reach), reach)
          x = x + shift
          if (abs(shift) <= epsilon(x) * max(abs(x), reach)) return

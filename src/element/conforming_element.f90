@@ -4,19 +4,19 @@
 !>   P' = k'(sigma) (1 + e) M - q_t                     P = N + o k M                q_t = q . (o tangent)
 !>
 !> ' is d/ds of the stress-free length s; sigma, k and k': arc length, curvature and its rate of the track (obstacle_track);
-!> o = 1 where the rod runs in the sense of the track, -1 against it; k0: stress-free curvature; e_T, k_T: strain and
-!> curvature that heat gives without any stress; q: dead load per unit stress-free length. Follower pressure is normal to
-!> the track and does no work on it. The rod does not shear.
+!> o = 1 where the rod runs in the sense of the track, -1 against it; k0: stress-free curvature; e_T, k_T: thermal strain and
+!> curvature of the unstressed rod; q: dead load per unit stress-free length. Follower pressure is normal to the track and does no
+!> work on it. The rod does not shear.
 !>
-!> The track leaves the rod one degree of freedom, sigma. With L = EA (e - e_T)^2/2 + EI (theta' - k0 - k_T)^2/2 - q . r the
-!> force dual to it is dL/d(sigma') = o P, and P' is Lagrange's equation. (sigma, o P) is thus a Hamiltonian system, Gauss
-!> collocation is symplectic, and the condensed tangent is symmetric.
+!> On the track the rod has one degree of freedom, sigma. With L = EA (e - e_T)^2/2 + EI (theta' - k0 - k_T)^2/2 - q . r the force
+!> dual to sigma is dL/d(sigma') = o P, and the equation of P' is Lagrange's equation. (sigma, o P) is thus a Hamiltonian system,
+!> Gauss collocation is symplectic, and the condensed tangent is symmetric.
 !>
 !> N and M follow from sigma and P, a linear equation: N (1 + EI k^2/EA) = P - o k EI (o k (1 + e_T) - k0 - k_T).
-!> A rod that cannot stretch has 1/EA = 0: sigma is then known by s alone, and P is what keeps it so. Its tangent stretches a
-!> little at the second end, as that of ge_element does, and axial_rigidity takes that back.
-!> Stored unknowns z = (P at the first end, P at the stages, sigma at the stages less that of the first end) are condensed out
-!> here, as in ge_element: N never comes from EA times a difference of coordinates.
+!> For an inextensible rod 1/EA = 0: sigma is then a function of s alone, and P is the constraint force. As in ge_element, the
+!> tangent of such an element has a small artificial extension at the second end, which axial_rigidity removes from solutions.
+!> Stored unknowns z = (P at the first end, P at the stages, sigma at the stages less that of the first end) are condensed out here,
+!> as in ge_element: N never comes from EA times a difference of coordinates.
 module conforming_element
    use kinds, only: wp
    use obstacle_types, only: obstacle_t
@@ -28,14 +28,14 @@ module conforming_element
    private
    public :: conforming_size, conforming_columns, conforming_evaluate, conforming_resultants
 
-   integer, parameter :: conforming_columns = 4 !! of the update operator: sigma of both ends, residual, load factor
+   integer, parameter :: conforming_columns = 4 !! columns of the update operator: sigma at both ends, residual, load factor
 
-   !> The section at a place of the track.
+   !> Cross section of the rod at one place of the track.
    type :: section_t
       real(wp) :: n = 0.0_wp, m = 0.0_wp    !! axial force, moment
       real(wp) :: stretch = 0.0_wp          !! 1 + e
-      real(wp) :: pull = 0.0_wp             !! -q_t plus k' (1 + e) M: P'
-      ! Derivatives of sigma' and P' by sigma, P and the load factor; P' by P is minus sigma' by sigma.
+      real(wp) :: pull = 0.0_wp             !! P' = k' (1 + e) M - q_t
+      ! Derivatives of sigma' (run) and P' (pull) by sigma, P and the load factor; that of P' by P is minus that of sigma' by sigma.
       real(wp) :: run_by_sigma = 0.0_wp, run_by_p = 0.0_wp, run_by_load = 0.0_wp
       real(wp) :: pull_by_sigma = 0.0_wp, pull_by_load = 0.0_wp
    end type section_t
@@ -64,23 +64,23 @@ contains
       real(wp), intent(in) :: sense            !! o: 1 or -1
       real(wp), intent(in) :: bend(:)          !! (stages) stress-free curvature at the stages
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset           !! distance of the axis from the surface, towards the free side
-      type(track_t), intent(in) :: first, last !! both ends
+      real(wp), intent(in) :: offset           !! distance of the rod's axis from the surface, towards the free side
+      type(track_t), intent(in) :: first, last !! track at both ends
       real(wp), intent(in) :: ahead            !! track_ahead(first, last): o times the deformed length
-      type(ge_stiffness_t), intent(in) :: compliance !! axial, and bending > 0; no shear
+      type(ge_stiffness_t), intent(in) :: compliance !! axial and bending (> 0) compliance; no shear
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: z(:)             !! (conforming_size) stored unknowns
       real(wp), intent(out) :: f(2)            !! condensed end forces: internal residuals eliminated
-      real(wp), intent(out) :: raw(2)          !! end forces as stored: free of EA times rounding errors
+      real(wp), intent(out) :: raw(2)          !! end forces from the stored unknowns, without rounding errors multiplied by EA
       real(wp), intent(out) :: k(2, 2)         !! condensed tangent, symmetric
       real(wp), intent(out) :: fl(2)           !! minus the derivative of f by the load factor
       real(wp), intent(out) :: op(:, :)        !! (conforming_size, conforming_columns)
-      real(wp), intent(out) :: defect(2)       !! largest internal residual: of P, a force, and of sigma
+      real(wp), intent(out) :: defect(2)       !! largest residual of the internal equations for P [force] and for sigma [length]
       logical, intent(out) :: ok               !! false: the internal system is singular or 1 + e <= 0; outputs undefined
       type(section_t) :: section(max_stages)
       type(track_t) :: near
-      real(wp) :: system(2 * max_stages, 2 * max_stages), rhs(n_by, 2 * max_stages), weight(2 * max_stages) ! equations are
-      ! columns, see solve_small
+      real(wp) :: system(2 * max_stages, 2 * max_stages), rhs(n_by, 2 * max_stages), weight(2 * max_stages) ! equations are columns,
+      ! see solve_small
       real(wp) :: dend(n_by), dtail(n_by), dsigma(n_by), dp(n_by), ends(conforming_columns)
       real(wp) :: residual_sigma, residual_p, end_defect, tail
       logical :: singular
@@ -122,12 +122,13 @@ contains
          defect(1) = max(defect(1), abs(residual_p))
          defect(2) = max(defect(2), abs(residual_sigma))
       end do
-      ! Forces beside lengths: by the flexibility of the element.
+      ! Weight of force equations against length equations: the flexibility of the element.
       weight(:s) = 1.0_wp
       weight(s + 1:) = abs(h) * compliance%axial + abs(h)**3 * compliance%bending
       call solve_small(2 * s, system, rhs, singular, weight)
 
-      ! Increments of the end values less those of the first end, as functions of (sigma 1, P at the first end, 1, load factor).
+      ! Increments of sigma (dend) and P (dtail) at the second end, less the increments at the first end, as linear functions of the
+      ! columns: (increment of sigma at the first end, increment of P at the first end, 1, increment of the load factor).
       dend = 0.0_wp
       dtail = 0.0_wp
       dtail(by_p) = 1.0_wp
@@ -147,10 +148,10 @@ contains
          end associate
       end do
       defect(2) = max(defect(2), abs(end_defect))
-      ! At one end only, so that the tangent is that of two elements in series, and symmetric.
+      ! The artificial extension acts at the second end only: the tangent is that of two elements in series, and symmetric.
       dend = dend + (sense * h * compliance%give) * dtail
 
-      ! Condensation: the end of the element gives the increment of P at the first end.
+      ! Condensation: the position of the second end determines the increment of P at the first end.
       ok = ok .and. .not. singular .and. abs(dend(by_p)) > 0.0_wp
       if (.not. ok) then
          f = 0.0_wp; raw = 0.0_wp; k = 0.0_wp; fl = 0.0_wp; op = 0.0_wp
@@ -177,10 +178,10 @@ contains
       fl(2) = -sense * (dtail(by_p) * ends(4) + dtail(by_load))
    end subroutine conforming_evaluate
 
-   !> Dense output of the collocation inside an element. Resultants as in ge_element: n' = -q - p J r' - f, m' = -r' x n,
-   !> N positive in tension, Q along the normal to the left of the rod. N and M are those of sigma and P there,
+   !> Dense output of the collocation inside an element. Resultants as in ge_element: n' = -q - p J r' - f, m' = -r' x n, N positive
+   !> in tension, Q along the normal to the left of the rod. N and M follow from sigma and P at the place,
    !>   Q = -M'/(1 + e),   M' = EI (k' (1 + e)^2 + o k N'/EA - k0'),   N' = -o k M' - q_t,
-   !> and the reaction is what the balance along the normal needs, Q' by differentiating these once more.
+   !> and the reaction from equilibrium along the normal, with Q' from the derivatives of these equations.
    pure subroutine conforming_resultants(tab, h, sense, bend, obstacle, offset, first, last, compliance, load, z, tau, k0, sigma, &
       & n, q, m, density)
       type(tableau_t), intent(in) :: tab
@@ -193,9 +194,10 @@ contains
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: z(:)
       real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
-      real(wp), intent(in) :: k0(0:2)          !! stress-free curvature there, and its two derivatives by the stress-free length
-      real(wp), intent(out) :: sigma           !! less that of the first end
-      real(wp), intent(out) :: n, q, m         !! N, Q and M there
+      real(wp), intent(in) :: k0(0:2)          !! stress-free curvature at the place, and its first two derivatives by the
+      !! stress-free length
+      real(wp), intent(out) :: sigma           !! arc length along the track, less that of the first end
+      real(wp), intent(out) :: n, q, m         !! N, Q and M at the place
       real(wp), intent(out), optional :: density !! reaction of the obstacle per unit stress-free length, positive when it pushes
       type(section_t) :: at
       type(track_t) :: near, here
@@ -216,7 +218,7 @@ contains
       n = at%n
       m = at%m
 
-      ! M' with N' put in; k1 is (o k)'.
+      ! M' after substitution of N'; k1 is (o k)'.
       ei = 1.0_wp / compliance%bending
       normal = [-here%tangent(2), here%tangent(1)]
       along = sense * dot_product(load%line, here%tangent)
@@ -237,7 +239,7 @@ contains
       density = -sense * (q1 + n * sense * here%curvature * at%stretch + across + load%pressure * at%stretch)
    end subroutine conforming_resultants
 
-   !> N, M and the right-hand sides with their derivatives where the track is `at` and the force dual to sigma is o p.
+   !> N, M and the right-hand sides of sigma' and P' with their derivatives, at a place `at` of the track for a given P.
    pure type(section_t) function section_at(at, sense, bend, compliance, load, p) result(section)
       type(track_t), intent(in) :: at
       real(wp), intent(in) :: sense

@@ -4,18 +4,18 @@
 !>   rotation' = k + m/EI                   n' = -q - p J r' - f(r)     m' = -r' x n
 !>
 !> q: dead load per unit stress-free length, p: follower pressure per deformed length, J: a quarter turn anticlockwise,
-!> e, k: strain and curvature that heat gives without any stress,
-!> f: force per unit stress-free length that depends on the position, from foundations. Its quadrature is free (a contact
-!> may end inside the element): the stages take n_i = n_1 - ... - h sum_q w_q (1 - A_i(tau_q)/b_i) f_q, A_i the integral of
-!> the Lagrange polynomial, which is what the virtual work of f_q says and with the Gauss points is the collocation itself.
+!> e, k: thermal strain and curvature of the unstressed rod,
+!> f: force of foundations per unit stress-free length, a function of the position. Its quadrature points may be anywhere in the
+!> element (contact may end inside): the stages take n_i = n_1 - ... - h sum_q w_q (1 - A_i(tau_q)/b_i) f_q, A_i the integral of the
+!> Lagrange polynomial, as the virtual work of f_q requires; with the Gauss points this is the collocation itself.
 !> C = 1 + O(h^2s) makes the stress-free shape an exact discrete solution (see rod_geometry).
 !>
 !> With one stage the bending flexibility of a shear-rigid element would be singular; MacNeal's residual bending
 !> flexibility h^2/12EI is added to 1/GA there (R. H. MacNeal, Comput. & Struct. 8 (1978) 175-183): still order 2.
 !>
-!> The resultants are stored unknowns z = (n_x, n_y, m at the first end, m at the stages [, n at the stages, when there
-!> is pressure or a foundation]), condensed out here, so that N never comes from EA times a difference of coordinates:
-!> nothing locks and nothing cancels for large EA. Gauss collocation is symplectic, hence the condensed tangent is symmetric.
+!> The resultants are stored unknowns z = (n_x, n_y, m at the first end, m at the stages [, n at the stages if there is pressure or
+!> a foundation]), condensed out here, so that N never comes from EA times a difference of coordinates: there is neither locking nor
+!> cancellation for large EA. Gauss collocation is symplectic, hence the condensed tangent is symmetric.
 module ge_element
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages, stage_basis
@@ -33,18 +33,20 @@ module ge_element
       real(wp) :: axial = 0.0_wp   !! 1/EA
       real(wp) :: bending = 0.0_wp !! 1/EI
       real(wp) :: shear = 0.0_wp   !! 1/GA, exactly zero for shear-rigid rods
-      real(wp) :: give = 0.0_wp    !! what the tangent takes for 1/EA where this is zero: a straight element has none without
+      real(wp) :: give = 0.0_wp    !! axial compliance of the tangent of an inextensible element (1/EA = 0), which would be singular
+      !! for a straight one
    end type ge_stiffness_t
 
-   !> Element load at the present load factor, and its derivative with respect to it.
+   !> Element load at the present load factor, and its derivative by the load factor.
    type :: ge_load_t
       real(wp) :: line(2) = 0.0_wp, line_rate(2) = 0.0_wp
       real(wp) :: pressure = 0.0_wp, pressure_rate = 0.0_wp
-      real(wp) :: strain = 0.0_wp, strain_rate = 0.0_wp       !! without stress: e
-      real(wp) :: curvature = 0.0_wp, curvature_rate = 0.0_wp !! without stress: k
+      real(wp) :: strain = 0.0_wp, strain_rate = 0.0_wp       !! thermal strain e of the unstressed rod
+      real(wp) :: curvature = 0.0_wp, curvature_rate = 0.0_wp !! thermal curvature k of the unstressed rod
    end type ge_load_t
 
-   real(wp), parameter :: moment_rounding = 8.0_wp * epsilon(1.0_wp) !! of a force times a length: a sum of eight such products
+   real(wp), parameter :: moment_rounding = 8.0_wp * epsilon(1.0_wp) !! relative rounding error of a moment, as a sum of eight
+   !! products of force and length
 
    ! Columns of the local linearisation before condensation.
    integer, parameter :: by_rotation = 1, by_nx = 2, by_ny = 3, by_m = 4, by_residual = 5, by_load = 6, &
@@ -55,12 +57,12 @@ contains
    !> Number of stored unknowns of an element.
    pure integer function ge_size(stages, loaded)
       integer, intent(in) :: stages
-      logical, intent(in) :: loaded          !! by pressure or a foundation
+      logical, intent(in) :: loaded          !! true: by pressure or a foundation
       ge_size = 3 + stages
       if (loaded) ge_size = ge_size + 2 * stages
    end function ge_size
 
-   !> Compliances of an element of stiffness EA, EI and, unless shear-rigid, GA.
+   !> Compliances of an element with the stiffnesses EA, EI and, if it shears, GA.
    pure function ge_compliance(stages, h, ea, ei, ga, shear_rigid) result(compliance)
       integer, intent(in) :: stages
       real(wp), intent(in) :: h, ea, ei, ga
@@ -72,11 +74,11 @@ contains
       if (stages == 1) compliance%shear = compliance%shear + h**2 / (12.0_wp * ei)
    end function ge_compliance
 
-   !> Makes an element inextensible. Its tangent stretches by such a part of what bending gives that rounding by the stiffness which
-   !> is left, and what a solution with that tangent leaves of the stretch, are alike.
+   !> Makes an element inextensible. The tangent keeps an axial compliance, size**2/EI times the root of the rounding unit: the
+   !> rounding error multiplied by the remaining stiffness, and the artificial extension left in a solution, are then equally small.
    pure subroutine forbid_stretch(compliance, size)
       type(ge_stiffness_t), intent(inout) :: compliance
-      real(wp), intent(in) :: size             !! of the structure
+      real(wp), intent(in) :: size             !! size of the structure [length]
       compliance%axial = 0.0_wp
       compliance%give = sqrt(epsilon(size)) * size**2 * compliance%bending
    end subroutine forbid_stretch
@@ -90,35 +92,36 @@ contains
       & inner, shift)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h                !! stress-free length
-      real(wp), intent(in) :: scale            !! C
+      real(wp), intent(in) :: scale            !! C, see the module header
       real(wp), intent(in) :: angle(:)         !! (stages) stress-free tangent angle at the stages [rad]
-      real(wp), intent(in) :: tangent(:, :)    !! (2, stages) its cosine and sine
+      real(wp), intent(in) :: tangent(:, :)    !! (2, stages) cosine and sine of `angle`
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: u(6)             !! node displacements (u, v, rotation) twice
       real(wp), intent(in) :: z(:)             !! (ge_size) stored unknowns
       real(wp), intent(out) :: f(6)            !! condensed end forces: internal residuals eliminated
-      real(wp), intent(out) :: raw(6)          !! end forces as stored: free of EA times rounding errors
+      real(wp), intent(out) :: raw(6)          !! end forces from the stored unknowns, without rounding errors multiplied by EA
       real(wp), intent(out) :: k(6, 6)         !! condensed tangent, symmetric
       real(wp), intent(out) :: fl(6)           !! minus the derivative of f by the load factor
       real(wp), intent(out) :: op(:, :)        !! (ge_size, ge_columns)
       real(wp), intent(out) :: defect(2)       !! largest internal residual: of rotation [rad] and of position
       logical, intent(out) :: ok               !! false: the internal system is singular; outputs undefined
-      real(wp), intent(in), optional :: more_force(:, :) !! (2, stages) n beyond z that the tangent counts, nothing else
-      type(inner_forces_t), intent(in), optional :: inner !! needs the n at the stages in z
-      real(wp), intent(out), optional :: shift(6, 2)      !! k times a unit translation in x, in y: only foundations resist it
+      real(wp), intent(in), optional :: more_force(:, :) !! (2, stages) additional n in the geometric stiffness only, not in
+      !! residuals
+      type(inner_forces_t), intent(in), optional :: inner !! forces of foundations; require n at the stages in z
+      real(wp), intent(out), optional :: shift(6, 2)      !! k times a unit translation in x and in y: not zero on foundations only
 
       real(wp) :: phi(max_stages), m(max_stages), nn(2, max_stages), rho(2, max_stages), g(max_stages)
       real(wp) :: g_phi(max_stages), d(2, max_stages), bnn(3, max_stages), position(2, max_stages)
       real(wp), allocatable :: system(:, :), rhs(:, :), row_weight(:) ! equations are columns, see solve_small
-      real(wp) :: turn(max_stages, max_stages) ! (j, i) of the section at stage i by m at stage j
-      real(wp) :: rate(n_by, 3, max_stages) ! of r'/C and m'/C at the stages by the columns, but for heat
-      real(wp) :: slope(n_by, max_stages) ! m'/C at the stages: by the columns, and itself as residual
+      real(wp) :: turn(max_stages, max_stages) ! (j, i) derivative of the rotation at stage i by m at stage j
+      real(wp) :: rate(n_by, 3, max_stages) ! derivatives of r'/C and m'/C at the stages by the columns, without those of heat
+      real(wp) :: slope(n_by, max_stages) ! m'/C at the stages: derivatives by the columns, and m'/C itself in the residual's column
       real(wp) :: moved(n_by, 2), dphi(n_by), dend(n_by, 3), dtail(n_by, 3), flexibility(3, 3), end_weight(3)
       real(wp), dimension(ge_columns + 2, 3) :: ends, tails
       real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, span(2), more(2), along, across
       real(wp) :: free, heat(2, max_stages), g_heat(max_stages), half, largest, rounding
-      real(wp) :: moved_direction(2, max_stages) ! rho less that of the stress-free element
+      real(wp) :: moved_direction(2, max_stages) ! rho less rho of the stress-free element
       integer :: s, i, j, l, q, stored_by, unknowns
       logical :: stored, founded, singular
 
@@ -157,7 +160,7 @@ contains
          g_phi(i) = free * axial + beta * (axial**2 - shear**2)
          d(:, i) = (beta * shear) * t + (free + beta * axial) * nu
          if (present(more_force)) then
-            ! The strains stay, but a shear-flexible section shears when it turns under an axial force (Haringx).
+            ! The strains do not change, but a shear-flexible section shears when it rotates under an axial force (Haringx).
             more = [dot_product(more_force(:, i), t), dot_product(more_force(:, i), nu)]
             across = free + beta * axial - compliance%shear * more(1)
             along = beta * shear
@@ -184,7 +187,8 @@ contains
       if (founded) unknowns = unknowns + inner%n
       allocate (system(unknowns, unknowns), rhs(n_by, unknowns), row_weight(unknowns))
       defect = 0.0_wp
-      ! Forces times lengths leave rounding in a moment; it turns a taut rod with next to no EI by much. Only it is allowed for.
+      ! The rounding error of products of force and length appears in moments and would rotate a taut rod of very small EI by much.
+      ! The defect is reduced by this rounding error, and by no other.
       rounding = moment_rounding * largest * h
       system = 0.0_wp
       rhs = 0.0_wp
@@ -204,7 +208,7 @@ contains
          defect(1) = max(defect(1), (abs(rhs(by_residual, i)) - rounding) * he)
       end do
       if (stored) call add_force_rows()
-      ! Moments beside forces: as forces at a distance of h.
+      ! Weight of force equations against moment equations: a force times h is a moment.
       row_weight(:s) = 1.0_wp
       row_weight(s + 1:) = h
       if (founded) call add_pressure_rows()
@@ -216,7 +220,8 @@ contains
          return
       end if
 
-      ! Increments of the end values as functions of (rotation 1, n, m at the first end, 1, load factor).
+      ! Increments of position and rotation (dend) and of n and m (dtail) at the second end, as linear functions of the columns:
+      ! (increments of the rotation, n and m at the first end, 1, load factor).
       dend = 0.0_wp
       dtail = 0.0_wp
       dend(by_rotation, 3) = 1.0_wp
@@ -225,7 +230,7 @@ contains
       dtail(by_m, 3) = 1.0_wp
       dtail(by_load, 1:2) = -h * load%line_rate
       dend(by_load, 3) = h * load%curvature_rate
-      ! Of displacements, not of positions: that is known to their own rounding, and C closes the stress-free element.
+      ! Differences of displacements instead of positions have a smaller rounding error, and C closes the stress-free element.
       end_defect = [u(4:5) - u(1:2), u(6) - u(3) - h * load%curvature]
       span = 0.0_wp
       tail = z(1:3)
@@ -300,13 +305,13 @@ contains
          ends(i, i) = -1.0_wp
          ends(i + 3, i) = 1.0_wp
       end do
-      ! dend(by_rotation, 3) holds rotation 1 itself: the end difference needs only what comes on top.
+      ! dend(by_rotation, 3) contains the rotation of the first end itself; the difference of the end rotations needs the rest only.
       ends(3, 1:2) = ends(3, 1:2) - dend(by_rotation, 1:2)
       ends(3, 3) = -dend(by_rotation, 3)
       ends(7, :) = end_defect - dend(by_residual, :)
       ends(8, :) = -dend(by_load, :)
       if (founded) then
-         ! Translations of the first node, and of the whole element.
+         ! Columns of a translation of the first node, and of the whole element.
          ends(1:2, :) = ends(1:2, :) - dend(by_x:by_y, :)
          ends(ge_columns + 1:, :) = -dend(by_x:by_y, :)
       end if
@@ -347,12 +352,12 @@ contains
       f(4:6) = tail + tails(7, :) + dtail(by_residual, :)
       fl(1:3) = ends(8, :)
       fl(4:6) = -tails(8, :) - dtail(by_load, :)
-      ! Pressure leaves a skew part that cancels between neighbours; dropping it keeps the band symmetric.
+      ! Pressure gives a skew part that cancels between neighbouring elements; without it the band is symmetric.
       if (stored) k = 0.5_wp * (k + transpose(k))
 
    contains
 
-      !> Increment of the position of a quadrature point, as function of the columns.
+      !> Increment of the position of a quadrature point, as a linear function of the columns.
       subroutine point_increment(number)
          integer, intent(in) :: number
          integer :: a
@@ -432,21 +437,21 @@ contains
                end do
             end do
          end if
-         ! As the rotation and the displacement that such forces would make.
+         ! Defect: the rotation that the residual force would cause over the length of the element.
          do a = 1, s
             defect(1) = max(defect(1), maxval(abs(rhs(by_residual, s + 2 * a - 1:s + 2 * a))) * hc * he)
          end do
       end subroutine add_force_rows
 
-      !> dp + spring * normal.dx = spring * approach * dl at every point, dp the change of its pressure. Pressures are unknowns of
-      !> their own: put into the rows of n they would leave what a stiff foundation does not resist, as sliding along it, to
-      !> cancellation.
+      !> dp + spring * normal.dx = spring * approach * dl at every quadrature point, dp the increment of its pressure. Pressures are
+      !> unknowns of their own. If they were substituted into the rows of n, motions without resistance, as sliding along a stiff
+      !> foundation, would be lost to cancellation.
       subroutine add_pressure_rows()
          real(wp) :: stiff, lever
          integer :: row, b
          do q = 1, inner%n
             row = stored_by + q
-            ! As the moment of a pressure over h.
+            ! Weight: a pressure times h**2 is a moment.
             row_weight(row) = h**2
             system(row, row) = 1.0_wp
             do b = 1, s
@@ -464,7 +469,7 @@ contains
       end subroutine add_pressure_rows
    end subroutine ge_evaluate
 
-   !> Stored end resultants without condensation: n and m at both ends in global axes, as the collocation has them.
+   !> n and m at both ends from the stored unknowns without condensation, in global axes.
    pure subroutine ge_end_forces(tab, h, scale, angle, compliance, load, u, z, first, second, inner)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, scale
@@ -484,7 +489,7 @@ contains
       end do
    end subroutine ge_end_forces
 
-   !> Dense output of the collocation inside an element. Forces of foundations are not taken off n.
+   !> Dense output of the collocation inside an element. n does not contain the forces of foundations along the element.
    pure subroutine ge_interior(tab, h, scale, angle, compliance, load, u, z, tau, span, rotation, resultant)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, scale
@@ -494,8 +499,8 @@ contains
       real(wp), intent(in) :: u(6), z(:)
       real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
       real(wp), intent(out) :: span(2)         !! deformed position minus that of the first node
-      real(wp), intent(out) :: rotation        !! rotation displacement there
-      real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) there
+      real(wp), intent(out) :: rotation        !! rotation at the place
+      real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) at the place
       real(wp) :: basis(max_stages), rho(2, max_stages)
       integer :: s
       s = tab%stages
@@ -505,13 +510,13 @@ contains
       call ge_between(tab, h, scale, load, z, rho, tau, span, resultant)
    end subroutine ge_interior
 
-   !> The same of an element whose directions are known, for many places.
+   !> As ge_interior, with the directions rho at the stages given, for many places of one element.
    pure subroutine ge_between(tab, h, scale, load, z, rho, tau, span, resultant)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, scale
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: z(:)
-      real(wp), intent(in) :: rho(:, :)        !! (2, at least stages) by ge_directions
+      real(wp), intent(in) :: rho(:, :)        !! (2, at least stages) directions from ge_directions
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: span(2), resultant(3)
       real(wp) :: basis(max_stages), nn(2)
@@ -528,7 +533,7 @@ contains
       resultant(1:2) = resultant(1:2) - (tau * h) * load%line - load%pressure * [-span(2), span(1)]
    end subroutine ge_between
 
-   !> Derivative of the position by the stress-free arc length over C, at the stages.
+   !> Derivative of the position by the stress-free arc length, divided by C, at the stages.
    pure subroutine ge_directions(tab, h, angle, compliance, load, u, z, rho)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h
@@ -544,7 +549,7 @@ contains
       end do
    end subroutine ge_directions
 
-   !> The same less that of the stress-free element, exact to the rounding of displacements.
+   !> Result of ge_directions less its value in the stress-free element, exact to the rounding of displacements.
    pure subroutine ge_direction_changes(tab, h, angle, compliance, load, u, z, change)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h
@@ -567,7 +572,7 @@ contains
       end do
    end subroutine ge_direction_changes
 
-   !> Change of ge_directions with the first node's rotation, and the stored resultants.
+   !> Change of the result of ge_directions due to changes of the first node's rotation, the stored resultants and the load factor.
    pure subroutine ge_direction_rates(tab, h, angle, compliance, load, u, z, du, dz, load_change, rate)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h
@@ -575,8 +580,8 @@ contains
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: u(6), z(:)
-      real(wp), intent(in) :: du(6), dz(:)     !! their changes
-      real(wp), intent(in) :: load_change      !! of the load factor
+      real(wp), intent(in) :: du(6), dz(:)     !! changes of the displacements and of the stored unknowns
+      real(wp), intent(in) :: load_change      !! change of the load factor
       real(wp), intent(out) :: rate(:, :)      !! (2, stages)
       type(ge_load_t) :: increment
       real(wp) :: phi, dphi, nn(2), dn(2), t(2), nu(2), axial, shear, beta
@@ -600,7 +605,7 @@ contains
       end do
    end subroutine ge_direction_rates
 
-   !> n at a stage.
+   !> Force n at a stage.
    pure function stage_force(tab, h, load, z, i) result(nn)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h

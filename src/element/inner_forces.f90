@@ -1,4 +1,4 @@
-!> Forces along an element that depend on where its points are: what a foundation does to a rod between two nodes.
+!> Forces along an element that depend on the position of its points: the forces of a foundation on a rod between two nodes.
 module inner_forces
    use kinds, only: wp
    use gauss_tableau, only: max_stages
@@ -6,23 +6,24 @@ module inner_forces
    private
    public :: inner_forces_t, clear_forces, add_force
 
-   !> A quadrature of the force per stress-free length. With dl the increment of the load factor and dx that of the point's place
-   !> it becomes
+   !> Quadrature of the force per unit stress-free length. For increments dl of the load factor and dx of a point's position the
+   !> force is
    !>   force + normal * dp + rate * dl - sway * dx,   dp = spring * (approach * dl - normal.dx)
    type :: inner_forces_t
       integer :: n = 0
       real(wp), allocatable :: tau(:)             !! (n) place, 0 to 1 of the stress-free length
-      real(wp), allocatable :: weight(:)          !! (n) of the element's length
+      real(wp), allocatable :: weight(:)          !! (n) quadrature weight, as part of the element's length
       real(wp), allocatable :: basis(:, :)        !! (max_stages, n) stage_basis at the place
       real(wp), allocatable :: force(:, :)        !! (2, n) [force/length]
-      real(wp), allocatable :: normal(:, :)       !! (2, n) unit
-      real(wp), allocatable :: spring(:)          !! (n) of the pressure, the force along the normal, by the penetration
-      real(wp), allocatable :: approach(:)        !! (n) of the penetration, besides what the point moves
-      real(wp), allocatable :: sway(:, :, :)      !! (2, 2, n) symmetric: what does not come of the spring
-      real(wp), allocatable :: rate(:, :)         !! (2, n) likewise
-      ! For reports; the element does not look at them.
-      integer, allocatable :: source(:)           !! (n) who pushes
-      real(wp), allocatable :: x(:, :)            !! (2, n) where the point is
+      real(wp), allocatable :: normal(:, :)       !! (2, n) unit normal of the surface
+      real(wp), allocatable :: spring(:)          !! (n) derivative of the pressure (force along the normal) by the penetration
+      real(wp), allocatable :: approach(:)        !! (n) derivative of the penetration by the load factor, without the motion of the
+      !! point
+      real(wp), allocatable :: sway(:, :, :)      !! (2, 2, n) symmetric: stiffness other than that of the spring
+      real(wp), allocatable :: rate(:, :)         !! (2, n) derivative of the force by the load factor, without that of the spring
+      ! For reports; not used in the element.
+      integer, allocatable :: source(:)           !! (n) candidate whose contact exerts the force
+      real(wp), allocatable :: x(:, :)            !! (2, n) deformed position of the point
       real(wp), allocatable :: pressure(:)        !! (n) component of the force along the normal
       real(wp), allocatable :: bend(:)            !! (n) curvature of the gap function along the surface
    end type inner_forces_t
@@ -35,7 +36,7 @@ contains
       list%n = 0
    end subroutine clear_forces
 
-   !> Makes room for one more point and returns its number; the caller fills it in.
+   !> Adds space for one more point and returns the point's number; the caller sets its values.
    subroutine add_force(list, number)
       type(inner_forces_t), intent(inout) :: list
       integer, intent(out) :: number

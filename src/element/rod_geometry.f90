@@ -1,7 +1,7 @@
-!> Stress-free geometry of every element, as the element kernels want it.
+!> Stress-free geometry of every element, in the form that the element modules use.
 !>
-!> It belongs to the state, not to the model, because a touchdown point takes its node along the rod and changes the
-!> lengths of the elements beside it.
+!> The geometry belongs to the state, not to the model, because a moving touchdown point moves its node along the rod and changes
+!> the lengths of the elements on both sides.
 module rod_geometry
    use kinds, only: wp
    use model, only: model_t
@@ -18,8 +18,8 @@ module rod_geometry
       real(wp) :: scale = 1.0_wp              !! C of the GE element
       real(wp) :: chord(2) = 0.0_wp           !! node 2 minus node 1
       real(wp) :: at(max_stages) = 0.0_wp     !! nominal coordinates of the stages (GE)
-      real(wp) :: angle(max_stages) = 0.0_wp  !! tangent angle there (GE)
-      real(wp) :: tangent(2, max_stages) = 0.0_wp !! its cosine and sine (GE)
+      real(wp) :: angle(max_stages) = 0.0_wp  !! tangent angle at the stages (GE)
+      real(wp) :: tangent(2, max_stages) = 0.0_wp !! cosine and sine of `angle` (GE)
       real(wp) :: end_angle(2) = 0.0_wp       !! tangent angle at both ends
    end type element_geometry_t
 
@@ -30,10 +30,10 @@ module rod_geometry
 
 contains
 
-   !> Geometry of the whole mesh with every node at home.
+   !> Geometry of the whole mesh with every node at its nominal place.
    function new_geometry(model, tableau) result(geometry)
       type(model_t), intent(in) :: model
-      type(tableau_t), intent(in) :: tableau(:)   !! by number of stages
+      type(tableau_t), intent(in) :: tableau(:)   !! (stages) tableaux by number of stages
       type(geometry_t) :: geometry
       integer :: e
       allocate (geometry%element(model%mesh%n_elements))
@@ -46,12 +46,12 @@ contains
       end associate
    end function new_geometry
 
-   !> The same nodes, with other stages in the elements. An element that is still where it was keeps those that it had.
+   !> Geometry of the same nodes for other numbers of stages. Elements between the same places in `known` are taken from there.
    function with_other_stages(model, tableau, geometry, known) result(new)
-      type(model_t), intent(in) :: model          !! has the new numbers
+      type(model_t), intent(in) :: model          !! model with the new numbers of stages
       type(tableau_t), intent(in) :: tableau(:)
       type(geometry_t), intent(in) :: geometry
-      type(geometry_t), intent(in) :: known       !! such a result for the same model; without elements: none
+      type(geometry_t), intent(in) :: known       !! earlier result for the same model; without elements: none
       type(geometry_t) :: new
       integer :: e
       new = geometry
@@ -74,14 +74,14 @@ contains
       end do
    end function with_other_stages
 
-   !> True for the same place on the same curve, to the last bit.
+   !> True if two elements lie at exactly the same place of the same curve.
    pure logical function stands_still(one, other) result(same)
       type(element_geometry_t), intent(in) :: one, other
       same = all(abs([one%s - other%s, one%chord - other%chord, one%end_angle - other%end_angle]) <= 0.0_wp) .and. &
          & abs(one%length - other%length) <= 0.0_wp
    end function stands_still
 
-   !> One element between two nominal coordinates, the nodes at x1 and x2.
+   !> Geometry of one element between two nominal coordinates, with nodes at x1 and x2.
    pure function element_geometry(model, tableau, e, s, x1, x2) result(g)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tableau(:)
@@ -109,9 +109,9 @@ contains
       call place_stages(model, tableau(model%mesh%stages(e)), e, g)
    end function element_geometry
 
-   !> Angles of an element on no curve.
+   !> Angles of an element that lies on no curve.
    pure subroutine keep_straight(g)
-      type(element_geometry_t), intent(inout) :: g !! its ends are given
+      type(element_geometry_t), intent(inout) :: g !! in: with chord and end coordinates
       g%angle = g%end_angle(1)
       g%tangent(1, :) = cos(g%angle(1))
       g%tangent(2, :) = sin(g%angle(1))
@@ -125,7 +125,7 @@ contains
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tab
       integer, intent(in) :: e
-      type(element_geometry_t), intent(inout) :: g !! its ends, chord and length are given
+      type(element_geometry_t), intent(inout) :: g !! in: with ends, chord and length
       real(wp) :: x(2), speed, quadrature(2), turn
       integer :: i
       associate (curve => model%curve(model%mesh%curve(e)))
@@ -136,7 +136,7 @@ contains
             quadrature = quadrature + tab%b(i) * [cos(g%angle(i)), sin(g%angle(i))]
          end do
          quadrature = quadrature * g%length
-         ! An element that has been left no length is singular, as its matrix will tell.
+         ! An element of zero length is singular; its evaluation reports this.
          g%scale = 1.0_wp
          turn = 0.0_wp
          if (norm2(quadrature) > 0.0_wp) then
@@ -154,11 +154,12 @@ contains
    pure subroutine shift_nodes(model, tableau, shift, geometry)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tableau(:)
-      real(wp), intent(in) :: shift(:)           !! (nodes) of nominal length; 0 but where one element goes on as the next one
+      real(wp), intent(in) :: shift(:)           !! (nodes) distance in the nominal coordinate; 0 except between two elements of one
+      !! curve
       type(geometry_t), intent(inout) :: geometry
       real(wp) :: angle, speed, s(2)
       integer :: e
-      ! The element that ends at a node says where it is.
+      ! The element that ends at a node provides the node's coordinate.
       do e = 1, model%mesh%n_elements
          associate (node => model%mesh%node(2, e))
             if (abs(shift(node)) > 0.0_wp) call curve_point(model%curve(model%mesh%curve(e)), model%imperfection, &

@@ -3,7 +3,7 @@
 !> Natural (rigid-body-free) deformations are measured from the last converged configuration and added to its natural
 !> forces (N, M1, M2); the tangent is K_L + K_tau with the initial stress matrix consistent with them, so Newton converges
 !> quadratically. Element loads are lumped to the nodes. Second order. Source: Silveira & Goncalves (2001), section 3.
-!> What is stored is the force of the whole deformation; the part that heat makes without stress is taken off when used.
+!> Stored is the force of the whole deformation; the part due to the thermal strain is subtracted on use.
 module ul2_element
    use kinds, only: wp
    use ge_element, only: ge_load_t
@@ -11,7 +11,8 @@ module ul2_element
    private
    public :: ul2_stress_stiffness, ul2_evaluate, ul2_forces, ul2_size, ul2_heat_scale
 
-   !> Scale of forces over those that heat without expansion makes: those of a freely heated rod are differences that cancel.
+   !> Force scale as a part of the forces of suppressed thermal expansion: in a freely heated rod these forces cancel except for
+   !> rounding.
    real(wp), parameter :: ul2_heat_scale = 1.0e-6_wp
    integer, parameter :: ul2_size = 3 !! stored natural forces of the whole deformation: N, M1, M2
 
@@ -23,11 +24,11 @@ contains
       real(wp), intent(in) :: chord(2)        !! stress-free position of node 2 minus node 1
       real(wp), intent(in) :: ea, ei
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: u(6)            !! node displacements now
-      real(wp), intent(in) :: u_base(6)       !! at the last converged configuration
-      real(wp), intent(in) :: z_base(3)       !! stored there
+      real(wp), intent(in) :: u(6)            !! present node displacements
+      real(wp), intent(in) :: u_base(6)       !! node displacements at the last converged configuration
+      real(wp), intent(in) :: z_base(3)       !! stored forces of the last converged configuration
       real(wp), intent(out) :: f(6), k(6, 6), fl(6)
-      real(wp), intent(out) :: z(3)           !! to be stored now
+      real(wp), intent(out) :: z(3)           !! stored forces of the present configuration
       real(wp) :: force(3)
       real(wp) :: d(2), d_base(2), change(2), l, l_base, e(2), stretch, turn, phi(2)
       real(wp) :: ba(6), bt(6), b1(6), b2(6), side(2)
@@ -76,7 +77,7 @@ contains
       k(4, 2) = k(4, 2) - 0.5_wp * load%pressure
    end subroutine ul2_evaluate
 
-   !> Natural forces N, M1, M2 that really act: of the deformation less what heat makes without stress.
+   !> Natural forces N, M1, M2 of the section: those of the deformation less those of the thermal strain.
    pure function ul2_forces(ea, ei, load, z) result(force)
       real(wp), intent(in) :: ea, ei
       type(ge_load_t), intent(in) :: load
@@ -85,13 +86,13 @@ contains
       force = z - [ea * load%strain, -ei * load%curvature, ei * load%curvature]
    end function ul2_forces
 
-   !> Derivative of the tangent by a displacement increment through the axial force alone, the geometry held; and by the
-   !> pressure. (Shear forces couple bending with stretching; rods that hardly stretch do not buckle by that.)
+   !> Derivative of the tangent by a displacement increment through the axial force alone, at fixed geometry, and by the pressure.
+   !> (Shear forces couple bending with extension; this is negligible in the buckling of nearly inextensible rods.)
    pure subroutine ul2_stress_stiffness(h, chord, ea, load, u, du, k)
       real(wp), intent(in) :: h, chord(2), ea !! as for ul2_evaluate
-      type(ge_load_t), intent(in) :: load     !! its rates are those of the increment
-      real(wp), intent(in) :: u(6)            !! node displacements now
-      real(wp), intent(in) :: du(6)           !! their increment
+      type(ge_load_t), intent(in) :: load     !! rates are those per unit of the increment
+      real(wp), intent(in) :: u(6)            !! present node displacements
+      real(wp), intent(in) :: du(6)           !! increment of the node displacements
       real(wp), intent(out) :: k(6, 6)
       real(wp) :: d(2), l, e(2), ba(6), bt(6), force
       integer :: i, j

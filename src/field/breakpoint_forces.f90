@@ -79,7 +79,7 @@ contains
       end associate
    end function breakpoint_couple
 
-   !> Forces below this part of their scale are residuals of the iteration.
+   !> Bound, relative to the force scale, below which a force is a residual of the iteration.
    pure real(wp) function left_over(problem)
       type(problem_t), intent(in) :: problem
       left_over = max(10.0_wp * problem%model%step(problem%step)%tolerance, 1.0e-10_wp)

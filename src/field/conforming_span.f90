@@ -19,16 +19,16 @@ module conforming_span
       & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, &
       & rolled_t, rolled, excess_curvature, excess_rate, node_track, track_joints, track_sense, rod_angle, bend_at, ge_end
 
-   !> Relative curvature times size below which a point contact is osculating: bound of rounding and of the tolerance of Newton's
-   !> method.
+   !> Bound of (relative curvature times structure's size) below which a point contact is osculating; smaller values are rounding or
+   !> residuals of Newton's method.
    real(wp), parameter :: flat_excess = 1.0e-8_wp
 
-   !> Place of a point contact's force relative to its node.
+   !> Place of a point contact's force relative to the contact node, if the node is a segment boundary.
    type :: rolled_t
-      real(wp) :: way = 0.0_wp        !! along the rod, stress-free length
-      real(wp) :: rise = 0.0_wp       !! of the node above the track
+      real(wp) :: way = 0.0_wp        !! distance along the rod from the node to the force, stress-free length, > 0 after the node
+      real(wp) :: rise = 0.0_wp       !! height of the node above the track
       real(wp) :: lean = 0.0_wp       !! derivative of `rise` with respect to the node's rotation
-      real(wp) :: arm(2) = 0.0_wp     !! from the node to the force
+      real(wp) :: arm(2) = 0.0_wp     !! vector from the node to the force
       real(wp) :: normal(2) = 0.0_wp  !! normal of the obstacle at the force
    end type rolled_t
 
@@ -46,7 +46,8 @@ contains
       end associate
    end function node_track
 
-   !> Joints of the track under a conforming element, as parts of the element's length; exact for a constant extension ratio.
+   !> Places inside a conforming element where two pieces of the obstacle's track join, as parts of the element's length; exact for
+   !> a constant extension ratio.
    pure function track_joints(problem, state, e) result(share)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -91,7 +92,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      type(track_t), intent(in) :: track            !! at the candidate
+      type(track_t), intent(in) :: track            !! track at the candidate
       integer, intent(in), optional :: which
       real(wp) :: angle
       angle = rod_angle(problem, state, candidate, which)
@@ -153,8 +154,8 @@ contains
    end function excess_rate
 
    !> Track at a contact node. A point contact lies at the least gap. If the rod bends more towards the obstacle than the nearest
-   !> piece of the track does, the gap is largest there; it is least beyond the joint if the next piece bends more than the rod. The
-   !> contact is then assigned to that piece, continued back across the joint.
+   !> piece of the track does, the gap there is largest, not least. If the next piece of the track bends more than the rod, the gap
+   !> is least beyond the joint: the contact is then assigned to the next piece, continued back across the joint.
    pure subroutine contact_track(problem, state, candidate, track, which, excess, extension)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -189,7 +190,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      type(track_t), intent(in) :: track            !! at the contact
+      type(track_t), intent(in) :: track            !! track at the contact
       real(wp), intent(out) :: curvature            !! per unit stress-free length
       real(wp), intent(out) :: extension              !! 1 + e
       integer, intent(in), optional :: which        !! as in excess_curvature
@@ -199,7 +200,7 @@ contains
       sense = track_sense(problem, state, candidate, track, which)
       call own_element(problem, candidate, e, side, which)
       if (.not. (present(which) .or. problem%candidates%moves(candidate))) then
-         ! With a couple or a change of section at the node, the side counts to which the contact rolls.
+         ! At a node with a couple or a change of section, the side towards which the contact rolls determines the curvature.
          angle = rod_angle(problem, state, candidate)
          turn = track%tangent(1) * sin(angle) - track%tangent(2) * cos(angle)
          side = merge(2, 1, turn > 0.0_wp)
@@ -241,23 +242,24 @@ contains
    !> the least gap, g - g'^2/(2 g''), whose second derivative with respect to g' is T/g''.
    pure real(wp) function touchdown_spring(problem, state, candidate) result(spring)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! with the contact reactions
+      type(state_t), intent(in) :: state            !! state with its contact reactions
       integer, intent(in) :: candidate
       real(wp) :: excess, extension
       spring = 0.0_wp
       if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%held(candidate)) return
       call excess_curvature(problem, state, candidate, excess, extension)
-      ! The node at an osculating contact hardly turns, like the end of a line contact; its relative curvature may be rounding only.
+      ! At an osculating contact the node hardly rotates, as at the end of a line contact, and the computed relative curvature may
+      ! be rounding: a small positive value replaces it.
       if (abs(excess) * problem%size <= flat_excess) excess = flat_excess / problem%size
       spring = state%reaction(candidate) * extension / excess
    end function touchdown_spring
 
-   !> Unbalanced couple at a point contact that is not at the least gap: force times distance. A rotation below rounding gives none,
-   !> for at an osculating contact it would mean any distance. A point contact at a segment boundary is osculating wherever it
-   !> rolls.
+   !> Unbalanced couple at a point contact that is not at the least gap: force times distance to the least gap. A rotation below
+   !> rounding gives no couple, because at an osculating contact the distance would be undetermined. A rolling point contact at a
+   !> segment boundary counts as osculating.
    pure real(wp) function touchdown_couple(problem, state, candidate) result(couple)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! with the contact reactions
+      type(state_t), intent(in) :: state            !! state with its contact reactions
       integer, intent(in) :: candidate
       real(wp) :: spring, turn, excess, extension
       couple = 0.0_wp
@@ -309,8 +311,8 @@ contains
       end associate
    end function stage_bends
 
-   !> Stress-free curvature in an element, and its first two derivatives with respect to the stress-free length; at an end the
-   !> one-sided values. The second derivative is from the parabola through three values of the first.
+   !> Stress-free curvature in an element and its first two derivatives with respect to the stress-free length, one-sided at an end.
+   !> The second derivative is that of the parabola through three values of the curvature's first derivative.
    pure function bend_at(problem, state, e, tau) result(bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -329,7 +331,7 @@ contains
          call curve_bend(curve, imperfection, min(max(s, g%s(1) + step), g%s(2) - step), bend(0), bend(1))
          step = epsilon(step)**(1.0_wp / 3.0_wp) * (g%s(2) - g%s(1))
          middle = min(max(s, g%s(1) + step), g%s(2) - step)
-         ! Elements of a diverging iterate may be as short as rounding.
+         ! Elements of a diverging iterate may have lengths as small as rounding.
          if (.not. middle + step > middle - step) return
          do i = -1, 1
             call curve_bend(curve, imperfection, middle + i * step, unused, rate(i))
@@ -340,8 +342,8 @@ contains
    end function bend_at
 
    !> Conforming element in the form that linear_system expects of every element: in global axes, with the displacements of both
-   !> nodes as unknowns. A displacement of the obstacle acts like the opposite displacement of the nodes; a gap that closes
-   !> displaces the nodes along their normals.
+   !> nodes as unknowns. A displacement of the obstacle acts like the opposite displacement of the nodes; a closing gap displaces
+   !> the nodes along their normals.
    subroutine evaluate_conforming(problem, state, e, f, raw, k, fl, op, defect, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -454,7 +456,7 @@ contains
          call curve_point(curve, problem%model%imperfection, s, x, home, speed)
       end associate
       u(1:2) = place - x
-      ! The same multiple of 2 pi as at the ends.
+      ! The rotation is shifted by the same multiple of 2 pi as at the nodes.
       near = 0.5_wp * sum(state%u(3, problem%model%mesh%node(:, e)))
       u(3) = angle - home
       u(3) = u(3) - 2.0_wp * pi * anint((u(3) - near) / (2.0_wp * pi))
@@ -486,7 +488,7 @@ contains
    !> need fit the track.
    pure function conforming_guess(problem, state, e, u, resultant, home) result(z)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! with the element's geometry
+      type(state_t), intent(in) :: state            !! state with the element's new geometry
       integer, intent(in) :: e
       real(wp), intent(in) :: u(:, 0:)              !! (3, stages) displacements and rotation, first end at index 0
       real(wp), intent(in) :: resultant(:, 0:)      !! (3, stages) n_x, n_y, m

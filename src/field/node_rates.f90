@@ -26,8 +26,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e               !! GE element on a curve
-      real(wp), intent(out) :: rate(2)       !! of the deformed position
-      real(wp), intent(out) :: turn          !! of the section's angle
+      real(wp), intent(out) :: rate(2)       !! derivative of the deformed position
+      real(wp), intent(out) :: turn          !! derivative of the section's angle
       real(wp) :: t(2), angle, x(2), speed, bend
       type(ge_load_t) :: load
       load = element_load(problem, state, e)

@@ -4,8 +4,9 @@
 !> difference between the stress-free axis and its own collocation polynomial is added, rotated and stretched with the rod: rigid
 !> motions are exact, and the error between nodes is that of the deformation, O(h^(s+1)). At the nodes position and rotation are
 !> those of the state, with error O(h^(2 s)).
-!> With the Hermite correction direction, curvature and rate of curvature at the ends are those of the nodes: the error between is
-!> O(h^8) and falls with the fourth power of the distance from a node; without the rate O(h^6), and with the third power.
+!> With the Hermite correction, direction, curvature and rate of curvature at the ends equal those of the nodes: the error between
+!> nodes is O(h^8) and falls with the fourth power of the distance from a node; without the rate of curvature O(h^6), with the third
+!> power.
 !> UL2: the cubic through the ends of the deformed chord with the natural rotations as slopes there; O(h^2).
 module rod_profile
    use kinds, only: wp, pi
@@ -31,7 +32,7 @@ module rod_profile
       private
       integer, public :: element = 0            !! 0: undefined
       integer :: degree = 0
-      real(wp) :: stretch = 1.0_wp              !! extension ratio by heat, without stress
+      real(wp) :: stretch = 1.0_wp              !! extension ratio of the unstressed rod by heat
       real(wp) :: s = 0.0_wp, length = 0.0_wp   !! nominal coordinate of the first end; stress-free length
       logical :: curved = .false.               !! true: the stress-free axis may differ from its polynomial
       real(wp) :: axis(2, 0:max_stages) = 0.0_wp     !! polynomial of the stress-free axis
@@ -41,7 +42,7 @@ module rod_profile
       integer :: order = 0                      !! highest derivative with Hermite correction
       real(wp) :: mend(2, 3, 2) = 0.0_wp        !! (components, derivatives by tau, ends) differences that the correction adds
       real(wp) :: hermite(2, 3, 2) = 0.0_wp     !! hermite_sum of `mend`, up to `order`
-      real(wp) :: twist(2, 2) = 0.0_wp          !! (derivatives by tau, ends) the same differences for the rotation
+      real(wp) :: twist(2, 2) = 0.0_wp          !! (derivatives by tau, ends) differences as in `mend`, for the rotation
    end type profile_t
 
 contains
@@ -59,12 +60,12 @@ contains
       end if
    end function new_profile
 
-   !> Dense output for a sequence of places of one state: renewed only if the element changes.
+   !> Dense output for a sequence of places of one state: computed again only if the element changes.
    pure subroutine keep_profile(problem, state, e, profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                      !! element
-      type(profile_t), intent(inout) :: profile     !! of the same state, or undefined
+      type(profile_t), intent(inout) :: profile     !! profile of the same state, or undefined
       if (profile%element /= e) profile = new_profile(problem, state, e)
    end subroutine keep_profile
 
@@ -127,7 +128,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      type(element_geometry_t), intent(in) :: geometry !! of the element
+      type(element_geometry_t), intent(in) :: geometry !! geometry of the element
       real(wp), intent(in) :: start(2)              !! stress-free position of the first node
       type(profile_t) :: profile
       type(ge_load_t) :: load
@@ -180,8 +181,8 @@ contains
    pure subroutine mend_ends(problem, state, profile, order)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(profile_t), intent(inout) :: profile     !! of the same state
-      integer, intent(in) :: order                  !! highest derivative: 2, or 3, which brings rounding errors in thin rods
+      type(profile_t), intent(inout) :: profile     !! profile of the same state
+      integer, intent(in) :: order                  !! highest derivative: 2 or 3; 3 brings rounding errors in thin rods
       real(wp) :: along(2), turn(2), bend, bend_rate, home(2, 3), dense(2, 3), tau, whole(2, 0:max_stages), way
       integer :: i, k
       whole = profile%axis + profile%moved
@@ -204,7 +205,7 @@ contains
             end if
             turn = turning_rates(profile, tau)
             way = turning(profile, tau)
-            ! The difference of the stress-free axis from its polynomial rotates with the rod, and vanishes at the ends.
+            ! The difference of the stress-free axis from its polynomial rotates with the rod and is zero at the ends.
             home(:, 3) = home(:, 3) + 3.0_wp * (turned(0.5_wp * pi, turn(1) * home(:, 2) + turn(2) * home(:, 1)) - &
                & turn(1)**2 * home(:, 1))
             home(:, 2) = home(:, 2) + 2.0_wp * turn(1) * turned(0.5_wp * pi, home(:, 1))
@@ -223,7 +224,7 @@ contains
    pure subroutine mend_rotation(problem, state, profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(profile_t), intent(inout) :: profile     !! of the same state
+      type(profile_t), intent(inout) :: profile     !! profile of the same state
       integer :: i
       associate (h => profile%length)
          do i = 1, 2
@@ -244,7 +245,7 @@ contains
       x = x + mended_by(profile, tau)
    end function profile_place
 
-   !> Hermite correction of a position, which is about the error without it. Zero for an uncorrected profile.
+   !> Hermite correction of a position; its size is about the error of the uncorrected position. Zero for an uncorrected profile.
    pure function mended_by(profile, tau) result(x)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
@@ -349,7 +350,7 @@ contains
       u(1:2) = polynomial(profile%moved, profile%degree, tau)
       u(3) = turning(profile, tau)
       if (.not. profile%curved) return
-      ! Written without the difference of the rotated and the original vector, so that small rotations keep their digits.
+      ! This form without the difference of the rotated and the original vector keeps the digits of small rotations.
       u(1:2) = u(1:2) + (profile%stretch - 1.0_wp) * d + (2.0_wp * profile%stretch * sin(0.5_wp * u(3))) * &
          & (cos(0.5_wp * u(3)) * [-d(2), d(1)] - sin(0.5_wp * u(3)) * d)
    end function displacement_beside
@@ -367,7 +368,7 @@ contains
    !> Tangent angle of the stress-free rod.
    pure function home_angle(problem, geometry, e, tau) result(angle)
       type(problem_t), intent(in) :: problem
-      type(element_geometry_t), intent(in) :: geometry !! of the element
+      type(element_geometry_t), intent(in) :: geometry !! geometry of the element
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
       real(wp) :: angle
@@ -408,16 +409,16 @@ contains
       rate(1:2) = rate(1:2) + load_change * load%strain_rate * d + profile%stretch * rate(3) * [-d(2), d(1)]
    end function profile_rate
 
-   !> Upper bound of the error of a position: the Hermite correction there, or the remaining error.
+   !> Upper bound of the error of a position: the larger of the Hermite correction there and the remaining error.
    pure real(wp) function profile_doubt(profile, tau) result(doubt)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       doubt = max(norm2(mended_by(profile, tau)), profile_error(profile))
    end function profile_doubt
 
-   !> Estimate of the error of a corrected position. With two derivatives the error is the part that a third would add. The nodes
-   !> have errors, too: O(h^(2 s)), where the error of the polynomial of s stages is O(h^(s + 1)) and the rod's deflection in the
-   !> element is O(h^2).
+   !> Estimate of the error of a corrected position: the larger of two contributions. Between the nodes the error is the correction
+   !> that a third derivative would add. The error of the nodes, O(h^(2 s)), is estimated by the square of the Hermite correction,
+   !> O(h^(s + 1)), over the rod's deflection in the element, O(h^2).
    pure real(wp) function mended_error(profile, tau) result(error)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
@@ -431,11 +432,12 @@ contains
       error = max(norm2(mended_to(profile, 3, tau) - mended_to(profile, 2, tau)), mended)
    end function mended_error
 
-   !> Estimate of the error of a GE element's displacements between its nodes: the next term of the polynomial, by the decrease of
-   !> the last terms, times the maximum of the monic polynomial of one degree more that vanishes with the collocation, s + 1 times
-   !> the integral of Legendre's polynomial of degree s on (0, 1), at most (s + 1) / ((2 s + 1) binomial(2 s, s)). With Hermite
-   !> correction: the part of the fourth derivatives, extrapolated from those of the second and third; the errors of Hermite's
-   !> polynomials of degree 3, 5 and 7 are derivatives of order 4, 6 and 8 over 2^4 4!, 2^6 6! and 2^8 8!.
+   !> Estimate of the error of a GE element's displacements between its nodes. Without Hermite correction: the next coefficient of
+   !> the polynomial, extrapolated from the decrease of the last ones, times the maximum of the monic polynomial of the next degree
+   !> that vanishes with the collocation, s + 1 times the integral of Legendre's polynomial of degree s on (0, 1), at most (s + 1) /
+   !> ((2 s + 1) binomial(2 s, s)). With Hermite correction: the contribution of the fourth derivatives, extrapolated from those of
+   !> the second and third; the errors of Hermite's polynomials of degree 3, 5 and 7 are derivatives of order 4, 6 and 8 over 2^4
+   !> 4!, 2^6 6! and 2^8 8!.
    pure real(wp) function profile_error(profile) result(error)
       type(profile_t), intent(in) :: profile
       real(wp) :: last, before, binomial
@@ -463,10 +465,10 @@ contains
       error = error * (s + 1) / ((2 * s + 1) * binomial)
    end function profile_error
 
-   !> Place of a nominal coordinate in an element on a curve.
+   !> Place (0 to 1) of a nominal coordinate in an element on a curve.
    pure real(wp) function element_place(problem, geometry, e, s) result(tau)
       type(problem_t), intent(in) :: problem
-      type(element_geometry_t), intent(in) :: geometry !! of the element
+      type(element_geometry_t), intent(in) :: geometry !! geometry of the element
       integer, intent(in) :: e
       real(wp), intent(in) :: s                     !! nominal coordinate between those of the element's ends
       tau = curve_length(problem%model%curve(problem%model%mesh%curve(e)), problem%model%imperfection, geometry%s(1), s) / &

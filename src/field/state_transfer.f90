@@ -1,7 +1,7 @@
 !> Transfer of a state to other nodes: to another mesh of the same rods, or to other material points of the same mesh.
 !>
 !> Elastic rods have no memory, so a state is given by its fields, and the dense output of the elements has these everywhere:
-!> displacements and rotations with error O(h^(s+1)) for s stages, exact for rigid motions (rod_profile), section forces likewise
+!> displacements and rotations with error O(h^(s+1)) for s stages, exact for rigid motions (rod_profile), section forces as well
 !> (ge_interior). Nodes at unchanged material points keep their values to the last bit. Newton's method removes the transfer error.
 module state_transfer
    use kinds, only: wp
@@ -23,7 +23,7 @@ module state_transfer
    public :: find_point, point_displacement, carried, carried_field, carry_to, carry_stored, move_nodes, displacements_at, &
       & field_at, see_from
 
-   !> Data of the last place, reused for the next one.
+   !> Element data of the last place, reused if the next place is in the same element.
    type :: kept_t
       integer :: along = 0                      !! index of the element in problem%along
       type(profile_t) :: profile                !! dense output of an element
@@ -47,7 +47,7 @@ contains
       call find_in(problem, state%geometry, rod_segment, at, e, tau, near)
    end subroutine find_point
 
-   !> The same for another geometry of the mesh.
+   !> As find_point, for another geometry of the same mesh.
    pure subroutine find_in(problem, geometry, rod_segment, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(geometry_t), intent(in) :: geometry
@@ -101,7 +101,7 @@ contains
       end function begins_before
    end subroutine find_in
 
-   !> Rounding error of a coordinate along a rod segment, which is a sum of two numbers and came from another sum.
+   !> Rounding error of a coordinate along a rod segment, which is a sum of a nominal coordinate and an origin.
    pure real(wp) function rounding(s, origin)
       real(wp), intent(in) :: s, origin
       rounding = 8.0_wp * epsilon(s) * (abs(s) + abs(origin))
@@ -119,8 +119,8 @@ contains
 
    !> State on the mesh of another problem, with all nodes at their nominal places.
    function carried(from, state, to) result(new)
-      type(problem_t), intent(in) :: from       !! of the same deck as `to`
-      type(state_t), intent(in) :: state        !! of `from`
+      type(problem_t), intent(in) :: from       !! problem of the same deck as `to`
+      type(state_t), intent(in) :: state        !! state of `from`
       type(problem_t), intent(in) :: to
       type(state_t) :: new
       new%geometry = new_geometry(to%model, to%tableau)
@@ -130,7 +130,7 @@ contains
    !> Transfer of a rate field to another mesh, by the difference of two transferred states.
    function carried_field(from, state, field, to, there) result(new)
       type(problem_t), intent(in) :: from, to
-      type(state_t), intent(in) :: state        !! of `from`
+      type(state_t), intent(in) :: state        !! state of `from`
       real(wp), intent(in) :: field(:, :)       !! (3, nodes of `from`)
       type(state_t), intent(in) :: there        !! `state` on the mesh of `to`
       real(wp) :: new(3, to%model%mesh%n_nodes)
@@ -148,10 +148,10 @@ contains
    !> Transfer to a state whose geometry is set: load factor, displacements, section forces, and the contact at nodes that are
    !> candidates on both meshes. Candidates of contact spans are active; their forces remain zero.
    pure subroutine carry_to(from, state, to, new, moved)
-      type(problem_t), intent(in) :: from       !! of the same deck as `to`
-      type(state_t), intent(in) :: state        !! of `from`
+      type(problem_t), intent(in) :: from       !! problem of the same deck as `to`
+      type(state_t), intent(in) :: state        !! state of `from`
       type(problem_t), intent(in) :: to
-      type(state_t), intent(inout) :: new       !! of `to`
+      type(state_t), intent(inout) :: new       !! state of `to`
       logical, intent(in), optional :: moved    !! true: nodes of one mesh have moved, together with the contact forces on them
       type(kept_t) :: kept
       real(wp) :: tau
@@ -191,9 +191,9 @@ contains
    !> Transfer of the stored section forces of some elements only, after nodes of the mesh have moved.
    pure subroutine carry_stored(problem, state, chosen, new)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state        !! before the nodes moved
+      type(state_t), intent(in) :: state        !! state before the nodes moved
       logical, intent(in) :: chosen(:)          !! (elements)
-      type(state_t), intent(inout) :: new       !! its geometry is set
+      type(state_t), intent(inout) :: new       !! in: with its geometry
       type(kept_t) :: kept
       integer :: range(2, size(chosen)), i
       call find_ranges(problem, range)
@@ -204,7 +204,7 @@ contains
       end do
    end subroutine carry_stored
 
-   !> Contact at nodes has the same candidates in the same order on all meshes.
+   !> Transfers contact at nodes; its candidates are the same, in the same order, on all meshes.
    pure subroutine carry_nodal_contact(from, state, to, new)
       type(problem_t), intent(in) :: from, to
       type(state_t), intent(in) :: state
@@ -225,7 +225,7 @@ contains
 
    !> For each element the range of elements around it without a contact node between them.
    pure subroutine find_ranges(problem, range)
-      type(problem_t), intent(in) :: problem    !! with contact spans: the elements of a segment are consecutive
+      type(problem_t), intent(in) :: problem    !! problem with contact spans, in which the elements of a segment are consecutive
       integer, intent(inout) :: range(:, :)     !! (2, elements) first and last
       logical :: touched(problem%model%mesh%n_nodes)
       integer :: j, e
@@ -265,9 +265,9 @@ contains
       end if
    end subroutine point_displacement
 
-   !> The same without jumps at nodes. Out of equilibrium the polynomial misses the second node; the difference is distributed
-   !> linearly along the element, so that nodes that move to either side find the same value. Meshes of contact spans are
-   !> transferred without this correction.
+   !> Displacements and rotation at a place of an element, continuous at nodes. Out of equilibrium the element's polynomial misses
+   !> the second node; the difference is distributed linearly along the element, so that a node that moves into either neighbouring
+   !> element finds the same value. Meshes of contact spans are transferred without this correction.
    pure subroutine continuous_displacement(problem, state, e, tau, profile, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -310,7 +310,7 @@ contains
             s = merge(g%s(1), g%at(max(i, 1)), i == 0)
             if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau, kept%along)
             if (to%conforms(e) > 0) then
-               ! The only value used, N + kappa M, does not jump.
+               ! For a conforming element only N + kappa M is used, which does not jump at contact forces.
                if (from%conforms(old) > 0 .and. tau > 0.0_wp .and. tau < 1.0_wp) then
                   call conforming_point(from, state, old, tau, u(:, i), resultant(:, i))
                else
@@ -320,7 +320,7 @@ contains
                call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2, i), home(3, i), speed)
                cycle
             else if (old < range(1) .or. old > range(2)) then
-               ! The polynomial is continued beyond its element.
+               ! Beyond the allowed range of elements the polynomial of the last element is continued.
                old = min(max(old, range(1)), range(2))
                associate (ends => state%geometry%element(old)%s)
                   tau = (s + to%origin(e) - from%origin(old) - ends(1)) / (ends(2) - ends(1))
@@ -361,7 +361,7 @@ contains
          call ge_between(tab, g%length, g%scale, load, z, kept%rho, tau, span, resultant)
       end associate
       if (.not. problem%ground%founded(e)) return
-      ! The moment is from the displacements, which Newton's method has made more accurate than the stored section forces.
+      ! The moment is computed from the displacements, which Newton's method has made more accurate than the stored section forces.
       told = resultants_on_ground(problem, state, e, tau)
       resultant(1:2) = told(1:2)
    end subroutine find_resultant
@@ -369,7 +369,8 @@ contains
    !> Moves nodes along their rod segments, in the geometry only.
    pure subroutine move_nodes(problem, shift, geometry)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: shift(:)          !! (nodes) of nominal length; 0 at segment boundaries and at fixed nodes
+      real(wp), intent(in) :: shift(:)          !! (nodes) distance in the nominal coordinate; 0 at segment boundaries and at fixed
+      !! nodes
       type(geometry_t), intent(inout) :: geometry
       call shift_nodes(problem%model, problem%tableau, shift, geometry)
    end subroutine move_nodes
@@ -396,7 +397,7 @@ contains
    !> Displacements of a state, a rate field, or both, at the material points of another geometry's nodes.
    !>
    !> The state must be in equilibrium: near nodes of contact spans the displacements follow from curvature and rate of curvature.
-   !> The polynomial's error is O(h^s); on a coarse mesh nodes that move along the rod would show this error as motion of the rod.
+   !> The polynomial's error is O(h^s); on a coarse mesh nodes that move along the rod would show this error as a motion of the rod.
    pure subroutine see_from(problem, state, geometry, u, field, moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -452,15 +453,16 @@ contains
       end associate
    end function stays
 
-   !> Rate field at a place of an element: the rigid motion of the first end, exact, and the rest as the cubic with its value and
-   !> slope at both ends; the relative rotation turns the tangent, and the extension rate is constant. The error is O(h^4), that of
-   !> the rotation (turn of the cubic's slope) O(h^3), and O(h^2) times the variation of the extension rate.
+   !> Rate field at a place of an element: the rigid motion of the first end, which is exact, and the motion relative to the first
+   !> end as the cubic with the values and slopes at both ends; the relative rotation rotates the tangent, and the extension rate is
+   !> constant. The error of displacement rates is O(h^4), that of the rotation rate (slope of the cubic) O(h^3), and O(h^2) times
+   !> the variation of the extension rate.
    pure function point_rate(problem, state, field, e, profile, tau) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: field(:, :)       !! (3, nodes)
       integer, intent(in) :: e
-      type(profile_t), intent(in) :: profile    !! of element `e`; not used for conforming elements and at the element's ends
+      type(profile_t), intent(in) :: profile    !! profile of element `e`; not used for conforming elements and at ends
       real(wp), intent(in) :: tau
       real(wp) :: rate(3)
       real(wp) :: x(2, 2), tangent(2, 2), value(2), slope(2, 2), chord(2), place(2), bow(2), local(3), angle, speed, turn, even
@@ -483,7 +485,8 @@ contains
          tangent(:, 2) = speed * direction(g%end_angle(2) + state%u(3, node(2)))
          turn = field(3, node(2)) - field(3, node(1))
          value = field(1:2, node(2)) - field(1:2, node(1)) - field(3, node(1)) * across(chord)
-         ! A linear rotation moves the second end at right angles to its vector from the mean place of the cubic.
+         ! A rotation rate that increases linearly from 0 to `turn` displaces the second end by `turn` times the vector from the
+         ! mean position of the cubic axis to this end (bow), rotated by a quarter turn.
          bow = 0.5_wp * chord - (tangent(:, 1) - tangent(:, 2)) / 12.0_wp
          even = dot_product(value - turn * across(bow), chord) / dot_product(chord, chord)
          slope(:, 1) = even * tangent(:, 1)

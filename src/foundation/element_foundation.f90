@@ -1,9 +1,9 @@
 !> Forces of foundations on one element: a quadrature over the part of the element in contact.
 !>
-!> Gauss points fill the parts in contact (element_gap) and move with the ends of these parts. The force vanishes at the ends, so it
-!> is a smooth function of the displacements: Newton's method finds contact and equilibrium together, without jumps of reactions
-!> between points and without oscillation. A multi-linear law is divided at its corners in the same way. If the state prescribes the
-!> segment of the law, the whole element is on this segment, whatever its gap (ground_segments).
+!> Gauss points fill the parts of the element in contact (element_gap) and move with the ends of these parts. The force is zero at
+!> the ends, so the integral is a smooth function of the displacements: Newton's method finds contact and equilibrium together,
+!> without jumps of reactions between points and without oscillation. The corners of a multi-linear law divide the element in the
+!> same way. If the state prescribes a segment of the law, the whole element is on this segment, whatever its gap (ground_segments).
 module element_foundation
    use kinds, only: wp
    use problem, only: problem_t
@@ -19,7 +19,7 @@ module element_foundation
 
 contains
 
-   !> Quadrature of the forces of all foundations on an element; without points if the element does not touch.
+   !> Quadrature of the forces of all foundations on an element; without points if the element is not in contact.
    subroutine foundation_forces(problem, state, e, list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -29,7 +29,7 @@ contains
       if (problem%ground%founded(e)) call find_forces(problem, state, e, list)
    end subroutine foundation_forces
 
-   !> The same for an element with foundations; separate, because its work arrays take time to set up.
+   !> As foundation_forces, for an element with foundations; a procedure of its own, because its work arrays take time to set up.
    subroutine find_forces(problem, state, e, list)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -95,8 +95,8 @@ contains
          integer :: q
          length = last - first
          if (length <= 1.0e-12_wp) return
-         ! One point more than stages would make long elements follow the surface between their stages; the error of their
-         ! polynomials there would be multiplied by the stiffness.
+         ! With one point more than stages, long elements would follow the surface between their stages, and the stiffness would
+         ! multiply the error of their polynomials there.
          if (carries(state%segment(c)) .and. .not. follows(problem, state, c)) then
             do q = 1, s
                call add_point(q, first + problem%tableau(s)%c(q) * length, problem%tableau(s)%b(q) * length)
@@ -109,7 +109,7 @@ contains
       end subroutine fill
 
       subroutine add_point(number, tau, weight)
-         integer, intent(in) :: number           ! in its part
+         integer, intent(in) :: number           ! index of the point in its part of the element
          real(wp), intent(in) :: tau, weight
          real(wp) :: value, normal(2), bend, push, spring, t(2), x(2)
          integer :: q

@@ -19,8 +19,8 @@ module element_gap
       & root_factor, is_at, most_samples, most_crossings, most_parts
 
    integer, parameter :: most_samples = 2 * max_stages + 2
-   integer, parameter :: most_crossings = 2 * most_samples  !! places where the gap has a given value: none, one, or in a dip two,
-   !! between two samples
+   integer, parameter :: most_crossings = 2 * most_samples  !! largest number of places where the gap has a given value: none, one
+   !! or two between two samples
    integer, parameter :: most_parts = most_crossings / 2 + 1 !! parts of an element in contact
 
    !> Gap of one element to one obstacle.
@@ -28,12 +28,13 @@ module element_gap
       private
       type(profile_t), public :: profile
       integer :: obstacle = 0
-      logical :: bilateral = .false.            !! true: the gap counts from that of the stress-free axis
+      logical :: bilateral = .false.            !! true: the gap is measured from the gap of the stress-free axis
       real(wp) :: shift(2) = 0.0_wp             !! displacement of the obstacle
       real(wp) :: home_offset = 0.0_wp          !! added to the gap of the stress-free axis
-      real(wp) :: offset = 0.0_wp               !! added since the start, see candidate_offset
+      real(wp) :: offset = 0.0_wp               !! offset added to the gap since the start, see candidate_offset
       real(wp) :: touching = 0.0_wp             !! the rod is in contact below this gap
-      integer :: segment = segment_unknown      !! prescribed segment of a foundation's law: in contact all along, or nowhere
+      integer :: segment = segment_unknown      !! segment of a foundation's law, if prescribed: contact all along the element, or
+      !! nowhere
       integer, public :: samples = 0            !! number of equal intervals between samples
       logical :: sampled = .false.
       real(wp) :: sample(0:most_samples) = 0.0_wp
@@ -44,21 +45,21 @@ module element_gap
       real(wp) :: at = 0.0_wp                   !! place, in the unit of the caller (part of an element, or elsewhere along the rod)
       real(wp) :: scale = 1.0_wp                !! > 0, unit of distances from the root
       integer :: order = 1
-      real(wp) :: limit = 0.0_wp                !! limit of the gap over (distance/scale)^order at the root
+      real(wp) :: limit = 0.0_wp                !! limit of gap / (distance/scale)^order at the root
    end type gap_root_t
 
-   !> Distance over scale below which the limit is used: for order 1 the rounding of gaps over the distance is then as small as the
-   !> second-order change of the limit.
+   !> Distance over scale below which the limit is used: at this distance and for order 1, the rounding error of the gap over the
+   !> distance equals the second-order change from the limit.
    real(wp), parameter :: at_root = epsilon(1.0_wp)**(1.0_wp / 3.0_wp)
 
 contains
 
-   !> Gap on the element after a candidate of either list.
+   !> Gap on the element after a candidate of contact or of a foundation.
    pure function new_element_gap(problem, state, list, candidate) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(candidates_t), intent(in) :: list
-      integer, intent(in) :: candidate          !! with an element after it
+      integer, intent(in) :: candidate          !! candidate with an element after it
       type(element_gap_t) :: gap
       associate (e => list%element(2, candidate))
          gap%profile = new_profile(problem, state, e)
@@ -83,7 +84,7 @@ contains
       gap%segment = state%segment(candidate)
    end function ground_gap
 
-   !> Position of the rod, gap, its gradient and its curvature along the obstacle.
+   !> Position of the rod, gap, its gradient and its curvature along the obstacle, at a place of the element.
    pure subroutine gap_look(problem, gap, tau, x, value, normal, bend)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
@@ -95,7 +96,7 @@ contains
       x = home + displacement(1:2)
       call moved_gap(problem%model%obstacle(gap%obstacle), home, displacement(1:2) - gap%shift, at_home, value, normal, bend)
       at_home = at_home + gap%home_offset
-      ! A rod on its obstacle begins with a gap of exactly zero, so does a bilateral contact, which begins without force.
+      ! The initial gap is exactly zero for a rod on its obstacle, and for a bilateral contact, which begins without force.
       if (gap%bilateral .or. abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
       value = value + at_home + gap%offset
    end subroutine gap_look
@@ -121,7 +122,7 @@ contains
       part(:, 1) = [0.0_wp, 1.0_wp]
       if (gap%segment == segment_open) n = 0
       if (gap%bilateral .or. gap%segment /= segment_unknown) return
-      ! Most elements touch with their whole length or not at all: the gap varies little compared to its size.
+      ! Most elements are in contact all along or nowhere, with a gap that varies little compared with its size.
       do j = 1, 3
          coarse(j) = gap_value(problem, gap, 0.5_wp * (j - 1)) - gap%touching
       end do
@@ -234,7 +235,8 @@ contains
       real(wp), intent(out) :: value, tau
       type(gap_root_t), intent(in), optional :: root(:) !! known roots to divide out; `at` and `scale` in parts of the element
       integer, parameter :: rounds = 40
-      real(wp), parameter :: finest = 1.0e-4_wp !! of the interval: a second difference at this distance has half the digits
+      real(wp), parameter :: finest = 1.0e-4_wp !! smallest step, as part of the interval: second differences at this distance keep
+      !! half of the digits
       real(wp) :: step, f(3), curvature, place, there, middle, last, sense
       integer :: i
       sense = merge(-1.0_wp, 1.0_wp, largest)
@@ -276,7 +278,7 @@ contains
       end function at
    end subroutine gap_extreme
 
-   !> Gap over the powers of its distances from the roots; at a root its limit.
+   !> Gap divided by the powers of its distances from the known roots; at a root the limit.
    pure real(wp) function without_roots(gap, at, root) result(value)
       real(wp), intent(in) :: gap
       real(wp), intent(in) :: at                !! place, in the unit of the roots
@@ -289,7 +291,7 @@ contains
       value = value * root_factor(at, root)
    end function without_roots
 
-   !> Factor by which the roots change a gap; a root at the place itself does not count.
+   !> Factor by which the roots change a gap; a root at the place itself is left out.
    pure real(wp) function root_factor(at, root) result(factor)
       real(wp), intent(in) :: at
       type(gap_root_t), intent(in) :: root(:)

@@ -14,11 +14,12 @@ module ground_cuts
    private
    public :: find_cuts, inner_cuts, marked, add_marks, graded
 
-   real(wp), parameter :: shortest = 1.0e-6_wp !! least distance of interface points over the size; closer ones get no nodes
-   !> Least distance of two interface points with the same gap, or of an interface point and a segment boundary, over the length of
-   !> a boundary layer beside. Shorter spans open and close with the root of the load, or continue beyond the boundary, where an
-   !> interface point cannot move. Without interface points the elements detect such contact themselves; the error of the force is
-   !> the third power of this.
+   real(wp), parameter :: shortest = 1.0e-6_wp !! least distance of interface points, as part of the structure's size; of closer
+   !! ones none gets a node
+   !> Least distance of two interface points with the same gap, or of an interface point and a segment boundary, as part of the
+   !> length of a boundary layer beside the point. Shorter spans open and close with the square root of the load, or continue beyond
+   !> the boundary, to which an interface point cannot move. Without interface points the elements detect such contact themselves;
+   !> the relative error of the force is the third power of this number.
    real(wp), parameter :: shortest_of_layer = 0.1_wp
 
 contains
@@ -33,7 +34,7 @@ contains
       allocate (cut(0))
       do m = 1, size(problem%mark)
          if (.not. is_live(problem, state, m)) then
-            ! The elements beside the point detect contact themselves.
+            ! The elements beside the point determine contact from the gap; the point is dropped if the gap has no crossing there.
             if (.not. crosses_at(problem, state, m)) cycle
          end if
          c = problem%mark(m)%candidate(2)
@@ -66,11 +67,11 @@ contains
       end subroutine add
    end function find_cuts
 
-   !> True if the mesh has an interface point at each place found, and no others.
+   !> True if the mesh has an interface point at each place found, and at no other place.
    logical function marked(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(cut_t), intent(in) :: cut(:)              !! of this state
+      type(cut_t), intent(in) :: cut(:)              !! interface points of this state
       integer :: m
       marked = inner_cuts(cut) == size(problem%mark)
       do m = 1, size(problem%mark)
@@ -78,7 +79,7 @@ contains
       end do
    end function marked
 
-   !> Number of places at which a mesh can have an interface point.
+   !> Number of places at which a mesh can have an interface point that moves.
    pure integer function inner_cuts(cut)
       type(cut_t), intent(in) :: cut(:)
       inner_cuts = count(.not. cut%at_end)
@@ -99,8 +100,8 @@ contains
       end do
    end subroutine sort
 
-   !> Removes interface points that are too close for an element between them, and oscillations of polynomials (same segment of the
-   !> law on both sides); moves points next to a segment boundary to this boundary.
+   !> Removes interface points that are too close for an element between them, and those due to oscillations of polynomials (same
+   !> segment of the law on both sides); moves points next to a segment boundary onto the boundary.
    subroutine thin(problem, cut)
       type(problem_t), intent(in) :: problem
       type(cut_t), allocatable, intent(inout) :: cut(:)
@@ -125,8 +126,8 @@ contains
       cut = pack(cut, kept)
    end subroutine thin
 
-   !> Lengths over which foundations bend the rod on both sides of each interface point, by the segments of the law half way to the
-   !> next points.
+   !> Computes the lengths over which foundations bend the rod on both sides of each interface point, from the segments of the law
+   !> half way to the next points.
    subroutine add_layers(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -183,10 +184,10 @@ contains
       problem%ground%tabled = size(problem%mark) == 0
    end subroutine add_marks
 
-   !> Coordinates of nodes between two places: n elements of equal integral of a mesh density, with shorter elements in boundary
-   !> layers. In a layer of length l beside an end displacements fall as exp(-x / (sqrt(2) l)), and the error of an element of s
-   !> stages is this times its length to the power 2 s + 1: after a first length l, lengths of equal error grow as exp(x / ((2 s +
-   !> 1) sqrt(2) l)).
+   !> Coordinates of nodes between two places: n elements of equal integral of a mesh density, shorter in boundary layers. In a
+   !> layer of length l beside an end, displacements fall as exp(-x / (sqrt(2) l)), and the error of an element of s stages is this
+   !> amplitude times the element's length to the power 2 s + 1: after a first length l, lengths of equal error grow as exp(x / ((2
+   !> s + 1) sqrt(2) l)).
    pure function graded(demand, from, to, n, layer, stages) result(at)
       type(mesh_density_t), intent(in) :: demand
       real(wp), intent(in) :: from, to
@@ -226,14 +227,14 @@ contains
          end do
       end function side
 
-      !> Number of elements of these lengths between two distances from an end with a layer.
+      !> Number of layer elements of graded lengths between two distances from an end.
       pure real(wp) function wanted(l, near, far)
          real(wp), intent(in) :: l, near, far
          wanted = 0.0_wp
          if (l > 0.0_wp) wanted = grown(l) / l * (exp(-near / grown(l)) - exp(-far / grown(l)))
       end function wanted
 
-      !> Distance over which these lengths grow by the factor e.
+      !> Distance from an end over which the graded lengths grow by the factor e.
       pure real(wp) function grown(l)
          real(wp), intent(in) :: l
          grown = (2 * stages + 1) * sqrt(2.0_wp) * l

@@ -37,7 +37,7 @@ contains
                & load * problem%model%step(problem%step)%load%motion(:, chain%obstacle(c))
             wanted = gap(1) + dot_product(normal(:, 1), way) - load * closing_rate(problem, chain, c)
             linear = -bend(1) * (normal(2, 1) * way(1) - normal(1, 1) * way(2))
-            ! The square of a smaller rotation would be rounding.
+            ! The square of a smaller rotation is below rounding.
             if (abs(linear) <= sqrt(epsilon(linear))) cycle
             call chain_gap(problem, state, chain, c, gap(2), normal(:, 2), bend(2))
             state%u(1:2, node) = state%u(1:2, node) + (wanted - gap(2)) * normal(:, 2)
@@ -78,8 +78,8 @@ contains
             bow = bow + bend(1) * (normal(2, 1) * rate(1) - normal(1, 1) * rate(2))
             lift = gap(1) + dot_product(normal(:, 1), rate) * shift(node) - gap(2)
             twist = bow * shift(node) - (direction(problem, state, c) - direction(problem, before, c) - turn(normal))
-            ! Smaller differences are rounding of positions and directions. Larger ones count however short the motion is: the
-            ! interpolation error of transferred polynomials would keep the iteration oscillating.
+            ! Smaller differences are rounding of positions and directions. Larger differences are applied however short the motion
+            ! is: otherwise the interpolation error of transferred polynomials would make the iteration oscillate.
             if (abs(lift) > rounding_steps * epsilon(lift) * problem%size) &
                & state%u(1:2, node) = state%u(1:2, node) + lift * normal(:, 2)
             if (abs(twist) > rounding_steps * epsilon(twist)) state%u(3, node) = state%u(3, node) + twist
@@ -103,7 +103,7 @@ contains
       do c = 1, problem%ground%chain%n
          if (.not. pressed(before, c)) cycle
          e = problem%ground%chain%element(2, c)
-         ! Central differences, for the errors of polynomials at their two ends have opposite signs.
+         ! Central differences, because the errors of polynomials have opposite signs at both ends of an element.
          state%z(:, e) = before%z(:, e) + (moved(1)%z(:, e) - moved(2)%z(:, e)) / (2.0_wp * part)
       end do
    end subroutine keep_layers

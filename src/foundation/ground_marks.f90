@@ -1,12 +1,13 @@
 !> Interface points of a mesh (mark_t): places along the rod where the gap of a foundation has the value of a corner of its law.
 !>
-!> At its right place the reaction is the same on both sides of an interface point, so that the place has no first-order effect on
-!> forces: with fixed interface points the tangent is exact at a solution, and symmetric. A point that is off by d leaves the force
-!> dk (g - g_0) d, dk the jump of the law's stiffness. With d = -(g - g_0 + n.du) / g' by Newton's method, g' the slope of the gap
-!> along the rod, this is a spring at the point's node, dk (g - g_0) / g' along the normal, and a force. With both terms the method
-!> is Newton's for displacements and interface points together, however stiff the foundation is; without them a point would move no
-!> further per iteration than the length over which the foundation bends a rod, (EI/k)^(1/4). The boundary layer of this length
-!> moves with the point, see ground_following.
+!> At the equilibrium place of an interface point the reaction is the same on both sides, so that the place has no first-order
+!> effect on forces: with fixed interface points the tangent is exact at a solution, and symmetric. A point at the distance d from
+!> this place leaves an unbalanced force dk (g - g_0) d, dk the jump of the law's stiffness. With d = -(g - g_0 + n.du) / g' by
+!> Newton's method, g' the slope of the gap along the rod, the force is that of a spring at the point's node, of stiffness dk (g -
+!> g_0) / g' along the normal, and a constant force. With both terms the iteration is Newton's method for displacements and
+!> interface points together, however stiff the foundation is; without them a point would move no further per iteration than the
+!> length over which the foundation bends a rod, (EI/k)^(1/4). The boundary layer of this length moves with the point, see
+!> ground_following.
 module ground_marks
    use kinds, only: wp
    use problem, only: problem_t
@@ -91,7 +92,7 @@ contains
             & (after%load_factor - before%load_factor) * (closing_rate(problem, chain, mark%candidate(2)) + &
             & dot_product(normal, load%motion(:, chain%obstacle(mark%candidate(2)))))
       end associate
-      ! The rounding of a gap moves no interface point.
+      ! A gap below rounding does not move the interface point.
       if (abs(error) > rounding_steps * epsilon(error) * norm2(after%u(1:2, problem%mark(m)%node))) distance = -error / slope
    end function mark_step
 end module ground_marks

@@ -1,9 +1,10 @@
-!> Segments of the foundation's law on which elements are: a property of the span between two interface points, not of the sign of
-!> the gap at a point.
+!> Segments of foundation laws, assigned to the elements: a property of the whole span between two interface points, not of the
+!> gap's sign at a point.
 !>
-!> During Newton iterations a span in contact transmits pressure and tension, and a free span no force; the interface points give
-!> the ends of the spans. At the solution the gaps must agree with this. Elements whose gap does not agree detect contact themselves
-!> (segment_unknown), as all do on meshes without interface points: this is right as well, but of lower order.
+!> During Newton iterations a span in contact transmits pressure and tension, a free span no force; the interface points are the
+!> ends of the spans. At the solution the gaps must agree with the assigned segments. An element whose gap does not agree determines
+!> its contact from the gap (segment_unknown), like all elements of meshes without interface points: the equations are right as
+!> well, but of lower order.
 module ground_segments
    use kinds, only: wp
    use problem, only: problem_t
@@ -20,20 +21,21 @@ module ground_segments
    public :: segment_stiffness, is_cut, gap_uncertainty, followed_length, followed_part, stiffest, told_gap
    public :: settled_gap, gap_rounding
 
-   real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! of the displacements: rounding of gaps, residual of Newton's method
-   real(wp), parameter :: at_mark = 0.1_wp !! of an element: a crossing this close to an interface point belongs to this point,
-   !! which Newton's method moves there
-   real(wp), parameter :: at_node = 1.0e-6_wp !! of an element: a crossing this close to a node is not inside the element
+   real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! rounding of gaps and residual of Newton's method, relative to the
+   !! displacements
+   real(wp), parameter :: at_mark = 0.1_wp !! part of an element: a crossing this close to an interface point is the place to which
+   !! Newton's method moves this point
+   real(wp), parameter :: at_node = 1.0e-6_wp !! part of an element: a crossing this close to a node is not inside the element
 
-   !> Largest k h^4/EI for which collocation with so many stages follows the deflection of a rod on a foundation. The amplitudes
-   !> fall along the rod as the exponential of z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
-   !> method, the diagonal Pade approximant, falls up to the fourth root of these values only, and a stiffer foundation gives longer
-   !> waves.
+   !> Largest k h^4/EI for which collocation with 1, 2, ... stages represents the deflection of a rod on a foundation. The
+   !> deflection falls along the rod as exp(-z), z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
+   !> method, the diagonal Pade approximant of the exponential, falls with z up to the fourth root of these values only, and a
+   !> stiffer foundation gives longer waves.
    real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp, 4434.6_wp, 7682.8_wp]
 
 contains
 
-   !> Longest element of so many stages that follows the deflection of a rod on a foundation.
+   !> Longest element with a number of stages that represents the deflection of a rod on a foundation.
    pure real(wp) function followed_length(stiffness, bending, stages) result(length)
       real(wp), intent(in) :: stiffness      !! [force/length^2]
       real(wp), intent(in) :: bending        !! bending stiffness EI
@@ -41,8 +43,8 @@ contains
       length = (stiffest(stages) * bending / stiffness)**0.25_wp
    end function followed_length
 
-   !> Part of the foundations' stiffness up to which all elements would follow them; foundations without corners or ends of contact
-   !> do not count.
+   !> Part of the foundations' stiffness up to which no element would be too long for its foundation; foundations without corners or
+   !> ends of contact are left out.
    pure real(wp) function followed_part(problem) result(part)
       type(problem_t), intent(in) :: problem
       integer :: c
@@ -56,8 +58,8 @@ contains
       end do
    end function followed_part
 
-   !> False for an element in contact that is too long to follow its foundation; its gap between the nodes is meaningless. This is a
-   !> property of the mesh as laid out: the motion of nodes with interface points does not change it.
+   !> False for an element in contact that is too long to represent the deflection on its foundation; its gap between the nodes is
+   !> meaningless. This is a property of the mesh as it was made: nodes that move with interface points do not change it.
    pure logical function follows(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -72,9 +74,9 @@ contains
       end associate
    end function follows
 
-   !> Gap on the element after a candidate, as accurate as the nodes allow: with Hermite correction if the element follows its
-   !> foundation, much better than the polynomial used in the quadrature of the foundation's forces. (Not for rods with shear
-   !> flexibility, where the correction would need the foundation's forces at the nodes.)
+   !> Gap on the element after a candidate, as accurate as the nodes allow: with Hermite correction if the element is short enough
+   !> for its foundation, much more accurate than the polynomial in the quadrature of the foundation's forces. (No correction for
+   !> rods with shear flexibility, which would need the foundation's forces at the nodes.)
    pure function told_gap(problem, state, candidate) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -87,9 +89,9 @@ contains
       if (follows(problem, state, candidate)) call mend_ends(problem, state, gap%profile, 3)
    end function told_gap
 
-   !> Mean gap of the element after a candidate, for an element too long to follow its foundation, and the amplitudes of the waves
-   !> that decay into the element from its nodes: (A cos b s + B sin b s) / exp(b s), 4 b^4 = k/EI, from gap and slope at the node.
-   !> Only neighbouring elements that follow the foundation give these.
+   !> Mean gap of the element after a candidate, for an element too long for its foundation, and the amplitudes of the waves that
+   !> decay into the element from its nodes: (A cos b s + B sin b s) / exp(b s), 4 b^4 = k/EI, from gap and slope at the node.
+   !> Amplitudes are computed only at nodes with a neighbouring element that is short enough.
    subroutine settled_gap(problem, state, candidate, mean, waves)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -105,7 +107,7 @@ contains
          rate = (problem%ground%slope(problem%ground%chain%obstacle(candidate)) / &
             & (4.0_wp * problem%model%section(mesh%section(e))%ei))**0.25_wp
          do i = 1, 2
-            ! The candidate before the neighbouring element.
+            ! Candidate at the first node of the neighbouring element.
             beside = problem%ground%chain%neighbour(i, candidate)
             if (i == 2 .and. beside > 0) then
                if (problem%ground%chain%element(2, beside) == 0) beside = 0
@@ -120,7 +122,7 @@ contains
       end associate
    end subroutine settled_gap
 
-   !> Mean gap of an element too long to follow its foundation, of which only the integral of the force is meaningful.
+   !> Mean gap of an element too long for its foundation, where only the integral of the force is meaningful.
    pure real(wp) function mean_gap(problem, candidate, gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -185,7 +187,7 @@ contains
       end associate
    end function segment_stiffness
 
-   !> Segment of the law of a contact at a place along a rod segment, and its stiffness.
+   !> Segment of the law at a place along a rod segment, and its stiffness, for one contact.
    subroutine segment_at(problem, state, rod_segment, contact, at, segment, stiffness)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -216,7 +218,7 @@ contains
       uncertainty = profile_error(gap%profile) + gap_rounding(state)
    end function uncertainty
 
-   !> Error of any gap by the rounding of displacements and the residual of Newton's method.
+   !> Error of a gap due to rounding of displacements and the residual of Newton's method.
    pure real(wp) function gap_rounding(state)
       type(state_t), intent(in) :: state
       gap_rounding = noise * maxval(abs(state%u(1:2, :)))
@@ -230,14 +232,15 @@ contains
       gap_uncertainty = uncertainty(state, told_gap(problem, state, candidate))
    end function gap_uncertainty
 
-   !> Places inside the element after a candidate where the gap has the value of a corner of the law, if the gap between them
-   !> exceeds rounding; without the crossings that belong to the interface points at the element's ends.
+   !> Places inside the element after a candidate where the gap has the value of a corner of the law, without crossings that belong
+   !> to the interface points at the element's ends, and without those between which the gap differs from the value by rounding
+   !> only.
    subroutine element_cuts(problem, state, candidate, n, tau, level, smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       integer, intent(out) :: n
-      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) in order for each level
+      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) places, 0 to 1, in order for each level; level of each place
       real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this size are ignored
       type(element_gap_t) :: gap
       real(wp) :: place(most_crossings), least, wave
@@ -253,7 +256,7 @@ contains
       wave = uncertainty(state, gap)
       if (present(smallest)) wave = max(wave, smallest)
       do k = 1, size(levels)
-         ! A rod on its foundation without force has no ends of contact.
+         ! A gap that differs from the value by rounding only, as of a rod on its foundation without force, has no ends of contact.
          if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= least) cycle
          if (.not. follows(problem, state, candidate)) then
             associate (tableau => problem%tableau(problem%model%mesh%stages(problem%ground%chain%element(2, candidate))))
@@ -272,11 +275,11 @@ contains
             if (mine(1) .and. place(j) <= at_mark) known(j) = .false.
             if (mine(2) .and. place(j) >= 1.0_wp - at_mark) known(j) = .false.
          end do
-         ! The oscillation between two crossings is no larger than the error of the polynomial.
+         ! Crossings are dropped if the oscillation between them is no larger than the error of the polynomial.
          do j = 1, crossings - 1
             if (abs(gap_value(problem, gap, 0.5_wp * (place(j) + place(j + 1))) - levels(k)) <= wave) known(j:j + 1) = .false.
          end do
-         ! Half an oscillation, with the other half beyond a node.
+         ! A crossing is dropped as well if it bounds half an oscillation whose other half is beyond a node.
          if (present(smallest) .and. crossings > 0) then
             if (abs(gap_value(problem, gap, 0.0_wp) - levels(k)) <= smallest) known(1) = .false.
             if (abs(gap_value(problem, gap, 1.0_wp) - levels(k)) <= smallest) known(crossings) = .false.
@@ -287,8 +290,8 @@ contains
       n = size(tau)
    end subroutine element_cuts
 
-   !> True if the gap passes the value of an interface point in the parts of the elements beside it whose crossings belong to the
-   !> point.
+   !> True if the gap passes the value of an interface point's corner between the places at the distance at_mark (part of an
+   !> element) before and after the point.
    logical function crosses_at(problem, state, m)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -313,8 +316,8 @@ contains
       is_cut = any(tau > at_node .and. tau < 1.0_wp - at_node)
    end function is_cut
 
-   !> Prescribes the segments of a state: each span is on the segment of the interface points at its ends, unless the gaps
-   !> contradict. On meshes without interface points all segments are unknown.
+   !> Assigns segments of the laws to the elements of a state: each span gets the segment of the interface points at its ends; where
+   !> the gaps contradict, the segment becomes unknown. On meshes without interface points all segments are unknown.
    subroutine tell_segments(problem, state, carried)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
@@ -340,7 +343,7 @@ contains
 
    contains
 
-      !> True if the element of the next candidate follows without an interface point between.
+      !> True if the next candidate's element continues the span, without an interface point between.
       pure logical function goes_on(at)
          integer, intent(in) :: at
          integer :: m
@@ -354,7 +357,7 @@ contains
       end function goes_on
    end subroutine tell_segments
 
-   !> Prescribes segments of elements that detected contact themselves: those beside an interface point with a single crossing, to
+   !> Assigns segments to elements that determined contact from the gap: those beside an interface point with a single crossing, to
    !> which Newton's method will move the point, and those without a crossing. The segments of other elements remain unknown.
    subroutine settle_found(problem, state)
       type(problem_t), intent(in) :: problem
@@ -376,7 +379,7 @@ contains
 
    contains
 
-      !> Number of crossings at all levels, or at that of an interface point.
+      !> Number of crossings in an element, for all corners of the law, or for the corner of one interface point.
       integer function kinks_in(candidate, mark) result(kinks)
          integer, intent(in) :: candidate
          integer, intent(in), optional :: mark
@@ -395,8 +398,8 @@ contains
       end function kinks_in
    end subroutine settle_found
 
-   !> Tests whether the gaps of a converged state agree with the prescribed segments; the segment of an element that does not agree
-   !> becomes unknown.
+   !> Tests whether the gaps of a converged state agree with the assigned segments; where they do not, the element's segment becomes
+   !> unknown.
    subroutine segments_hold(problem, state, hold, carried)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
@@ -414,7 +417,7 @@ contains
          call segment_range(problem, c, state%segment(c), low, high)
          slack = uncertainty(state, gap)
          if (follows(problem, state, c)) then
-            ! An interface point that is not yet at its right place shifts the gap at its node.
+            ! An interface point away from its equilibrium place shifts the gap at its node.
             marked = .false.
             do j = 1, size(problem%mark)
                marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
@@ -432,7 +435,7 @@ contains
 
    contains
 
-      !> Gaps at samples, and the extreme values between them if these may exceed the range of the segment.
+      !> Gaps at samples, and the extreme values between samples where these may be outside the range of the segment.
       function with_extremes(gap, first, last) result(value)
          type(element_gap_t), intent(in) :: gap
          integer, intent(in) :: first, last      !! samples

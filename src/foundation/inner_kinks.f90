@@ -1,8 +1,9 @@
-!> Moment error by a kink of a foundation's force inside an element.
+!> Moment error due to a kink of a foundation's force inside an element.
 !>
-!> A foundation that ends, or whose law has a corner, inside an element exerts a force with the part J (x - c)+, J the slope of the
-!> gap there times the jump of the stiffness. The element integrates this force and its first moments exactly (see ge_element), but
-!> its moment is a polynomial of degree s: the error is the rest of J (x - c)+^3/6.
+!> A foundation that ends inside an element, or whose law has a corner there, exerts a force with the part J (x - c)+, c the place
+!> of the kink, J the slope of the gap there times the jump of the stiffness. The element integrates this force and its first
+!> moments exactly (see ge_element), but its moment is a polynomial of degree s: the error is the part of J (x - c)+^3/6 that this
+!> polynomial does not represent.
 module inner_kinks
    use kinds, only: wp
    use problem, only: problem_t
@@ -15,14 +16,14 @@ module inner_kinks
    private
    public :: kink_moments, left_of_kink
 
-   !> Size of the moment error along an element of length 1 with s stages and J = 1, for the worst place of the kink.
+   !> Largest moment error, over all places of the kink, of an element of length 1 with s stages and J = 1.
    real(wp), parameter :: left_of_kink(max_stages) = [4.13e-2_wp, 5.21e-3_wp, 6.78e-4_wp, 1.44e-4_wp, 7.07e-5_wp, 3.17e-5_wp]
 
-   real(wp), parameter :: beside = 1.0_wp / 64.0_wp !! of an element: distance for the slope of the gap
+   real(wp), parameter :: beside = 1.0_wp / 64.0_wp !! part of an element: distance over which the slope of the gap is computed
 
 contains
 
-   !> Moment error by kinks in each element, integrated along the element [moment times length].
+   !> Moment error by kinks in each element, integrated along the element [moment * length].
    function kink_moments(problem, state) result(moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged

@@ -15,13 +15,14 @@ module band_matrix
    type :: factor_t
       integer :: n = 0, kd = 0
       logical :: positive = .false.      !! Cholesky succeeded
-      logical :: deficient = .false.     !! the matrix was exactly singular: weak springs were added, see spring_forces
-      integer :: negative_pivots = 0     !! of L D L^T: the number of negative eigenvalues (Sylvester)
+      logical :: deficient = .false.     !! the matrix was exactly singular and springs were added to its diagonal, see
+      !! spring_forces
+      integer :: negative_pivots = 0     !! number of negative pivots of L D L^T = number of negative eigenvalues (Sylvester)
       real(wp), allocatable :: cholesky(:, :) !! (kd + 1, n)
       real(wp), allocatable :: lu(:, :)       !! (3 kd + 1, n), allocated at the first indefinite matrix
       integer, allocatable :: pivot(:)
-      real(wp), allocatable :: unit(:)        !! (n) LU: the matrix with rows and columns times these is what is factored
-      real(wp), allocatable :: spring(:)      !! (n) LU: what was added to its diagonal for that, in the matrix's own units
+      real(wp), allocatable :: unit(:)        !! (n) scale of each unknown for LU, which factors diag(unit) A diag(unit)
+      real(wp), allocatable :: spring(:)      !! (n) stiffness of the springs added to a singular matrix for LU, in the units of A
    end type factor_t
 
 contains
@@ -66,11 +67,11 @@ contains
       call factor_general(factor)
    end subroutine factorise
 
-   !> LU of the matrix in its units. The first zero pivot is that of an unknown which moves together with those before it for no
-   !> force, so that a spring there holds that motion. Its stiffness is the root of the rounding of the largest entry: a border
-   !> that makes the system regular then still gives its solution, to half the digits.
+   !> LU factors of the scaled matrix. A zero pivot means that the unknown can move, together with unknowns before it, without any
+   !> force; a spring at the unknown resists this motion. Its stiffness is the root of the rounding unit times the largest entry, so
+   !> that a bordered system that is regular keeps half of its digits.
    subroutine factor_general(factor)
-      type(factor_t), intent(inout) :: factor  !! its general storage holds the matrix
+      type(factor_t), intent(inout) :: factor  !! in: scaled matrix in `lu`; out: its factors
       real(wp) :: weak
       integer :: info, diagonal
       diagonal = 2 * factor%kd + 1
@@ -81,7 +82,7 @@ contains
          call dgbtrf(factor%n, factor%n, factor%kd, factor%kd, factor%lu, 3 * factor%kd + 1, factor%pivot, info)
          if (info <= 0) exit
          factor%deficient = .true.
-         ! Again at the same unknown only where elimination has lost the spring beside larger entries.
+         ! The same unknown has a zero pivot again only if the spring is below the rounding of larger entries: then it is doubled.
          factor%spring(info) = factor%spring(info) + max(weak, factor%spring(info))
          call to_general(factor)
          factor%lu(diagonal, :) = factor%lu(diagonal, :) + factor%spring
@@ -89,7 +90,7 @@ contains
       factor%spring = factor%spring / factor%unit**2
    end subroutine factor_general
 
-   !> Forces of the springs that hold an exactly singular matrix: solve_factored solves A x + these = b.
+   !> Forces of the springs added to an exactly singular matrix: the x of solve_factored satisfies A x + spring_forces = b.
    pure function spring_forces(factor, x) result(forces)
       type(factor_t), intent(in) :: factor
       real(wp), intent(in) :: x(:)             !! (n)
@@ -116,10 +117,10 @@ contains
       end do
    end subroutine copy_masked
 
-   !> Units for the unknowns in which the diagonal is about 1, powers of two: which pivots are large then does not depend on
-   !> the units of displacements and rotations. (Cholesky has no choice of pivots.)
+   !> Scales each unknown by a power of two so that the diagonal is about 1: the choice of pivots of LU then does not depend on the
+   !> units of displacements and rotations. (Cholesky's method chooses no pivots.)
    subroutine measure_unknowns(factor)
-      type(factor_t), intent(inout) :: factor  !! its masked matrix is multiplied by the units
+      type(factor_t), intent(inout) :: factor  !! in: masked matrix; out: the matrix scaled, and the scales
       integer :: i, j
       if (.not. allocated(factor%unit)) allocate (factor%unit(factor%n))
       do i = 1, factor%n

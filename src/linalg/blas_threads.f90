@@ -1,5 +1,5 @@
-!> One thread for BLAS. Bands of a few columns are too small to share; threads that wait for their part of one take turns with
-!> whatever else a busy machine runs, and a path takes ten times as long there.
+!> Restricts BLAS to one thread. Bands of a few columns are too small for several threads, which on a busy machine wait for each
+!> other: a path takes ten times as long there.
 module blas_threads
    use, intrinsic :: iso_c_binding, only: c_char, c_funptr, c_int, c_null_char, c_null_ptr, c_ptr, c_associated, c_f_procpointer
    use text, only: to_text
@@ -7,7 +7,7 @@ module blas_threads
    private
    public :: use_one_thread, blas_threads_text
 
-   integer(c_int), parameter :: rtld_lazy = 1 !! of dlopen, on Linux and macOS
+   integer(c_int), parameter :: rtld_lazy = 1 !! flag of dlopen, on Linux and macOS
 
    abstract interface
       !> openblas_set_num_threads
@@ -24,7 +24,7 @@ module blas_threads
    end interface
 
    interface
-      !> POSIX: the program itself where no file is named.
+      !> POSIX dlopen: opens a library; without a file name, the program itself.
       function c_dlopen(file, mode) result(handle) bind(c, name='dlopen')
          import :: c_ptr, c_int
          type(c_ptr), value :: file
@@ -32,7 +32,7 @@ module blas_threads
          type(c_ptr) :: handle
       end function c_dlopen
 
-      !> POSIX: the address of a name in it and its libraries, null where none has it.
+      !> POSIX dlsym: address of a name in the opened program and its libraries, null if the name is unknown.
       function c_dlsym(handle, name) result(address) bind(c, name='dlsym')
          import :: c_ptr, c_char, c_funptr
          type(c_ptr), value :: handle
@@ -43,7 +43,7 @@ module blas_threads
 
 contains
 
-   !> Where BLAS is OpenBLAS, as it is found when the program runs, it gets one thread, unless the user's environment says how many.
+   !> Sets OpenBLAS to one thread if the program is linked to OpenBLAS, unless the user's environment sets a number of threads.
    subroutine use_one_thread()
       procedure(set_count), pointer :: set
       type(c_funptr) :: address
@@ -59,7 +59,7 @@ contains
       call set(1_c_int)
    end subroutine use_one_thread
 
-   !> How many threads OpenBLAS works with, such as ', threads of OpenBLAS: 1'; empty with another BLAS, which does not tell.
+   !> Number of threads of OpenBLAS as text, such as ', threads of OpenBLAS: 1'; empty for any other BLAS.
    function blas_threads_text() result(text)
       character(:), allocatable :: text
       procedure(get_count), pointer :: get
@@ -71,7 +71,7 @@ contains
       text = ', threads of OpenBLAS: '//to_text(int(get()))
    end function blas_threads_text
 
-   !> Where a procedure of the libraries stands, null where they have none of that name.
+   !> Address of a procedure of the loaded libraries, null if no library has the name.
    function address_of(name) result(address)
       character(*), intent(in) :: name
       type(c_funptr) :: address

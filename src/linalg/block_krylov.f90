@@ -1,8 +1,7 @@
-!> The largest eigenvalues of an operator that is known only by what it does to vectors.
+!> The largest eigenvalues of an operator that is given only by its products with vectors.
 !>
-!> Block Krylov subspaces with full orthogonalisation, Rayleigh-Ritz projection, and restarts with the Ritz vectors. The
-!> block lets multiple eigenvalues come out as often as they are there (Saad, Numerical Methods for Large Eigenvalue
-!> Problems, ch. 6).
+!> Block Krylov subspaces with full orthogonalisation, Rayleigh-Ritz projection, and restarts with the Ritz vectors. Blocks find
+!> every eigenvalue with its multiplicity (Saad, Numerical Methods for Large Eigenvalue Problems, ch. 6).
 module block_krylov
    use kinds, only: wp
    use errors, only: error_t, fail
@@ -12,11 +11,11 @@ module block_krylov
    private
    public :: operator_t, spectrum_t, largest_eigenvalues
 
-   !> The operator and the inner product that it is projected with.
+   !> The operator and the inner product of the projection.
    type, abstract :: operator_t
       integer :: n = 0
-      logical :: symmetric = .true.            !! in the inner product: its eigenvalues are real
-      real(wp), allocatable :: weight(:)       !! (n) of the inner product, not negative, not all zero
+      logical :: symmetric = .true.            !! true: self-adjoint in the inner product, with real eigenvalues
+      real(wp), allocatable :: weight(:)       !! (n) weights of the inner product, >= 0, not all zero
    contains
       procedure(apply_operator), deferred :: apply
    end type operator_t
@@ -32,23 +31,24 @@ module block_krylov
    end interface
 
    type :: spectrum_t
-      integer :: n = 0                         !! eigenvalues found: those asked for, or all that the operator has
-      real(wp), allocatable :: value(:)        !! largest size first
+      integer :: n = 0                         !! number of eigenvalues found: the number wanted, or all that the operator has
+      real(wp), allocatable :: value(:)        !! eigenvalues, largest size first
       real(wp), allocatable :: vector(:, :)    !! (n, found), of norm 1 in the inner product
-      real(wp), allocatable :: residual(:)     !! |Op v - value v| over |value|
+      real(wp), allocatable :: residual(:)     !! norm of Op v - value v over |value|
    end type spectrum_t
 
    integer, parameter :: max_restarts = 4
    real(wp), parameter :: rounding = 1.0e-13_wp
-   real(wp), parameter :: dependent = 1.0e-10_wp !! a vector that loses this much in orthogonalisation adds nothing
+   real(wp), parameter :: dependent = 1.0e-10_wp !! a vector of which orthogonalisation leaves less than this part counts as
+   !! dependent
 
 contains
 
    !> The `wanted` eigenvalues of largest size and their eigenvectors.
    subroutine largest_eigenvalues(operator, wanted, tolerance, spectrum, error)
       class(operator_t), intent(inout) :: operator
-      integer, intent(in) :: wanted            !! how many, at least 1
-      real(wp), intent(in) :: tolerance        !! of the relative residuals
+      integer, intent(in) :: wanted            !! number of eigenvalues, at least 1
+      real(wp), intent(in) :: tolerance        !! bound of the relative residuals
       type(spectrum_t), intent(out) :: spectrum
       type(error_t), allocatable, intent(out) :: error !! no convergence, or complex eigenvalues among those wanted
       real(wp), allocatable :: v(:, :), w(:, :), theta(:), imaginary(:), ritz(:, :), residual(:, :), size_of(:), start(:, :)
@@ -75,7 +75,7 @@ contains
          grow: do
             call take_ritz_values()
             if ((all(size_of <= tolerance) .and. k > wanted) .or. exhausted .or. k == operator%n) exit restarts
-            ! More vectors do not help against the rounding of the operator.
+            ! More vectors do not help if the residual is the rounding error of the operator.
             if (found == size(last)) then
                if (all(abs(theta(:found) - last) <= tolerance * abs(last)) .and. maxval(size_of) > 0.5_wp * last_size) exit restarts
             end if
@@ -84,7 +84,7 @@ contains
             if (k + block > largest) exit grow
             call extend(w(:, max(k - block, 0) + 1:k))
          end do grow
-         ! Start again from the best vectors and what is still wrong with them.
+         ! Restart with the best Ritz vectors and their residuals.
          i = min(k, 2 * block)
          w(:, :i) = matmul(w(:, :k), ritz(:, :i))
          v(:, :i) = matmul(v(:, :k), ritz(:, :i))
@@ -95,7 +95,7 @@ contains
       end do restarts
       spectrum%n = found
       spectrum%value = theta(:found)
-      ! What the operator returns is right in unknowns of no weight, too.
+      ! Op v is defined in unknowns of zero weight, too, unlike v.
       spectrum%vector = matmul(w(:, :k), ritz(:, :found))
       spectrum%residual = size_of
       do i = 1, found
@@ -111,8 +111,8 @@ contains
 
    contains
 
-      !> Takes the eigenvectors of larger eigenvalues out of another one. What rounding leaves of them there, these values times
-      !> larger, may be all of it.
+      !> Orthogonalises an eigenvector against those of larger eigenvalues. Their rounding errors in it, multiplied by the ratio of
+      !> the eigenvalues, may be as large as the eigenvector itself.
       subroutine take_out_larger(i)
          integer, intent(in) :: i
          integer :: j, pass
@@ -125,7 +125,7 @@ contains
          end associate
       end subroutine take_out_larger
 
-      !> Ritz values of the present basis, and what is wrong with them.
+      !> Ritz values of the present basis and their residuals.
       subroutine take_ritz_values()
          integer :: j
          call project(operator, v(:, :k), w(:, :k), theta, imaginary, ritz)
@@ -134,12 +134,12 @@ contains
          do j = 1, found
             residual(:, j) = residual(:, j) - theta(j) * matmul(v(:, :k), ritz(:, j))
          end do
-         ! Beside the largest eigenvalue the others are known to its rounding only.
+         ! The smaller eigenvalues are accurate only to the rounding error of the largest.
          size_of = [(max(norm(operator, residual(:, j)) - rounding * abs(theta(1)), 0.0_wp) / max(abs(theta(j)), tiny(1.0_wp)), &
             & j=1, found)]
       end subroutine take_ritz_values
 
-      !> Adds vectors to the basis, and what the operator makes of them.
+      !> Adds vectors to the basis, and their products with the operator.
       subroutine extend(more)
          real(wp), intent(in) :: more(:, :)
          integer :: old
@@ -155,7 +155,7 @@ contains
       real(wp), intent(in) :: more(:, :)
       real(wp), intent(inout) :: v(:, :)
       integer, intent(inout) :: k              !! columns of the basis
-      logical, intent(out) :: exhausted        !! nothing was added: the basis is invariant
+      logical, intent(out) :: exhausted        !! true: no vector was independent, the basis is invariant
       real(wp) :: x(size(more, 1)), before, after
       integer :: i, j, pass, old
       old = k
@@ -178,11 +178,11 @@ contains
       exhausted = k == old
    end subroutine add_block
 
-   !> Orthonormalises v and changes w in the same way.
+   !> Orthonormalises the columns of v and transforms w in the same way.
    subroutine orthonormalise_pair(operator, v, w, k)
       class(operator_t), intent(in) :: operator
       real(wp), intent(inout) :: v(:, :), w(:, :)
-      integer, intent(inout) :: k              !! columns; those that depend on others are dropped
+      integer, intent(inout) :: k              !! number of columns; dependent columns are dropped
       real(wp) :: along, length
       integer :: i, j, kept, pass
       kept = 0
@@ -244,7 +244,7 @@ contains
       norm = sqrt(sum(operator%weight * x**2))
    end function norm
 
-   !> The same vectors on every machine.
+   !> Pseudorandom start vectors, the same on every machine.
    function random_block(n, columns) result(x)
       integer, intent(in) :: n, columns
       real(wp), allocatable :: x(:, :)

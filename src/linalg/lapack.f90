@@ -1,7 +1,7 @@
 !> Explicit interfaces of the double precision LAPACK and BLAS routines this program calls.
 !>
-!> Arguments have LAPACK's own names and meaning (www.netlib.org/lapack). Matrices are assumed-size with a leading
-!> dimension, so a section that starts in the middle of an array costs no copy, and a vector may stand for one column.
+!> Arguments have LAPACK's own names and meaning (www.netlib.org/lapack). Matrices are assumed-size with a leading dimension, so
+!> that an array section needs no copy and a vector can be passed as a matrix of one column.
 module lapack
    use kinds, only: wp
    implicit none
@@ -26,7 +26,7 @@ module lapack
          integer, intent(out) :: info !! > 0: U(info, info) is exactly zero
       end subroutine dgetrf
 
-      !> Solves with the factors of dgetrf.
+      !> Solves a dense system with the factors of dgetrf.
       subroutine dgetrs(trans, n, nrhs, a, lda, ipiv, b, ldb, info)
          import :: wp
          character, intent(in) :: trans
@@ -69,7 +69,7 @@ module lapack
          integer, intent(out) :: info !! > 0: the leading minor of this order is not positive
       end subroutine dpotrf
 
-      !> Inverse from the factors of dpotrf, the same triangle.
+      !> Inverse from the factors of dpotrf, stored in the same triangle.
       subroutine dpotri(uplo, n, a, lda, info)
          import :: wp
          character, intent(in) :: uplo
@@ -89,7 +89,7 @@ module lapack
          integer, intent(out) :: info !! > 0: D(info, info) is exactly zero
       end subroutine dsytrf
 
-      !> Solves with the factors of dsytrf.
+      !> Solves a symmetric system with the factors of dsytrf.
       subroutine dsytrs(uplo, n, nrhs, a, lda, ipiv, b, ldb, info)
          import :: wp
          character, intent(in) :: uplo
@@ -147,7 +147,7 @@ module lapack
          integer, intent(out) :: info !! > 0: the leading minor of this order is not positive
       end subroutine dpbtrf
 
-      !> Solves with the factors of dpbtrf.
+      !> Solves a band system with the factors of dpbtrf.
       subroutine dpbtrs(uplo, n, kd, nrhs, ab, ldab, b, ldb, info)
          import :: wp
          character, intent(in) :: uplo
@@ -179,7 +179,7 @@ module lapack
          integer, intent(out) :: info !! > 0: U(info, info) is exactly zero
       end subroutine dgbtrf
 
-      !> Solves with the factors of dgbtrf.
+      !> Solves a band system with the factors of dgbtrf.
       subroutine dgbtrs(trans, n, kl, ku, nrhs, ab, ldab, ipiv, b, ldb, info)
          import :: wp
          character, intent(in) :: trans

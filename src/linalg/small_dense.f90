@@ -1,4 +1,4 @@
-!> Dense systems of element size (at most a dozen unknowns), where a LAPACK call costs more than the work itself.
+!> Dense systems of element size (at most a dozen unknowns), for which a call of LAPACK costs more than the elimination itself.
 module small_dense
    use kinds, only: wp
    implicit none
@@ -7,16 +7,17 @@ module small_dense
 
 contains
 
-   !> Solves A X = B by Gauss elimination with row pivoting. An equation is a column of both arrays, where it is in one piece.
+   !> Solves A X = B by Gauss elimination with row pivoting. Both arrays are transposed: an equation is a column, contiguous in
+   !> memory.
    !>
-   !> Where equations have different units, `weight` makes them comparable: the choice of pivots must not depend on the units.
+   !> If equations have different units, `weight` makes them comparable: the choice of pivots must not depend on the units.
    pure subroutine solve_small(n, a, b, singular, weight)
       integer, intent(in) :: n             !! unknowns
       real(wp), contiguous, intent(inout) :: a(:, :) !! (>= n, >= n) transposed matrix, destroyed
-      real(wp), contiguous, intent(inout) :: b(:, :) !! (right-hand sides, >= n) these transposed, the solutions on return
+      real(wp), contiguous, intent(inout) :: b(:, :) !! (right-hand sides, >= n) transposed right-hand sides; solutions on return
       logical, intent(out) :: singular     !! a pivot was exactly zero or not finite; B is then undefined
-      real(wp), intent(inout), optional :: weight(:) !! (>= n) of the equations when pivots are compared, positive; each goes where
-      !! its equation goes
+      real(wp), intent(inout), optional :: weight(:) !! (>= n) factor > 0 of each equation in the comparison of pivots; exchanged
+      !! with the equations
       real(wp) :: part, best
       integer :: i, j, k, p
       singular = .false.
@@ -48,7 +49,7 @@ contains
          do i = k + 1, n
             part = a(k, i) / a(k, k)
             if (.not. abs(part) > 0.0_wp) cycle
-            ! All of it: what it leaves before the pivot is not looked at, and pieces of one length go faster.
+            ! Whole columns: entries before the pivot are not used again, and loops of constant length are faster.
             call take_off(n, part, a(:n, k), a(:n, i))
             call take_off(size(b, 1), part, b(:, k), b(:, i))
          end do
@@ -62,7 +63,7 @@ contains
 
    contains
 
-      !> Takes a multiple of an equation off another one: two pieces of an array that have nothing in common.
+      !> Subtracts a multiple of one equation from another; the two arrays do not overlap.
       pure subroutine take_off(n, factor, equation, from)
          integer, intent(in) :: n
          real(wp), intent(in) :: factor, equation(n)
@@ -71,8 +72,8 @@ contains
       end subroutine take_off
    end subroutine solve_small
 
-   !> A row of a symmetric positive semi-definite matrix that the others determine, by elimination with diagonal pivots; 0: the
-   !> matrix is regular.
+   !> Index of a row of a symmetric positive semi-definite matrix that depends linearly on the others, by elimination with diagonal
+   !> pivots; 0 if the matrix is regular.
    pure integer function dependent_row(matrix) result(p)
       real(wp), intent(in) :: matrix(:, :)
       real(wp), parameter :: tolerance = 1.0e-12_wp !! squares of direction cosines: angles of 1e-6 count as parallel

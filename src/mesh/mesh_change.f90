@@ -14,7 +14,7 @@ contains
 
    !> Transfers a state and a displacement direction to another mesh, with the forces of contacts that both meshes have.
    subroutine carry_over(problem, next, state, direction)
-      type(problem_t), intent(in) :: problem, next  !! both of the same deck
+      type(problem_t), intent(in) :: problem, next  !! problems of the same deck
       type(state_t), intent(inout) :: state         !! in: of `problem`, in equilibrium; out: of `next`
       real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) displacements
       type(state_t) :: there

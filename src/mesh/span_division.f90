@@ -1,5 +1,5 @@
 !> Division of rod segments into elements: each span between contacts, segment boundaries and interface points gets a number of
-!> nodes, from the deck's elements or from a mesh density.
+!> nodes, from the numbers of the deck's elements or from a mesh density.
 module span_division
    use kinds, only: wp
    use obstacle_types, only: obstacle_line
@@ -16,15 +16,16 @@ module span_division
    private
    public :: span_nodes, sampled_division, outgrown, present_demand, lasting_demand, looking_demand
 
-   ! Each free span needs an inner node; a line contact has no boundary layers at its ends.
+   ! Least numbers of elements: a free span needs an inner node.
    integer, parameter :: least_free = 2, least_conforming = 2
-   real(wp), parameter :: whole_number = 0.01_wp    !! a sum of parts this close to a whole number is that number
-   integer, parameter :: least_placed = 2           !! least number of elements of a span on a mesh made for a tolerance, whose
-   !! error is estimated
-   ! Numbers of elements of a mesh whose nodes detect contact: lower bound, and upper bound if the deck has more.
+   real(wp), parameter :: whole_number = 0.01_wp    !! a sum of parts that differs from an integer by less than this is the integer
+   integer, parameter :: least_placed = 2           !! least number of elements of a span on a mesh made for a tolerance, as the
+   !! error estimate requires
+   ! Numbers of elements of a mesh whose nodes detect contact: the lower bound, and the upper bound if the deck has more.
    integer, parameter :: sampling = 64, enough = 256
-   !> Length of the shortest elements over the structure's size. The error of order 4, the fourth power of the length, is rounding
-   !> there, and the rounding of coordinates over the square of the length makes half of the digits of a curvature.
+   !> Length of the shortest elements over the structure's size. At this length the error of order 4 (fourth power of the length)
+   !> equals the rounding unit, and the rounding error of coordinates over the square of the length leaves half of the digits of a
+   !> curvature.
    real(wp), parameter :: finest = sqrt(sqrt(epsilon(1.0_wp)))
 
 contains
@@ -96,10 +97,10 @@ contains
          end do
       end function layer_at
 
-      !> Adds the nodes up to the end of a span. On the deck's density all free spans together get the deck's number of elements; a
-      !> line contact gets the deck's number on its length, or a quarter of it for a perfect rod, within the least number and the
-      !> rounding limit. A mesh made for a tolerance follows its density in line contacts as well, for a line contact without
-      !> pressure buckles as a free span does.
+      !> Adds the nodes up to the end of a span. With the deck's density all free spans of the segment together get the deck's
+      !> number of elements; a line contact gets the deck's number on its length, or a quarter of this number for a perfect rod; the
+      !> least number and the shortest length of elements are bounds. A mesh made for a tolerance follows its density in line
+      !> contacts as well, because a line contact without pressure buckles as a free span does.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
          integer, intent(in) :: contact              ! contact of a line contact, 0: a free span
@@ -150,7 +151,7 @@ contains
       end subroutine divide
    end function span_nodes
 
-   !> True for a rod segment without imperfections, which is as smooth as the obstacle in a line contact.
+   !> True for a rod segment without imperfections; in a line contact its solution is as smooth as the obstacle.
    pure logical function is_perfect(base, rod_segment)
       type(problem_t), intent(in) :: base
       integer, intent(in) :: rod_segment
@@ -164,7 +165,7 @@ contains
       on_straight = base%deck%obstacle(base%deck%contact(contact)%obstacle)%kind == obstacle_line
    end function on_straight
 
-   !> Number of the deck's elements before a coordinate, with fractions.
+   !> Number of the deck's elements before a coordinate, including the fraction of an element.
    pure real(wp) function deck_elements(base, rod_segment, at) result(n)
       type(problem_t), intent(in) :: base
       integer, intent(in) :: rod_segment
@@ -189,7 +190,7 @@ contains
 
    !> Division with nodes close enough to detect contact before any contact span is known.
    function sampled_division(base, contact_span) result(division)
-      type(problem_t), intent(in) :: base            !! on the deck's mesh
+      type(problem_t), intent(in) :: base            !! problem on the deck's mesh
       type(contact_span_t), intent(in), optional :: contact_span(:) !! places at which there must be a node as well
       type(division_t) :: division(size(base%layout%rod_segment))
       real(wp) :: length, share
@@ -213,7 +214,7 @@ contains
       end if
    end function sampled_division
 
-   !> True if any span has grown so much that a new mesh would give it a quarter more elements than it has.
+   !> True if any span has grown so much that a new mesh would give the span more than 5/4 of its present number of elements.
    logical function outgrown(problem, state, cuts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -251,7 +252,7 @@ contains
 
    contains
 
-      !> True if an element beside an interface point with a boundary layer is a quarter longer than on a new mesh.
+      !> True if an element beside an interface point with a boundary layer is longer than 5/4 of its length on a new mesh.
       pure logical function coarse_beside(mark)
          type(cut_t), intent(in) :: mark
          real(wp) :: wanted(2), has(2)
@@ -292,8 +293,8 @@ contains
       end do
    end function present_demand
 
-   !> Present mesh density for meshes with other contact spans. Spans with the least number of elements, however short, get little
-   !> more than the density beside them, so that no tiny elements remain after such a span has closed.
+   !> Present mesh density, for meshes with other contact spans. A span with the least number of elements, however short, gets
+   !> little more than the density beside the span, so that no tiny elements remain after the span has closed.
    function lasting_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -317,11 +318,11 @@ contains
       end do
    end function lasting_demand
 
-   !> Mesh density for the next mesh, raised where elements are too long to detect contact, up to the number that detects it
-   !> anywhere.
+   !> Mesh density for the next mesh, increased where elements are too long to detect contact, at most to the number of elements
+   !> that detects contact anywhere.
    function looking_demand(problem, longer) result(demand)
       type(problem_t), intent(in) :: problem
-      real(wp), intent(in) :: longer                 !! factor by which elements are longer than they should be
+      real(wp), intent(in) :: longer                 !! factor by which elements are too long to detect contact
       type(mesh_density_t) :: demand(size(problem%layout%rod_segment))
       real(wp) :: most
       integer :: k

@@ -16,8 +16,8 @@ module span_forces
 
 contains
 
-   !> Resultant of each contact's forces on the structure, in x, in y and as sum of normal forces; and the moment of all about a
-   !> place.
+   !> Resultant of each contact's forces on the structure, in x and in y, and the sum of its normal forces; and the moment of all
+   !> forces about a place.
    subroutine span_totals(problem, state, middle, total, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -76,7 +76,7 @@ contains
          e = problem%candidates%element(2, c)
          if (e == 0) cycle
          if (problem%conforms(e) == 0) cycle
-         ! Integration between neighbouring nodes of the deck, of which an element may contain many or none.
+         ! Integration between neighbouring nodes of the deck; an element may contain many of these nodes or none.
          associate (tab => problem%tableau(problem%model%mesh%stages(e)), g => state%geometry%element(e), &
             & whole => problem%layout%rod_segment(problem%rod_segment(e))%at)
             start = g%s(1) + problem%origin(e)
@@ -144,9 +144,9 @@ contains
       if (.not. inside) force = breakpoint_force(problem, state, candidate)
    end function end_force
 
-   !> Difference of the section forces on both sides of a touchdown point, in x and y. In equilibrium the difference is normal to
-   !> the obstacle. While the point moves along a rod with fixed nodes, the difference includes the forces between the old and the
-   !> new place, so that sums of forces have the right derivatives.
+   !> Force in x and y that balances the section forces on both sides of a touchdown point. In equilibrium this force is normal to
+   !> the obstacle. While the point moves along a rod with fixed nodes, the force includes the forces between the old and the new
+   !> place, so that sums of forces have the right derivatives.
    function cut_force(problem, state, candidate) result(force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

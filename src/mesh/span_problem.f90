@@ -1,5 +1,5 @@
 !> Problem on a mesh that follows the contact: a few elements for each span between segment boundaries and touchdown points, and one
-!> candidate for each node in contact.
+!> candidate of contact for each node in contact.
 module span_problem
    use kinds, only: wp
    use problem, only: problem_t, copy_problem, remeshed_problem, mesh_sampled, mesh_of_marks, mesh_of_spans
@@ -16,15 +16,16 @@ module span_problem
    private
    public :: new_span_problem, same_spans, new_sampled_problem, place_spans
 
-   real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! part of a segment's length: a closer end lies on the boundary
+   real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! part of a segment's length: an end closer than this to a segment boundary is
+   !! placed on the boundary
 
 contains
 
    !> Problem with a given set of contact spans; loads, step and history are those of `base`.
    function new_span_problem(base, touches, state, cuts) result(problem)
-      type(problem_t), intent(in) :: base            !! of the same deck, on any mesh
+      type(problem_t), intent(in) :: base            !! problem of the same deck, on any mesh
       type(contact_span_t), intent(in) :: touches(:)
-      type(state_t), intent(in), optional :: state   !! of `base`: no continuing span gets fewer elements than it has
+      type(state_t), intent(in), optional :: state   !! state of `base`: no continuing span gets fewer elements than in `base`
       type(cut_t), intent(in), optional :: cuts(:)   !! interface points of the foundations' laws, sorted
       type(problem_t) :: problem
       type(contact_span_t) :: contact_span(size(touches))
@@ -47,9 +48,10 @@ contains
       call lay_spans(base, contact_span, cut, division, problem)
    end function new_span_problem
 
-   !> Problem with the contact spans and the mesh of another problem with the same rod segments; only values in the deck differ.
+   !> Problem with the contact spans and the mesh of another problem with the same rod segments; only numerical values of the deck
+   !> differ.
    function same_spans(base, like) result(problem)
-      type(problem_t), intent(in) :: base            !! on any mesh
+      type(problem_t), intent(in) :: base            !! problem on any mesh
       type(problem_t), intent(in) :: like            !! problem with contact spans
       type(problem_t) :: problem
       type(contact_span_t) :: contact_span(size(like%contact_span))
@@ -73,7 +75,7 @@ contains
       end do
       contact_span = like%contact_span
       do k = 1, size(contact_span)
-         ! The end of the span is at this node up to rounding.
+         ! The end of the span is at this node, up to rounding.
          associate (at => division(contact_span(k)%rod_segment)%at)
             do i = 1, 2
                contact_span(k)%at(i) = at(minloc(abs(at - contact_span(k)%at(i)), 1))
@@ -102,18 +104,18 @@ contains
 
    !> Problem before any contact span is known, on a mesh fine enough for its nodes to detect contact.
    function new_sampled_problem(base, contact_span) result(problem)
-      type(problem_t), intent(in) :: base            !! on the deck's mesh
+      type(problem_t), intent(in) :: base            !! problem on the deck's mesh
       type(contact_span_t), intent(in), optional :: contact_span(:) !! places at which there must be a node as well
       type(problem_t) :: problem
       problem = remeshed_problem(with_spans(base, .false.), sampled_division(base, contact_span))
       problem%mesh_kind = mesh_sampled
    end function new_sampled_problem
 
-   !> Sets the parts of rods where contact spans are allowed, the origins of their coordinates and the initial overlaps, as on the
-   !> deck's mesh.
+   !> Sets where along the rods contact spans are allowed, the coordinates of the segments along the chains, and the initial
+   !> overlaps, all as on the deck's mesh.
    subroutine place_spans(deck, problem)
-      type(problem_t), intent(in) :: deck            !! on the deck's mesh
-      type(problem_t), intent(inout) :: problem      !! of the same deck, on any mesh
+      type(problem_t), intent(in) :: deck            !! problem on the deck's mesh
+      type(problem_t), intent(inout) :: problem      !! problem of the same deck, on any mesh
       logical, allocatable :: covered(:, :)
       integer :: k
       allocate (covered(size(deck%layout%rod_segment), size(deck%deck%contact)))
@@ -127,7 +129,7 @@ contains
 
    !> Coordinate of the first node of each rod segment along the chain of each contact, 0 if the contact does not cover the segment.
    function chain_starts(deck) result(start)
-      type(problem_t), intent(in) :: deck            !! on the deck's mesh
+      type(problem_t), intent(in) :: deck            !! problem on the deck's mesh
       real(wp) :: start(size(deck%layout%rod_segment), size(deck%deck%contact)) !! (rod segments, contacts)
       integer :: i
       start = 0.0_wp
@@ -140,7 +142,7 @@ contains
       end do
    end function chain_starts
 
-   !> Copy of a problem whose deck has its contacts as contact spans, or at nodes.
+   !> Copy of a problem, with the deck's contacts as contact spans or at nodes.
    function with_spans(base, spans) result(problem)
       type(problem_t), intent(in) :: base
       logical, intent(in) :: spans

@@ -1,6 +1,6 @@
-!> Contact forces of contact spans for the results: forces at points and at the ends of line contacts, and pressures along line
-!> contacts. Both are lists of six numbers each: contact, arc length along its chain, place (x, y), force (x, y) on the rod; along
-!> line contacts the force is per stress-free length.
+!> Contact forces of contact spans for the results: concentrated forces at points and at ends of line contacts, and forces per
+!> stress-free length along line contacts. Each entry of the two lists has six numbers: contact, arc length along the contact's
+!> chain, place (x, y), force (x, y) on the rod.
 module span_pushes
    use kinds, only: wp
    use problem, only: problem_t
@@ -13,8 +13,8 @@ module span_pushes
    public :: point_pushes, line_pushes
 
    integer, parameter :: samples = 4        !! intervals between samples of each smooth part of a line contact in an element
-   real(wp), parameter :: inside = 1.0e-9_wp !! relative distance of the first and last sample from the ends of the part, as the
-   !! pressure jumps where tracks join
+   real(wp), parameter :: inside = 1.0e-9_wp !! part of a smooth part's length: distance of the first and last sample from its ends,
+   !! as the pressure jumps where tracks join
 
 contains
 

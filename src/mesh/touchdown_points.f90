@@ -1,9 +1,9 @@
 !> Touchdown points: the places along the rod where contact begins and ends.
 !>
-!> At the end of a line contact the obstacle exerts no couple, so the moment is continuous there: the difference between the moments
-!> of the free part and of the line, M_f - M_l, changes by -(1 + e) (Q_f - Q_l) per unit of length, and vanishes at the touchdown
-!> point. A point contact lies at the least gap. With fixed touchdown points the equations have a symmetric tangent, exact along the
-!> path; between Newton iterations the points move to the places that the iterate gives them.
+!> At the end of a line contact the obstacle exerts no couple, so the moment is continuous there: the difference M_f - M_l between
+!> the moments of the free part and of the line contact changes by -(1 + e) (Q_f - Q_l) per unit of length and is zero at the
+!> touchdown point. A point contact lies at the least gap. With fixed touchdown points the equations have a symmetric tangent, which
+!> is exact along the path; between Newton iterations the points are moved to their places in the iterate.
 module touchdown_points
    use kinds, only: wp
    use problem, only: problem_t, same_place, copy_problem
@@ -20,12 +20,12 @@ module touchdown_points
    public :: misfit, with_held, opening_misfit, move_touchdown_points, touchdown_travel, touchdown_steps, touchdown_slopes, &
       & shift_touchdown_points, point_force, carry_forces, excess_ahead
 
-   real(wp), parameter :: most = 0.5_wp     !! largest part of a span by which its ends may approach each other at once, so that the
-   !! order of the nodes is kept
+   real(wp), parameter :: most = 0.5_wp     !! largest part of a span's length by which the ends of the span may approach each other
+   !! in one move, so that the nodes keep their order
 
 contains
 
-   !> Distance of each touchdown point from its place in equilibrium, and the largest unbalanced moment.
+   !> Distance of each touchdown point from its equilibrium place, and the largest unbalanced moment.
    subroutine misfit(problem, state, distance, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -45,8 +45,8 @@ contains
    end subroutine misfit
 
    !> True for touchdown points located by continuity of the moment: ends of line contacts, where the rod has the obstacle's
-   !> direction. A point contact of force T is located by continuity of the moment (dM = T ds) or by the least gap (dg' = g'' ds);
-   !> the errors of the two places have the ratio of EI g'' to T L, and the more accurate one is used.
+   !> direction. A point contact of force T can be located by continuity of the moment (dM = T ds) or by the least gap (dg' = g''
+   !> ds); the errors of the two places have the ratio of EI g'' to T L, and the more accurate place is used.
    function told_by_moment(problem, state) result(told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -88,7 +88,7 @@ contains
       end do
    end subroutine measure_errors
 
-   !> Error over slope; zero for a zero slope.
+   !> Quotient of error and slope; zero for a zero slope.
    elemental real(wp) function quotient(error, slope)
       real(wp), intent(in) :: error, slope
       quotient = 0.0_wp
@@ -104,8 +104,8 @@ contains
       frozen%candidates%held(pack(points, points > 0)) = .true.
    end function with_held
 
-   !> Residual at two touchdown points, each by itself: the rotation against the obstacle of a point contact, the distance of a line
-   !> contact's end from its place over the size. 0 for a side without point.
+   !> Residual of the location of two touchdown points: for a point contact the rotation relative to the obstacle, for an end of a
+   !> line contact the distance from its equilibrium place over the structure's size. 0 for a side without point.
    function opening_misfit(problem, points, state) result(left)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(2)      !! candidates, 0: none
@@ -169,8 +169,8 @@ contains
       force = sense * (local(2, 1) - local(2, 2))
    end function point_force
 
-   !> Relative curvature of a point contact, as in excess_curvature, at the place to which the jump of the moment shifts the point;
-   !> the rates are those of the neighbouring state `before`.
+   !> Relative curvature of a point contact, as in excess_curvature, at the place to which the jump of the moment shifts the point,
+   !> with the rates of the neighbouring state `before`.
    real(wp) function excess_ahead(problem, before, state, candidate) result(excess)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state
@@ -187,7 +187,7 @@ contains
    !> Transfers the forces of continuing contacts to a problem with another contact set. The force of a point contact is part of its
    !> rotational stiffness (touchdown_spring), so without the force the tangent would be wrong.
    subroutine carry_forces(from, state, to, new)
-      type(problem_t), intent(in) :: from, to  !! of the same deck
+      type(problem_t), intent(in) :: from, to  !! problems of the same deck
       type(state_t), intent(in) :: state       !! of `from`, in equilibrium
       type(state_t), intent(inout) :: new      !! `state` on the mesh of `to`
       integer :: c, old
@@ -201,7 +201,7 @@ contains
             if (to%candidates%follows(c)) then
                new%reaction(c) = state%reaction(old)
             else if (at_breakpoint(from, old)) then
-               ! Loads and supports, too, act at a segment boundary.
+               ! At a segment boundary loads and supports act as well.
                new%reaction(c) = breakpoint_force(from, state, old)
             else
                new%reaction(c) = point_force(from, state, old)
@@ -210,9 +210,9 @@ contains
       end do
    end subroutine carry_forces
 
-   !> Moves the touchdown points to their places in an iterate, with the slopes of the previous iterate, about which the equations
-   !> were linearised. The nodes between move along; displacements and section forces become those of the material points at the new
-   !> nodes.
+   !> Moves the touchdown points to their places in an iterate, with the slopes of the previous iterate, at which the equations were
+   !> linearised. The nodes between the points move as well; displacements and section forces become those of the material points at
+   !> the new nodes.
    subroutine move_touchdown_points(problem, before, state, travelled)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before
@@ -238,8 +238,8 @@ contains
       call measure_errors(problem, state, told, error, now)
       where (problem%candidates%held(:size(error))) error = 0.0_wp
       where (told .and. abs(now) > abs(slope)) slope = now
-      ! If a line's end is pulled, the contact must recede. The other direction would lead to a free span of zero length, which is
-      ! in equilibrium as well and without a force that leads away from it.
+      ! If the obstacle would have to pull at the end of a line contact, the contact must recede. The other direction would lead to
+      ! a free span of zero length, a false equilibrium from which no force would lead away.
       do c = 1, size(error)
          if (.not. (told(c) .and. problem%candidates%follows(c))) cycle
          slope(c) = sign(slope(c), track_sense(problem, state, c, node_track(problem, state, c)))
@@ -258,7 +258,8 @@ contains
       where (.not. told) slope = 0.0_wp
    end function touchdown_slopes
 
-   !> Largest distance of a touchdown point from its place, as part of the length of a span beside the point. No point is moved.
+   !> Largest distance of a touchdown point from its place in an iterate, as part of the length of a span beside the point. No point
+   !> is moved.
    real(wp) function touchdown_travel(problem, before, state) result(part)
       type(problem_t), intent(in) :: problem    !! without interface points
       type(state_t), intent(in) :: before, state
@@ -290,8 +291,8 @@ contains
       if (size(problem%mark) > 0) call keep_layers(problem, before, shift, state)
    end subroutine shift_touchdown_points
 
-   !> Displacements of all nodes along the rods that follow from those of touchdown points and interface points: proportional
-   !> between these and the fixed segment boundaries.
+   !> Displacements of all nodes along the rods for given displacements of touchdown points and interface points: interpolated
+   !> linearly between these and the fixed segment boundaries.
    subroutine node_shifts(problem, state, distance, shift, part, mark)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -347,7 +348,7 @@ contains
 
    contains
 
-      !> Distance that a touchdown point or an interface point moves.
+      !> Displacement of a touchdown point or an interface point along the rod.
       pure real(wp) function way(i)
          integer, intent(in) :: i
          way = goes(node(stop(i)))

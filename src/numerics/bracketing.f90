@@ -1,5 +1,5 @@
-!> A bracketed zero of a function of the increment's length, by Chandrupatla's rule: inverse quadratic interpolation where
-!> the last three values lie on a curve that allows it, halving elsewhere (Chandrupatla 1997, Adv. Eng. Software 28).
+!> A bracketed zero of a function by Chandrupatla's rule: inverse quadratic interpolation if the last three points allow it,
+!> bisection otherwise (Chandrupatla 1997, Adv. Eng. Software 28).
 module bracketing
    use kinds, only: wp
    implicit none
@@ -9,15 +9,15 @@ module bracketing
    type :: bracket_t
       real(wp) :: low = 0.0_wp, high = 1.0_wp
       real(wp) :: f_low = 0.0_wp, f_high = 0.0_wp
-      real(wp) :: scale = 0.0_wp                 !! larger of the first two magnitudes: what the zero is measured against
-      logical, private :: latest_low = .false.   !! the end that moved last
-      real(wp), private :: dropped = 0.0_wp, f_dropped = 0.0_wp !! what it replaced
-      logical, private :: fresh = .true.         !! nothing was replaced yet
+      real(wp) :: scale = 0.0_wp                 !! scale of function values: the larger size of the first two
+      logical, private :: latest_low = .false.   !! true: the low end was replaced last
+      real(wp), private :: dropped = 0.0_wp, f_dropped = 0.0_wp !! last point that was replaced, and its value
+      logical, private :: fresh = .true.         !! true: no end has been replaced yet
    end type bracket_t
 
 contains
 
-   !> The bracket (0, 1) with the function's values at its ends.
+   !> The bracket (0, 1) with the function's values at both ends.
    pure type(bracket_t) function new_bracket(f_low, f_high) result(bracket)
       real(wp), intent(in) :: f_low, f_high
       bracket%f_low = f_low
@@ -25,16 +25,16 @@ contains
       bracket%scale = max(abs(f_low), abs(f_high))
    end function new_bracket
 
-   !> Where to look next. False: the bracket is narrow.
+   !> Next place at which the function is to be evaluated. False: the bracket is narrower than `narrow`.
    logical function next_guess(bracket, narrow, at)
       type(bracket_t), intent(in) :: bracket
-      real(wp), intent(in) :: narrow             !! width
+      real(wp), intent(in) :: narrow             !! width at which the search ends
       real(wp), intent(out) :: at
       at = bracket_guess(bracket)
       next_guess = bracket%high - bracket%low > narrow
    end function next_guess
 
-   !> The middle when the signs do not differ.
+   !> Next guess of the zero; the middle if the signs at both ends do not differ.
    pure real(wp) function bracket_guess(bracket) result(at)
       type(bracket_t), intent(in) :: bracket
       real(wp) :: x(3), f(3), xi, phi, part, width, margin
@@ -44,7 +44,7 @@ contains
       if (bracket%fresh) then
          at = bracket%low + width * bracket%f_low / (bracket%f_low - bracket%f_high)
       else
-         ! 1: the end that moved last, 2: the other, 3: what the first has replaced.
+         ! 1: end that was replaced last, 2: other end, 3: the replaced point.
          x = [bracket%high, bracket%low, bracket%dropped]
          f = [bracket%f_high, bracket%f_low, bracket%f_dropped]
          if (bracket%latest_low) x(1:2) = [bracket%low, bracket%high]
@@ -57,16 +57,16 @@ contains
             at = x(1) + part * (x(2) - x(1))
          end if
       end if
-      ! Not nearer to an end than what that end's value can be told from zero.
+      ! At least a rounding distance from both ends.
       margin = min(2.0_wp * epsilon(at), 0.25_wp * width)
       at = min(max(at, bracket%low + margin), bracket%high - margin)
    end function bracket_guess
 
-   !> Takes a new value in.
+   !> Replaces an end of the bracket by a new point.
    subroutine take_value(bracket, at, f, low_moved)
       type(bracket_t), intent(inout) :: bracket
       real(wp), intent(in) :: at, f
-      logical, intent(out), optional :: low_moved !! it became the low end
+      logical, intent(out), optional :: low_moved !! true: the low end was replaced
       logical :: low
       low = f * bracket%f_low > 0.0_wp
       if (low) then

@@ -1,5 +1,5 @@
-!> Gauss collocation with s = 1 to 6 points on (0, 1): order 2 s, symplectic. Decks have up to four; one more tells errors, two more
-!> how far that can be trusted.
+!> Gauss collocation with s = 1 to 6 points on (0, 1): order 2 s, symplectic. Decks use up to four points; one point more gives
+!> error estimates, two points more show how reliable these are.
 !> Source: Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1; b_i a_ij + b_j a_ji = b_i b_j.
 module gauss_tableau
    use kinds, only: wp
@@ -15,8 +15,8 @@ module gauss_tableau
       real(wp) :: b(max_stages) = 0.0_wp             !! weights
       real(wp) :: c(max_stages) = 0.0_wp             !! abscissae
       real(wp) :: integral(max_stages, max_stages) = 0.0_wp !! (power, j) coefficients of stage_basis
-      real(wp) :: raise(max_stages, 0:max_stages - 1) = 0.0_wp !! (i, j) values at the points of one stage more of the Lagrange
-      !! polynomials through the first end (j = 0) and the abscissae; none at max_stages
+      real(wp) :: raise(max_stages, 0:max_stages - 1) = 0.0_wp !! (i, j) values of the Lagrange polynomials through the first end (j
+      !! = 0) and the abscissae, at the i-th point of the tableau with one stage more; not set for max_stages
    end type tableau_t
 
 contains
@@ -30,7 +30,7 @@ contains
       t%stages = stages
       call gauss_points(stages, t%c(:stages), t%b(:stages))
       do j = 1, stages
-         ! Build the polynomial product (x - c_k)/(c_j - c_k) by its coefficients.
+         ! Coefficients of the product of (x - c_k)/(c_j - c_k) over k.
          lagrange = 0.0_wp
          lagrange(0) = 1.0_wp
          degree = 0
@@ -92,11 +92,11 @@ contains
       end do
    end subroutine stage_basis
 
-   !> Values at the points of the tableau with one stage more of the polynomial through the first end and the points of this one.
+   !> Interpolates values at the first end and the points of this tableau to the points of the tableau with one stage more.
    pure function raised_values(t, first, value) result(new)
-      type(tableau_t), intent(in) :: t           !! fewer than max_stages
-      real(wp), intent(in) :: first              !! at the first end
-      real(wp), intent(in) :: value(:)           !! (stages)
+      type(tableau_t), intent(in) :: t           !! tableau with fewer than max_stages stages
+      real(wp), intent(in) :: first              !! value at the first end
+      real(wp), intent(in) :: value(:)           !! (stages) values at the points
       real(wp) :: new(t%stages + 1)
       integer :: j
       new = first * t%raise(:t%stages + 1, 0)

@@ -1,5 +1,5 @@
-!> The one minimum of a function between two places, by golden sections (Kiefer 1953): each asks for one value more and leaves
-!> 0.618 of the interval.
+!> Minimum of a function with a single minimum between two places, by golden sections (Kiefer 1953): each section needs one function
+!> value and reduces the interval to 0.618 of its length.
 !>
 !>   call search%begin(first, last, sections)
 !>   do while (search%asks(place))
@@ -13,15 +13,16 @@ module golden_section
 
    real(wp), parameter :: golden = 0.5_wp * (sqrt(5.0_wp) - 1.0_wp)
 
-   !> Until the interval is the root of rounding: a minimum is known no better.
+   !> Number of sections until the interval is the square root of the rounding unit, the accuracy with which values determine a
+   !> minimum.
    integer, parameter :: sections_to_rounding = ceiling(log(epsilon(golden)) / (2.0_wp * log(golden)))
 
    type :: golden_section_t
-      real(wp) :: place = 0.0_wp                !! of the least value told
-      real(wp) :: least = huge(1.0_wp)          !! that value
+      real(wp) :: place = 0.0_wp                !! place of the least value so far
+      real(wp) :: least = huge(1.0_wp)          !! least value so far
       real(wp), private :: ends(2) = 0.0_wp, inner(2) = 0.0_wp, f(2) = 0.0_wp
-      integer, private :: asked = 0             !! number of the inner place whose value comes next; 0: none
-      integer, private :: told = 0              !! values
+      integer, private :: asked = 0             !! inner place (1 or 2) whose value is needed next; 0: the search is finished
+      integer, private :: told = 0              !! number of values received
       integer, private :: sections = 0
    contains
       procedure :: begin, asks, tell
@@ -40,7 +41,7 @@ contains
       search%sections = sections
    end subroutine begin
 
-   !> True while a value is wanted, at a place.
+   !> True while another function value is needed; `place` is where, or the minimum at the end of the search.
    logical function asks(search, place)
       class(golden_section_t), intent(in) :: search
       real(wp), intent(out) :: place
@@ -49,7 +50,7 @@ contains
       if (asks) place = search%inner(search%asked)
    end function asks
 
-   !> Takes the value there.
+   !> Receives the function's value at the place returned by `asks`.
    pure subroutine tell(search, value)
       class(golden_section_t), intent(inout) :: search
       real(wp), intent(in) :: value

@@ -7,22 +7,23 @@ module quintic_spline
    public :: spline_derivatives, spline_value, hermite_coefficients
    public :: ends_straight, ends_odd, ends_meet
 
-   ! What holds at the ends:
-   integer, parameter :: ends_straight = 1    !! second and third derivative vanish: it goes on straight three times differentiable
-   integer, parameter :: ends_odd = 2         !! second and fourth derivative vanish: it goes on as it came, turned by half a turn
-   integer, parameter :: ends_meet = 3        !! the first knot is the last one again: a period
+   ! Conditions at the ends:
+   integer, parameter :: ends_straight = 1    !! second and third derivative are zero: three times differentiable continuation by a
+   !! straight line
+   integer, parameter :: ends_odd = 2         !! second and fourth derivative are zero: continuation point-symmetric about the end
+   integer, parameter :: ends_meet = 3        !! periodic: the last knot is the first knot of the next period
 
 contains
 
-   !> Slope and second derivative at the knots: those with which third and fourth derivative are continuous.
+   !> Slope and second derivative at the knots for which third and fourth derivative are continuous.
    subroutine spline_derivatives(knot, value, ends, slope, bend)
-      real(wp), intent(in) :: knot(:)         !! increasing; 2 or more, of ends that meet 3 or more
-      real(wp), intent(in) :: value(:, :)     !! (knots, functions); where ends meet the last as the first
-      integer, intent(in) :: ends             !! what holds there
-      real(wp), intent(out) :: slope(:, :), bend(:, :) !! likewise
-      ! Unknowns are slope and bend of one knot after the other; as many rows, over the lengths h of the pieces. Round a period the
-      ! knots are taken from both ends in turn, so that neighbours are two apart.
-      integer, parameter :: widest = 5        ! diagonals beside the main one, on either side
+      real(wp), intent(in) :: knot(:)         !! knots, increasing; 2 or more, for periodic splines 3 or more
+      real(wp), intent(in) :: value(:, :)     !! (knots, functions) values; for periodic splines the last equals the first
+      integer, intent(in) :: ends             !! condition at the ends, ends_...
+      real(wp), intent(out) :: slope(:, :), bend(:, :) !! (knots, functions) first and second derivatives
+      ! Unknowns are slope and second derivative (bend) of one knot after another. In a periodic spline the knots are numbered from
+      ! both ends in turn, so that the numbers of neighbours differ by two at most.
+      integer, parameter :: widest = 5        ! number of diagonals of the matrix on either side of the main diagonal
       real(wp) :: matrix(3 * widest + 1, 2 * size(knot)), right(2 * size(knot), size(value, 2))
       real(wp) :: h(size(knot) - 1)
       integer :: pivot(2 * size(knot)), place(size(knot)), band, order, i, n, info
@@ -49,22 +50,22 @@ contains
       end do
       n = 2 * maxval(place)
       call dgbtrf(n, n, band, band, matrix, size(matrix, 1), pivot, info)
-      ! info: the spline is unique, so no pivot vanishes.
+      ! info is not tested: the spline is unique, so no pivot is zero.
       call dgbtrs('N', n, band, band, size(right, 2), matrix, size(matrix, 1), pivot, right, size(right, 1), info)
       slope = right(2 * place - 1, :)
       bend = right(2 * place, :)
 
    contains
 
-      !> Number of a knot's unknown, or row: 1 for the slope, 2 for the bend.
+      !> Index of a knot's unknown or equation: `which` is 1 for the slope, 2 for the second derivative.
       pure integer function row(knot, which)
          integer, intent(in) :: knot, which
          row = 2 * place(knot) - 2 + which
       end function row
 
-      !> Third and fourth derivative are the same on both sides of a knot.
+      !> Equations of a knot: third and fourth derivative are equal on both sides.
       subroutine join(knot, before, after)
-         integer, intent(in) :: knot, before, after !! the latter two: pieces
+         integer, intent(in) :: knot, before, after !! `before`, `after`: pieces on both sides of the knot
          integer :: order
          do order = 3, 4
             call add_piece(row(knot, order - 2), before, order, 1.0_wp, h(after)**order)
@@ -72,10 +73,10 @@ contains
          end do
       end subroutine join
 
-      !> Adds a derivative at an end of a piece, times a factor, to an equation.
+      !> Adds the derivative of a given order at an end of a piece, times a factor, to an equation.
       subroutine add_piece(equation, piece, order, at, factor)
          integer, intent(in) :: equation, piece, order
-         real(wp), intent(in) :: at           !! 0 or 1: its first or last end
+         real(wp), intent(in) :: at           !! 0: first end of the piece, 1: last end
          real(wp), intent(in) :: factor
          real(wp) :: unit(6), c(6)
          integer :: k
@@ -99,13 +100,13 @@ contains
       end subroutine put
    end subroutine spline_derivatives
 
-   !> Value and derivatives of a spline; beyond the ends its last piece goes on.
+   !> Value and derivatives of a spline; beyond its ends the last piece on that side is continued.
    pure subroutine spline_value(knot, value, slope, bend, s, w, dw, ddw, dddw)
-      real(wp), intent(in) :: knot(:)            !! increasing, 2 or more
-      real(wp), intent(in) :: value(:)           !! at the knots
-      real(wp), intent(in) :: slope(:), bend(:)  !! there, from spline_derivatives
-      real(wp), intent(in) :: s                  !! where
-      real(wp), intent(out) :: w, dw, ddw, dddw  !! value and three derivatives
+      real(wp), intent(in) :: knot(:)            !! knots, increasing, 2 or more
+      real(wp), intent(in) :: value(:)           !! values at the knots
+      real(wp), intent(in) :: slope(:), bend(:)  !! derivatives at the knots, from spline_derivatives
+      real(wp), intent(in) :: s                  !! place at which the spline is evaluated
+      real(wp), intent(out) :: w, dw, ddw, dddw  !! value and first three derivatives
       real(wp) :: h, t, c(6)
       integer :: left, right, middle
       left = 1
@@ -128,8 +129,8 @@ contains
       dddw = (6 * c(4) + t * (24 * c(5) + t * 60 * c(6))) / h**3
    end subroutine spline_value
 
-   !> The quintic on 0 to 1 by powers of its parameter, from its first value, slope and second derivative at its first end, both
-   !> at its last, and by how much it rises.
+   !> Coefficients of the quintic on 0 to 1 by powers of its parameter. `data`: value, slope and second derivative at the first end,
+   !> slope and second derivative at the last end, last value less first value.
    pure function hermite_coefficients(data) result(c)
       real(wp), intent(in) :: data(6)
       real(wp) :: c(6)
@@ -143,7 +144,7 @@ contains
       end associate
    end function hermite_coefficients
 
-   !> Third or fourth derivative of a quintic by its parameter.
+   !> Third or fourth derivative of a quintic by its parameter, at a place `at`.
    pure real(wp) function derivative(c, order, at)
       real(wp), intent(in) :: c(6)
       integer, intent(in) :: order            !! 3 or 4

@@ -1,9 +1,9 @@
-!> Contact regions of contact at nodes: connected lengths of contact and their ends, accurate to a small part of an element.
+!> Contact regions of contact at nodes: connected lengths of contact and their ends, located within a small part of an element.
 !>
-!> A rod leaves a rigid obstacle smoothly: its curvature is the obstacle's up to the lift-off point and changes about linearly
-!> beyond. The end is where the curvature of the open element, continued backwards, meets the obstacle's; this point may be on
-!> either side of the last node in contact. On a foundation the end is where the gap changes sign; on coupled ground the last
-!> reaction gives the part of the node's length that still presses.
+!> A rod leaves a rigid obstacle smoothly: its curvature equals the obstacle's up to the lift-off point and changes about linearly
+!> beyond. The end is the place where the curvature of the open element, extrapolated backwards, equals the obstacle's; this place
+!> may be on either side of the last node in contact. On a foundation the end is the place where the gap changes sign; on coupled
+!> ground the last reaction gives the part of the node's length that is still under pressure.
 module contact_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -22,7 +22,7 @@ module contact_regions
    private
    public :: find_regions, resolved_contact, candidate_coordinate, region_of
 
-   real(wp), parameter :: unresolved = 8.0_wp !! in elements: a shorter gap in the contact does not divide a region
+   real(wp), parameter :: unresolved = 8.0_wp !! number of elements: a shorter gap in the contact does not divide a region
 
 contains
 
@@ -43,7 +43,7 @@ contains
          if (previous(c) > 0) cycle
          regions = [regions, follow(c, last)]
       end do
-      ! The rest are closed chains in contact all round.
+      ! The remaining candidates belong to closed chains in contact all round.
       do c = 1, problem%candidates%n
          if (.not. seen(c)) regions = [regions, follow(c, last)]
       end do
@@ -59,7 +59,7 @@ contains
          if (.not. touching(previous)) previous = 0
       end function previous
 
-      !> Collects the region that begins at a candidate.
+      !> Region that begins at a candidate.
       type(region_t) function follow(first, last) result(region)
          integer, intent(in) :: first
          integer, intent(out) :: last
@@ -127,10 +127,11 @@ contains
       end subroutine set_end
    end function find_regions
 
-   !> Candidates in contact within the resolution of the mesh.
+   !> Candidates in contact, within the resolution of the mesh.
    !>
-   !> Reactions at nodes make a rod on a rigid obstacle wavy between and next to them, so that some nodes lift off by a gap far
-   !> below the mesh's resolution. A gap between two contacts no longer than eight of the elements around it counts as contact.
+   !> Reactions at nodes make the computed axis of a rod on a rigid obstacle wavy between and beside the nodes, so that some nodes
+   !> lift off by a gap far below the mesh's resolution. A gap between two contacts no longer than eight of the surrounding elements
+   !> counts as contact.
    function resolved_contact(problem, state) result(touching)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -184,7 +185,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate, side
       if (problem%candidates%bilateral(candidate)) then
-         ! The neighbour is not in contact only because a support holds it.
+         ! Only a support prevents contact at the neighbouring node: the contact extends to this node.
          beyond = state%geometry%element(problem%candidates%element(side, candidate))%length
       else if (problem%model%obstacle(problem%candidates%obstacle(candidate))%rigid) then
          beyond = rigid_overhang(problem, state, candidate, side)
@@ -195,7 +196,7 @@ contains
       end if
    end function overhang
 
-   !> Rigid obstacle: root of the parabola through the curvature differences at both ends of the open element and the slope at the
+   !> Rigid obstacle: root of the parabola that has the curvature difference at both ends of the open element and its slope at the
    !> far end.
    real(wp) function rigid_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
@@ -222,7 +223,7 @@ contains
       b = slope + sign(sqrt(root), slope)
       if (.not. abs(b) > 0.0_wp) return
       beyond = h - 2.0_wp * far / b
-      ! On a short free span the maximum of the moment may be in this element; then the contact ends at the other root.
+      ! On a short free span the maximum of the moment may be in this element; the contact then ends at the other root.
       if (abs(a) > 0.0_wp) then
          other = h - 0.5_wp * b / a
          if (abs(other) < abs(beyond)) beyond = other
@@ -254,7 +255,7 @@ contains
          end associate
       end function obstacle_curvature
 
-      !> Derivative of that curvature along the rod, outwards, at the far end.
+      !> Derivative of the obstacle's curvature along the rod, outwards, at the far end.
       real(wp) function obstacle_slope() result(change)
          real(wp), parameter :: part = 1.0e-4_wp
          integer :: c
@@ -285,8 +286,8 @@ contains
       beyond = beyond * state%geometry%element(problem%candidates%element(side, candidate))%length
    end function winkler_overhang
 
-   !> Coupled ground: part of the last node's length that the node's reaction fills at the pressure extrapolated from the two nodes
-   !> before. On a half-space the pressure falls to zero with the root of the distance from the end.
+   !> Coupled ground: part of the last node's length over which the node's reaction, at the pressure extrapolated from the two nodes
+   !> before, is distributed. On a half-space the pressure falls to zero with the square root of the distance from the end.
    real(wp) function patch_overhang(problem, state, candidate, side) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -315,7 +316,7 @@ contains
       if (fall > 0.0_wp) then
          filled = (1.5_wp * state%reaction(candidate) / sqrt(fall))**(2.0_wp / 3.0_wp)
       else
-         if (pressure <= 0.5_wp * inner(1)) pressure = inner(1) ! the extrapolation reaches zero and is useless
+         if (pressure <= 0.5_wp * inner(1)) pressure = inner(1) ! an extrapolated value this small is not used
          filled = state%reaction(candidate) / pressure
       end if
       beyond = min(max(filled, 0.0_wp), sum(half)) - half(1)

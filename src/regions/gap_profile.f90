@@ -1,5 +1,5 @@
 !> Gap between two nodes of a rigid contact: a quintic through gap, slope and curvature at both ends of an element. At the nodes
-!> these have the full order of the element, whereas the rod's profile between them has the order s + 1 only.
+!> these quantities have the full order of the element, whereas the rod's profile between nodes has the order s + 1 only.
 module gap_profile
    use kinds, only: wp
    use problem, only: problem_t
@@ -13,7 +13,7 @@ module gap_profile
 
    !> Gap along one element, tau from 0 to 1.
    type :: profile_t
-      real(wp) :: value(2) = 0.0_wp, slope(2) = 0.0_wp, bend(2) = 0.0_wp !! at both ends; derivatives by tau
+      real(wp) :: value(2) = 0.0_wp, slope(2) = 0.0_wp, bend(2) = 0.0_wp !! gap and its derivatives by tau at both ends
    end type profile_t
 
 contains
@@ -22,7 +22,7 @@ contains
    function element_profile(problem, state, candidate) result(profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate     !! with a neighbour after it
+      integer, intent(in) :: candidate     !! candidate with a neighbour after it
       type(profile_t) :: profile
       real(wp) :: local(3, 2), h
       integer :: e, side, c
@@ -107,7 +107,7 @@ contains
    subroutine least_gap_after(problem, state, candidate, least, tau)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate     !! with a neighbour after it
+      integer, intent(in) :: candidate     !! candidate with a neighbour after it
       real(wp), intent(out) :: least
       real(wp), intent(out) :: tau         !! place, 0 to 1 from the candidate to its neighbour
       call profile_least(element_profile(problem, state, candidate), least, tau)
@@ -158,7 +158,7 @@ contains
       quintic = value(1) + tau * (slope(1) + tau * (0.5_wp * bend(1) + tau * (c3 + tau * (c4 + tau * c5))))
    end function quintic
 
-   !> 1/GA of an element, without the part that belongs to the bending of one stage.
+   !> 1/GA of an element, without the residual bending flexibility that elements of one stage add to 1/GA.
    pure real(wp) function shear_compliance(problem, e)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: e

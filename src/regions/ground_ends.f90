@@ -1,9 +1,9 @@
-!> Ends of a foundation's chain that supports hold on its surface: there the gap has a root at every load.
+!> Ends of a foundation's chain that supports fix on the foundation's surface: the gap has a root there at every load.
 !>
-!> Contact beside such an end is lost as its length shrinks to zero. The least gap falls with the power 3/2 of the slope at the end,
-!> and after the loss it is the root itself: the least gap has no zero that would locate the loss. The gap over the distance from
-!> the root, or over its square if the support fixes the slope as well, is smooth and has a zero where the slope, or the curvature,
-!> has one.
+!> Contact beside such an end is lost when its length shrinks to zero. The least gap falls with the power 3/2 of the slope at the
+!> end, and after the loss the least gap is that of the root: it has no zero that would locate the loss. The gap divided by the
+!> distance from the root, or by the square of this distance if the support fixes the slope as well, is smooth and has a zero where
+!> the slope, or the curvature, is zero.
 module ground_ends
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -42,12 +42,12 @@ contains
       end do
    end function root_orders
 
-   !> Roots with their places in arc lengths of the chain.
+   !> Roots with their places as arc lengths of the chain.
    function chain_roots(problem, state, contact, order) result(root)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
-      integer, intent(in) :: order(2)         !! 0: the root of this end is not included
+      integer, intent(in) :: order(2)         !! orders of the roots; 0: the root of this end is not included
       type(gap_root_t) :: root(count(order > 0))
       real(wp) :: gap, slope, bend
       integer :: side, c, e, n

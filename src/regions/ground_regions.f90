@@ -49,7 +49,7 @@ contains
                cycle
             end if
             if (chain%neighbour(1, c) == 0) open_end = .false.
-            ! A closed chain begins where the list begins.
+            ! The chain of a closed contact begins at its first candidate.
             if (c == 1) then
                first = 1
             else if (chain%contact(c) /= chain%contact(c - 1)) then
@@ -71,7 +71,7 @@ contains
                end if
                open_end = part(2, i) >= 1.0_wp
             end do
-            ! End of a closed chain: its last region may continue as its first.
+            ! At the end of a closed chain the last region may continue as the first one.
             closes = chain%neighbour(2, c)
             if (closes >= 1 .and. closes <= c .and. open_end .and. size(regions) >= first) then
                if (regions(first)%start <= chain_place(problem, state, closes)) then
@@ -159,7 +159,7 @@ contains
    end function smallest_ground_gap
 
    !> Largest local maximum of the gap in a range, with contact on both sides of the maximum: > 0 if the region is divided there, <
-   !> 0 if not. Without such a maximum minus the deepest penetration. The maximum is found wherever it has moved.
+   !> 0 if not. Without such a maximum: minus the deepest penetration. The whole range is searched, because the maximum may move.
    real(wp) function inner_opening(problem, state, contact, from, to, candidate, place) result(opening)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -218,7 +218,7 @@ contains
       if (present(place)) place = tau(found)
    end function inner_opening
 
-   !> Part of the element after a candidate that is in a range of the chain; false if none is.
+   !> Part of the element after a candidate that is in a range of the chain; false if no part is.
    logical function part_of_stretch(problem, state, contact, candidate, round, from, to, range) result(lies)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -255,14 +255,14 @@ contains
       end associate
    end function chain_place
 
-   !> Regions of a state transferred to the node places of another state on the same mesh: ends of contact that are nodes move with
-   !> them.
+   !> Regions of a state transferred to the node places of another state on the same mesh: ends of contact at nodes move with the
+   !> nodes.
    function taken_along(problem, from, to, regions) result(moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
       type(region_t), intent(in) :: regions(:)   !! regions of `from`
       type(region_t) :: moved(size(regions))
-      real(wp), allocatable :: place(:), way(:)  !! of the nodes of a contact
+      real(wp), allocatable :: place(:), way(:)  !! places of the nodes of a contact and their displacements along the chain
       integer :: c, k
       moved = regions
       if (.not. problem%moves_nodes()) return

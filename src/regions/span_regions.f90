@@ -27,7 +27,7 @@ contains
       integer :: c, i
       allocate (regions(0))
       seen = problem%candidates%contact_span(:problem%candidates%n) == 0
-      ! A clamped node on an obstacle is no region of its own.
+      ! A clamped node on an obstacle is not a region by itself.
       do c = 1, problem%candidates%n
          if (seen(c) .or. any(problem%candidates%neighbour(:, c) > 0)) cycle
          seen(c) = stands(problem, state, c)
@@ -35,7 +35,7 @@ contains
       do c = 1, problem%candidates%n
          if (.not. seen(c) .and. problem%candidates%neighbour(1, c) == 0) regions = [regions, follow(c)]
       end do
-      ! The rest are closed chains in contact all round.
+      ! The remaining candidates belong to closed chains in contact all round.
       do c = 1, problem%candidates%n
          if (.not. seen(c)) regions = [regions, follow(c)]
       end do
@@ -53,7 +53,7 @@ contains
 
    contains
 
-      !> The region that begins at a candidate.
+      !> Region that begins at a candidate.
       type(region_t) function follow(first) result(region)
          integer, intent(in) :: first
          logical :: forward
@@ -97,7 +97,7 @@ contains
          number_of = problem%contact_span(problem%candidates%contact_span(candidate))%number
       end function number_of
 
-      !> Angle of a candidate's place on an obstacle that has angles.
+      !> Angle of the contact force's place on an obstacle that has angles.
       real(wp) function angle_at(candidate, arm) result(angle)
          integer, intent(in) :: candidate
          real(wp), intent(in) :: arm(2)          !! from the candidate's node to the force
@@ -118,8 +118,8 @@ contains
       do r = 1, size(regions)
          at = [regions(r)%start, regions(r)%end]
          do side = 1, 2
-            ! A contact end that does not move is fixed by a segment boundary, with a zero bar. A contact that just began has no
-            ! number yet.
+            ! A contact end that does not move is fixed by a segment boundary: its error bar is zero. A contact that has just begun
+            ! has no number yet.
             if (regions(r)%contact_span(side) > 0) regions(r)%bar(side) = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
             do k = 1, size(bars%place)
                associate (place => bars%place(k), bar => regions(r)%bar(side))
@@ -127,8 +127,8 @@ contains
                      & is_known(place%contact_span))) cycle
                   if (place%last .neqv. (side == 2 .and. regions(r)%line)) cycle
                   bar = place%bar
-                  ! Where contact begins, the place of the least gap and the new point contact differ by the error of the element's
-                  ! polynomials.
+                  ! At the onset of contact the place of the least gap and the place of the new point contact differ by the error of
+                  ! the element's polynomials.
                   bar%correction = bar%correction + (place%at - at(side))
                   bar%bar = bar%bar + abs(place%at - at(side))
                end associate
@@ -172,10 +172,10 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer, intent(in) :: side           !! element that gives the coordinate, of importance where a chain closes: 1 before the
-      !! candidate, 2 after it
+      integer, intent(in) :: side           !! side of the candidate whose element gives the coordinate, relevant where a chain
+      !! closes: 1 before the candidate, 2 after it
       integer :: e, tried, at
-      ! Beyond a segment boundary the contact may not cover the rod.
+      ! If the contact does not cover the rod beyond a segment boundary, the element on the other side is used.
       at = side
       do tried = 1, 2
          e = problem%candidates%element(at, candidate)

@@ -13,8 +13,8 @@ module ge_stress_stiffness
 
 contains
 
-   !> Change of the element's tangent, inner unknowns eliminated, by the forces of a change of the load factor; for factor 0 its
-   !> derivative, by central differences of sixth order in n h^2/EI.
+   !> Change of the element's tangent, inner unknowns eliminated, due to the stresses of a change `factor` of the load factor; for
+   !> factor 0 the derivative, by central differences of sixth order in n h^2/EI.
    subroutine ge_stress(problem, state, du, dz, e, factor, k, shift)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -62,7 +62,7 @@ contains
 
    contains
 
-      !> Adds the tangent, inner unknowns eliminated, under the stresses of a part of the load, times a weight.
+      !> Adds the tangent, inner unknowns eliminated, under the stresses of a part of the load change, times a weight.
       subroutine add(part_of_load, weight)
          real(wp), intent(in) :: part_of_load, weight
          type(ge_load_t) :: shifted

@@ -1,7 +1,8 @@
 !> Interface of all kinds of elements.
 !>
-!> A kind extends rod_element_t in a module of its own and has an entry in rod_elements. It has no data of its own: all data are in
-!> the problem and the state, and its unknowns besides the displacements of its nodes are the first z_size of state%z(:, e).
+!> A kind of element extends rod_element_t in a module of its own and has an entry in rod_elements. The type has no data: all data
+!> are in the problem and the state, and the element's unknowns besides the displacements of its nodes are the first z_size of
+!> state%z(:, e).
 module rod_element
    use kinds, only: wp
    use problem, only: problem_t
@@ -27,7 +28,7 @@ module rod_element
    abstract interface
       !> Forces and tangent. Signs: f = (-n, -m) at the first node and (n, m) at the second. With increments du of the six nodal
       !> displacements and dl of the load factor, f + k du - fl dl are the end forces after a Newton step, and z + op (du, 1, dl)
-      !> the unknowns of a kind that takes increments; other kinds return their new unknowns in op(:, 1).
+      !> the stored unknowns, if takes_increments; otherwise the new stored unknowns are op(:, 1).
       subroutine evaluate_element(self, problem, state, base, e, f, raw, k, fl, op, defect, ok, inner, shift)
          import :: rod_element_t, problem_t, state_t, inner_forces_t, wp
          class(rod_element_t), intent(in) :: self
@@ -67,8 +68,8 @@ module rod_element
          real(wp) :: local(3)
       end function inside
 
-      !> Change of the tangent by the forces and the pressure of a change of the load factor, at fixed geometry; for factor 0 the
-      !> derivative.
+      !> Change of the tangent at fixed geometry due to the section forces and the pressure of a change `factor` of the load factor;
+      !> for factor 0 the derivative.
       subroutine by_load(self, problem, state, du, dz, e, factor, k, shift)
          import :: rod_element_t, problem_t, state_t, wp
          class(rod_element_t), intent(in) :: self
@@ -82,7 +83,7 @@ module rod_element
          real(wp), intent(out) :: shift(6, 2)     !! k times unit translations
       end subroutine by_load
 
-      !> Resultant force and moment about `middle` of the loads on the element, by their definition.
+      !> Resultant force and moment about `middle` of the loads on the element, directly from the definition of the loads.
       function sum_of_loads(self, problem, state, e, middle) result(total)
          import :: rod_element_t, problem_t, state_t, wp
          class(rod_element_t), intent(in) :: self
@@ -93,7 +94,7 @@ module rod_element
          real(wp) :: total(3)
       end function sum_of_loads
 
-      !> Unknowns of the same element in the enriched problem; their residual is the discretisation error of the element.
+      !> Stored unknowns of the same element in the enriched problem; their residual is the discretisation error of the element.
       function unknowns(self, problem, state, finer, e) result(z)
          import :: rod_element_t, problem_t, state_t, wp
          class(rod_element_t), intent(in) :: self
@@ -107,13 +108,13 @@ module rod_element
 
 contains
 
-   !> True if the operator of `evaluate` gives increments of the unknowns, false if it gives the unknowns.
+   !> True if the operator of `evaluate` gives increments of the stored unknowns, false if it gives their new values.
    pure logical function takes_increments(self)
       class(rod_element_t), intent(in) :: self
       takes_increments = .true.
    end function takes_increments
 
-   !> Size of forces that cancel in the element; their rounding is part of its section forces.
+   !> Size of forces that cancel in the element; their rounding error remains in its section forces.
    function force_scale(self, problem, state, e) result(scale)
       class(rod_element_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -123,7 +124,8 @@ contains
       scale = 0.0_wp
    end function force_scale
 
-   !> Forces by the rounding of displacements: size of the displacements times stiffness. 0 if the forces are stored unknowns.
+   !> Rounding error scale of forces computed from displacements: size of the displacements times stiffness. 0 if the forces are
+   !> stored unknowns.
    function force_noise(self, problem, state, e, moved) result(noise)
       class(rod_element_t), intent(in) :: self
       type(problem_t), intent(in) :: problem

@@ -11,7 +11,7 @@ module force_law
    public :: foundation_reaction, law_segment, first_corner, segment_slope, carries, segment_open, segment_unknown
 
    integer, parameter :: segment_open = 0               !! no contact
-   integer, parameter :: segment_unknown = -huge(1)     !! from the gap
+   integer, parameter :: segment_unknown = -huge(1)     !! segment to be determined from the gap
 
 contains
 
@@ -24,7 +24,7 @@ contains
    !> Force per length of a foundation in contact, and its derivative by the penetration.
    pure subroutine foundation_reaction(model, obstacle, penetration, push, spring, segment)
       type(model_t), intent(in) :: model
-      type(obstacle_t), intent(in) :: obstacle         !! with a modulus or a law
+      type(obstacle_t), intent(in) :: obstacle         !! obstacle with a modulus or a law
       real(wp), intent(in) :: penetration              !! < 0: tension
       real(wp), intent(out) :: push, spring
       integer, intent(in), optional :: segment         !! segment of the law; absent or segment_unknown: from the penetration
@@ -56,10 +56,10 @@ contains
       if (penetration < 0.0_wp .and. segment > 1) segment = -segment
    end function law_segment
 
-   !> The corner of a law that comes first on the way from one segment to another one: the number of its point, negative where what
-   !> is pulled gets there.
+   !> First corner of a law on the way from one segment to another: index of the law's point, negative if the corner is on the
+   !> tension side.
    pure integer function first_corner(from, to) result(corner)
-      integer, intent(in) :: from, to          !! segments that carry, not the same
+      integer, intent(in) :: from, to          !! different segments in contact
       logical :: outwards
       outwards = abs(to) > abs(from) .and. (from * to > 0 .or. abs(from) == 1)
       corner = abs(from) + merge(1, 0, outwards)

@@ -1,4 +1,4 @@
-!> Foundations that act inside elements: their elements, and the stress-free axis between nodes.
+!> Foundations that act inside elements: the elements concerned, and the shape of the stress-free axis between nodes.
 module ground
    use kinds, only: wp
    use force_law, only: segment_slope
@@ -13,8 +13,8 @@ module ground
 
    integer, parameter :: n_knots = 10 !! degree + 1 of the deviation's polynomial, far above the elements' order
 
-   !> The deviation is the stress-free axis less its collocation polynomial. Without it an arc would be on its cavity at the nodes,
-   !> but beside it between them.
+   !> The deviation is the stress-free axis less its collocation polynomial. Without the deviation, an arc in a cavity of the same
+   !> radius would be in contact at the nodes, but not between them.
    type :: ground_t
       type(candidates_t) :: chain               !! nodes along the foundations, in order
       integer, allocatable :: first(:)          !! (elements + 1) first entry of each element in `candidate`
@@ -36,7 +36,7 @@ contains
    !> Foundations of a checked model.
    function new_ground(model, tableau, home) result(ground)
       type(model_t), intent(in) :: model
-      type(tableau_t), intent(in) :: tableau(:)   !! by number of stages
+      type(tableau_t), intent(in) :: tableau(:)   !! (stages) tableaux by number of stages
       type(geometry_t), intent(in) :: home
       type(ground_t) :: ground
       real(wp) :: weight(n_knots), slope
@@ -113,8 +113,8 @@ contains
                   table(:, k) = (table(:, k) - table(:, k - 1)) / (ground%knot(k) - ground%knot(k - j + 1))
                end do
             end do
-            ! The rounding of values is multiplied by about 2^(j - 1) / (j - 1)! knots^(j - 1) in the j-th difference, and by the
-            ! inverse in the sum; only terms that matter in the sum are kept.
+            ! The rounding error of the values is multiplied by about 2^(j - 1) / (j - 1)! knots^(j - 1) in the j-th difference, and
+            ! by the inverse in the sum of the polynomial; terms that are below rounding in the sum are dropped.
             do j = n_knots, 1, -1
                if (maxval(abs(table(:, j))) * largest_product(j) > rounding) exit
             end do

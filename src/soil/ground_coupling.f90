@@ -27,7 +27,7 @@ module ground_coupling
 
 contains
 
-   !> The matrix T of all obstacles that couple.
+   !> The compliance matrix T of all obstacles that couple candidates.
    function new_coupling(model, list, geometry) result(coupling)
       type(model_t), intent(in) :: model         !! no two candidates load the same part of an obstacle
       type(candidates_t), intent(in) :: list

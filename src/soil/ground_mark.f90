@@ -1,7 +1,7 @@
 !> Interface points of foundations: ends of contact and corners of laws, as points of a rod.
 !>
-!> The force of a foundation is continuous there, its derivative is not: an element across such a point has an error of low order in
-!> its length, whatever its own order. A mesh with a node at the point, which moves with it, keeps the order.
+!> At an interface point the force of a foundation is continuous, its derivative is not: an element that contains the point has an
+!> error of low order in its length, whatever the order of the method. A mesh with a node that moves with the point keeps the order.
 module ground_mark
    use kinds, only: wp
    use force_law, only: segment_unknown
@@ -12,7 +12,7 @@ module ground_mark
    !> Interface point of a mesh: a node at which the gap of a contact has the value of a corner of its foundation's law.
    type :: mark_t
       integer :: node = 0
-      integer :: candidate(2) = 0            !! of the foundations' chain: candidates before the elements on both sides
+      integer :: candidate(2) = 0            !! candidates of the foundations' chain for the elements before and after the point
       real(wp) :: level = 0.0_wp             !! gap at the corner
       integer :: segment(2) = segment_unknown !! segments of the law before and after the point along the rod
    end type mark_t

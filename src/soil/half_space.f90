@@ -1,28 +1,29 @@
 !> Settlement of an elastic half-space under uniformly loaded rectangles (Boussinesq; A. E. H. Love, Phil. Trans. R. Soc. A 228,
 !> 1929), averaged over a rectangle.
 !>
-!> The rectangles are in one row and have its width. With the mean over the settling rectangle the compliance is twice the energy of
-!> the ground over the square of the force: symmetric for any lengths, and positive definite as long as no two rectangles overlap.
-!> The settlement of the centre has neither property.
+!> The rectangles are in one row and have the row's width. The settlement is the mean over the settling rectangle, so the compliance
+!> is twice the energy of the ground over the square of the force: symmetric for any lengths, and positive definite if no two
+!> rectangles overlap. The settlement of the rectangle's centre has neither property.
 module half_space
    use kinds, only: wp, pi
    implicit none
    private
    public :: rectangle_compliance
 
-   real(wp), parameter :: far = 20.0_wp            !! distance, in lengths of the longer rectangle, where differences cancel
+   real(wp), parameter :: far = 20.0_wp            !! distance, in lengths of the longer rectangle, beyond which differences of the
+   !! closed formula cancel
 
-   ! Gauss points and weights on (0, 1): exact to 1e-12 beyond that distance.
+   ! Gauss points and weights on (0, 1), used beyond that distance: relative error 1e-12 there.
    real(wp), parameter :: point(3) = [0.5_wp - sqrt(0.15_wp), 0.5_wp, 0.5_wp + sqrt(0.15_wp)]
    real(wp), parameter :: weight(3) = [5.0_wp, 8.0_wp, 5.0_wp] / 18.0_wp
 
 contains
 
-   !> Mean settlement of the rectangle over `there` by a unit force distributed evenly over the rectangle on `here`.
+   !> Mean settlement of the rectangle `there` by a unit force distributed evenly over the rectangle `here`.
    pure real(wp) function rectangle_compliance(there, here, width, young, poisson) result(compliance)
       real(wp), intent(in) :: there(2), here(2) !! beginning and end along the row [length]
-      real(wp), intent(in) :: width             !! of the row [length]
-      real(wp), intent(in) :: young, poisson    !! of the ground
+      real(wp), intent(in) :: width             !! width of the row [length]
+      real(wp), intent(in) :: young, poisson    !! Young's modulus and Poisson's ratio of the ground
       real(wp) :: lengths(2), sum_
       integer :: i, j
       lengths = [there(2) - there(1), here(2) - here(1)]
@@ -42,7 +43,7 @@ contains
       compliance = (1.0_wp - poisson**2) / (pi * young) * sum_ / width**2
    end function rectangle_compliance
 
-   !> 1/distance integrated twice across the row, at the distance x along it.
+   !> Integral of 1/distance over both widths of the row, for the distance x along the row.
    pure real(wp) function across(x, width)
       real(wp), intent(in) :: x, width
       across = 2.0_wp * (width * asinh(width / abs(x)) - width**2 / (hypot(x, width) + abs(x)))

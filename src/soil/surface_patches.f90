@@ -52,13 +52,13 @@ contains
       end do
    end function new_patches
 
-   !> True for an obstacle with settlement beside its reactions.
+   !> True for an obstacle whose reaction at one candidate causes settlement at others.
    elemental logical function couples(obstacle)
       type(obstacle_t), intent(in) :: obstacle
       couples = .not. obstacle%rigid .and. obstacle%ground /= ground_independent
    end function couples
 
-   !> Places a chain along the surface, with its nearest node at that node's projection.
+   !> Places a chain along the surface; the node nearest to the surface is placed at its projection on the surface.
    subroutine lay_chain(obstacle, list, geometry, first, last, patches)
       type(obstacle_t), intent(in) :: obstacle   !! straight
       type(candidates_t), intent(in) :: list
@@ -77,7 +77,7 @@ contains
       end do
       line = obstacle%point(:, 2) - obstacle%point(:, 1)
       line = line / norm2(line)
-      ! Direction of the chain at that node.
+      ! Direction of the chain at the nearest node.
       ahead = 0.0_wp
       do side = 1, 2
          e = list%element(side, anchor)
@@ -126,7 +126,7 @@ contains
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: obstacle
       integer :: pair(2)
-      real(wp), parameter :: rounding = 1.0e-6_wp !! part of the patches
+      real(wp), parameter :: rounding = 1.0e-6_wp !! relative to the length of the patches
       integer, allocatable :: order(:)
       integer :: i
       pair = 0

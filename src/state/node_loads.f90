@@ -11,7 +11,7 @@ module node_loads
    !> A point load that depends on the state, evaluated at a state; global axes.
    type :: node_push_t
       integer :: node = 0
-      real(wp) :: force(3) = 0.0_wp              !! in x, in y, couple
+      real(wp) :: force(3) = 0.0_wp              !! force in x and in y, couple
       real(wp) :: rate(3) = 0.0_wp               !! derivative of `force` with respect to the load factor
       real(wp) :: stiffness(3, 3) = 0.0_wp       !! minus the derivatives of `force` with respect to place and rotation
       real(wp) :: stiffness_rate(3, 3) = 0.0_wp  !! derivative of `stiffness` with respect to the load factor
@@ -20,7 +20,7 @@ module node_loads
 
 contains
 
-   !> Force and couple of the loads that do not depend on the state, and their derivatives with respect to the load factor.
+   !> Force and couple on a node by the loads that do not depend on the state, and their derivatives by the load factor.
    pure subroutine dead_node_load(problem, state, node, load, rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -48,7 +48,7 @@ contains
       end associate
    end function node_pushes
 
-   !> Force of one such load, times a factor with the given derivative with respect to the load factor.
+   !> Force of one load that depends on the state, times a factor whose derivative by the load factor is `rate`.
    function pushed(state, item, factor, rate) result(push)
       type(state_t), intent(in) :: state
       type(point_load_item_t), intent(in) :: item

@@ -1,7 +1,8 @@
-!> Problem data that are constant as long as the mesh, the contact set and the step are: the model on a mesh, its numbering and
+!> Problem data that are constant as long as mesh, contact set and step are constant: the model on a mesh, its numbering, and
 !> constants derived from both.
 !>
-!> The mesh is the deck's or another one (remeshed_problem): `deck` is the model as stated, `model` the same on the working mesh.
+!> The mesh is that of the deck or another one (remeshed_problem): `deck` is the model on the deck's mesh, `model` the same model on
+!> the working mesh.
 !> Requests of the deck refer to material points: a rod segment of its layout and a coordinate along the segment.
 module problem
    use kinds, only: wp
@@ -28,16 +29,19 @@ module problem
    public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, touching_gap, same_place, dof, copy_problem
    public :: mesh_sampled, mesh_of_marks, mesh_of_spans
 
-   ! Kinds of meshes, by the points that their nodes follow.
-   integer, parameter :: mesh_fixed = 0                  !! none: the nodes are fixed material points
-   integer, parameter :: mesh_sampled = 1                !! none: many fixed nodes, which detect contact at the start
-   integer, parameter :: mesh_of_marks = 2               !! ends of contact with foundations
-   integer, parameter :: mesh_of_spans = 3               !! touchdown points and ends of contact with foundations
+   ! Kinds of meshes, by the points of the rod that mesh nodes follow.
+   integer, parameter :: mesh_fixed = 0                  !! nodes are fixed material points
+   integer, parameter :: mesh_sampled = 1                !! nodes are fixed material points, close enough to detect contact at the
+   !! start
+   integer, parameter :: mesh_of_marks = 2               !! nodes follow interface points: ends of foundation contact and corners of
+   !! foundation laws
+   integer, parameter :: mesh_of_spans = 3               !! nodes follow touchdown points of contact spans and interface points of
+   !! foundations
 
    type :: problem_t
-      type(model_t) :: model                             !! on the working mesh
-      type(model_t) :: deck                              !! on the deck's mesh
-      type(layout_t) :: layout                           !! of the deck
+      type(model_t) :: model                             !! the model on the working mesh
+      type(model_t) :: deck                              !! the model on the deck's mesh
+      type(layout_t) :: layout                           !! rod segments of the deck
       type(mesh_density_t), allocatable :: demand(:)           !! (rod segments) mesh density of the next mesh
       logical :: deck_mesh = .true.                      !! true: the working mesh is the deck's, node by node
       integer, allocatable :: rod_segment(:)             !! (elements) rod segment of the element
@@ -49,7 +53,7 @@ module problem
       integer, allocatable :: mesh_node(:)               !! (deck's nodes) mesh node of a segment boundary, 0: the node is none
       type(numbering_t) :: numbering
       type(tie_pattern_t) :: ties                        !! tied nodes and the nodes that they follow
-      type(candidates_t) :: candidates                   !! of contact at nodes
+      type(candidates_t) :: candidates                   !! candidates of contact at nodes
       type(coupling_t) :: coupling                       !! load transfer of obstacles between candidates
       type(ground_t) :: ground                           !! foundations that act inside elements
       type(tableau_t) :: tableau(max_stages)
@@ -60,15 +64,15 @@ module problem
       type(mark_t), allocatable :: mark(:)               !! interface points: ends of foundations' contact, corners of laws
       real(wp), allocatable :: chain_start(:, :)         !! (rod segments, contacts) coordinate of the segment's first node along
       !! the chain of a contact
-      logical, allocatable :: covered(:, :)              !! (rod segments, contacts) contact spans are allowed all along the
-      !! segment, or nowhere
+      logical, allocatable :: covered(:, :)              !! (rod segments, contacts) true: contact spans are allowed all along the
+      !! segment; false: nowhere on the segment
       integer :: mesh_kind = mesh_fixed
-      type(contact_span_t), allocatable :: contact_span(:) !! contact spans in order along the rods, with the places of their ends
-      !! when
-      !! this mesh was made
+      type(contact_span_t), allocatable :: contact_span(:) !! contact spans in order along the rods; places of their ends are those
+      !! at which this mesh was made
       integer, allocatable :: conforms(:)                !! (elements) candidate at the first node if the element lies on a track,
       !! 0: free element
-      integer, allocatable :: hinge(:)                   !! nodes of clamps that are hinges because of a neutral span
+      integer, allocatable :: hinge(:)                   !! nodes of clamps that the tangent treats as hinges, because a neutral
+      !! span is beside them
       integer :: rolling = 0                             !! node of a clamp about which a closed rod may roll, 0: none
       real(wp), allocatable :: overlap(:)                !! (contacts) distance by which the obstacle is withdrawn at the start, the
       !! same on every mesh
@@ -143,7 +147,7 @@ contains
       call derive_problem(problem)
    end function new_problem
 
-   !> The same problem on another mesh; step, constant loads, measures and metric are kept.
+   !> Problem on another mesh, with the step, constant loads, overlaps and metric of `problem`.
    function remeshed_problem(problem, division) result(new)
       type(problem_t), intent(in) :: problem
       type(division_t), intent(in) :: division(:)   !! (rod segments) as new_remeshed_model expects
@@ -201,7 +205,7 @@ contains
       call count_from_deck(new, new%ground%chain)
    end function remeshed_problem
 
-   !> Arc coordinates of a closed chain count from the contact's first node in the deck, which the mesh may not have.
+   !> Makes arc coordinates of a closed chain count from the contact's first node in the deck, where the mesh may have no node.
    subroutine count_from_deck(problem, list)
       type(problem_t), intent(in) :: problem
       type(candidates_t), intent(inout) :: list
@@ -282,7 +286,7 @@ contains
 
    !> True if no foundation without tension has an initial gap to any candidate of a list.
    pure logical function rests(problem, list, home)
-      type(problem_t), intent(in) :: problem   !! its `size` must be set
+      type(problem_t), intent(in) :: problem   !! problem with its `size` set
       type(candidates_t), intent(in) :: list
       type(geometry_t), intent(in) :: home
       real(wp) :: gap, normal(2), bend
@@ -299,7 +303,7 @@ contains
 
    !> Initial overlap of each contact: the distance by which its obstacle is withdrawn at the start.
    pure function contact_overlaps(problem) result(overlap)
-      type(problem_t), intent(in) :: problem   !! on the deck's mesh
+      type(problem_t), intent(in) :: problem   !! problem on the deck's mesh
       real(wp) :: overlap(size(problem%deck%contact))
       integer :: c
       overlap = 0.0_wp
@@ -330,7 +334,7 @@ contains
       rounding_gap = 8.0_wp * epsilon(rounding_gap) * problem%size
    end function rounding_gap
 
-   !> Largest gap at the stress-free start that counts as contact: coordinates of a deck have ten digits, formulas more.
+   !> Largest initial gap that counts as contact in the stress-free structure: coordinates of a deck may be rounded to ten digits.
    pure real(wp) function touching_gap(problem)
       type(problem_t), intent(in) :: problem
       touching_gap = 1.0e-10_wp * problem%size
@@ -338,7 +342,7 @@ contains
 
    !> True for two coordinates along a rod that differ by no more than rounding, 1e-12 of the structure's size.
    elemental logical function same_place(size, one, other)
-      real(wp), intent(in) :: size             !! of the structure
+      real(wp), intent(in) :: size             !! size of the structure
       real(wp), intent(in) :: one, other       !! [length]
       same_place = abs(one - other) <= 1.0e-12_wp * size
    end function same_place

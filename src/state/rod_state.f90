@@ -1,4 +1,4 @@
-!> State of the structure: all data that change along the path. A copy of the state saves it, its assignment restores it.
+!> State of the structure: all data that change along the path. Assignment copies the whole state.
 module rod_state
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap, touching_gap
@@ -17,7 +17,8 @@ module rod_state
 
    real(wp), parameter :: parallel = 1.0e-6_wp !! sine of the angle below which two obstacles make no corner
 
-   real(wp), parameter :: rounding_steps = 32.0_wp !! rounding units of displacements by which their sums along an element may err
+   real(wp), parameter :: rounding_steps = 32.0_wp !! bound of rounding errors of displacements summed along an element, in rounding
+   !! units
    real(wp), parameter :: unknown_push = huge(1.0_wp)
 
    type :: state_t
@@ -27,8 +28,9 @@ module rod_state
       logical, allocatable :: active(:)       !! (candidates) contact is active
       real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, > 0 in compression
       real(wp), allocatable :: couple(:)      !! (candidates) couple on a node that takes the direction of its track, without the
-      !! couples of elements on the track
-      logical, allocatable :: grounded(:)     !! (elements) a distributed foundation touched the element at the last converged point
+      !! couples of the elements on the track
+      logical, allocatable :: grounded(:)     !! (elements) true: a distributed foundation was in contact with the element at the
+      !! last converged point
       integer, allocatable :: segment(:)      !! (candidates of the foundations' chain) segment of the law for the element after the
       !! candidate, see force_law and ground_segments
       real(wp), allocatable :: push(:, :)     !! (max_stages + 1, candidates of that chain) pressures of foundations on the element
@@ -38,8 +40,8 @@ module rod_state
 
 contains
 
-   !> Stress-free start. Candidates without gap are active, for they may be the only supports; parallel normals at one node are used
-   !> once. Bilateral candidates are always active.
+   !> Stress-free initial state. Candidates without gap are active, because they may be the only supports; of several candidates
+   !> on rigid obstacles with parallel normals at one node only one is active. Bilateral candidates are always active.
    function new_state(problem) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t) :: state
@@ -131,8 +133,8 @@ contains
          & state%load_factor * problem%model%step(problem%step)%load%motion(:, obstacle)
    end function obstacle_shift
 
-   !> Offset added to the distance of a candidate (of either list) from its obstacle: the `gap` of the deck and the unresolved part
-   !> of the initial overlap, less the closing so far.
+   !> Offset added to the distance of a candidate (of contact or of a foundation) from its obstacle: the `gap` of the deck and the
+   !> unresolved part of the initial overlap, less the closing so far.
    pure real(wp) function candidate_offset(problem, state, list, candidate) result(offset)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -173,7 +175,7 @@ contains
       call chain_gap(problem, state, problem%candidates, candidate, gap, normal, bend)
    end subroutine candidate_gap
 
-   !> The same as candidate_gap for a candidate of either list, problem%candidates or problem%ground%chain.
+   !> As candidate_gap, for a candidate of either list: problem%candidates or problem%ground%chain.
    pure subroutine chain_gap(problem, state, list, candidate, gap, normal, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -202,7 +204,7 @@ contains
    end function candidate_opening
 
    !> False if supports of the node take the whole reaction of a rigid obstacle with this normal, or if the node is tied to another
-   !> node, which then has the contact. A foundation reacts to its gap in any case.
+   !> node, which then has the contact. Always true for a foundation, which reacts to its gap.
    pure logical function may_react(problem, candidate, normal)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate

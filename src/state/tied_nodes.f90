@@ -1,9 +1,9 @@
 !> Tied nodes: their displacements as functions of the unknowns, and the transformation of forces and matrices.
 !>
 !> The unknown of a tied component is the difference from the value that its tie prescribes; this unknown is fixed at zero like a
-!> support. With u = T(q) at every node, forces on the unknowns are T'^T f, and the tangent is T'^T K T' and, where a tie rotates
-!> with a node (rigid links), the tie force times the second derivative of T. T' is the unit matrix but for the blocks of this
-!> module.
+!> support. With u = T(q) at every node, forces on the unknowns are T'^T f. The tangent is T'^T K T', plus, for a tie that rotates
+!> with a node (rigid links), the tie force times the second derivative of T. T' differs from the unit matrix only in the blocks of
+!> this module.
 module tied_nodes
    use kinds, only: wp
    use model, only: tie_t
@@ -66,7 +66,7 @@ contains
          end associate
       end subroutine add_row
 
-      !> A displacement or the rotation of an untied node as function of the node's own unknowns.
+      !> A displacement or the rotation of an untied node as a linear function of the node's own unknowns.
       pure function own_row(node, part) result(row)
          integer, intent(in) :: node, part
          real(wp) :: row(3)
@@ -95,7 +95,7 @@ contains
          value = value + tie%factor(k) * u(tie%part(k), tie%of(k))
       end do
       if (tie%turner == 0 .or. tie%component == 3) return
-      ! (R - 1) arm, without cancellation.
+      ! (R - 1) arm, R the rotation, in a form without cancellation.
       half = 0.5_wp * u(3, tie%turner)
       change = (2.0_wp * sin(half)) * [-sin(half) * tie%arm(1) - cos(half) * tie%arm(2), &
          & cos(half) * tie%arm(1) - sin(half) * tie%arm(2)]
@@ -105,7 +105,7 @@ contains
    !> Rotated arm of a rigid link.
    pure function turned_arm(tie, rotation) result(arm)
       type(tie_t), intent(in) :: tie
-      real(wp), intent(in) :: rotation           !! of the node with which the link rotates [rad]
+      real(wp), intent(in) :: rotation           !! rotation of the node with which the link rotates [rad]
       real(wp) :: arm(2)
       arm = [cos(rotation) * tie%arm(1) - sin(rotation) * tie%arm(2), sin(rotation) * tie%arm(1) + cos(rotation) * tie%arm(2)]
    end function turned_arm
@@ -115,7 +115,8 @@ contains
    pure real(wp) function tie_swing(tie, u, force) result(stiffness)
       type(tie_t), intent(in) :: tie
       real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements
-      real(wp), intent(in) :: force              !! in the tie, internal less external force on the tied component; or its rate
+      real(wp), intent(in) :: force              !! tie force: internal less external force on the tied component; or the rate of
+      !! the tie force
       real(wp) :: arm(2)
       stiffness = 0.0_wp
       if (tie%turner == 0 .or. tie%component == 3) return
@@ -123,8 +124,8 @@ contains
       stiffness = -force * arm(tie%component)
    end function tie_swing
 
-   !> Increments of a node's unknowns in its axes; for a tied node increments of displacements in global axes with all that it
-   !> follows.
+   !> Increments of a node's three unknowns, in node axes. For a tied node: increments of its displacements and rotation in global
+   !> axes, from the unknowns of the nodes that the tie refers to.
    pure function node_unknowns(problem, block, node, x) result(du)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: block(:, :, :)     !! from set_blocks
@@ -149,7 +150,7 @@ contains
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: block(:, :, :)     !! from set_blocks
       integer, intent(in) :: node
-      real(wp), intent(in) :: force(3)           !! in the node's axes; global axes for a tied node
+      real(wp), intent(in) :: force(3)           !! force and moment in node axes; in global axes for a tied node
       real(wp), intent(inout) :: vector(:)       !! (n)
       integer :: b, d
       if (.not. problem%ties%follows(node)) then

@@ -1,10 +1,10 @@
 !> Ground that couples candidates (half-space, shear layer), in the equations about the present contact set.
 !>
-!> For the active candidates g + T r = 0 makes the ground a spring with the full stiffness S = T^-1, r = -S g. The band contains a
-!> stiffer ground, independent springs e = 1/d of the candidates; the excess W = diag(e) - S is positive definite because T - d is,
-!> and is removed from the factored band (Sherman, Morrison, Woodbury):
+!> For the active candidates g + T r = 0: the ground is a spring with the full stiffness matrix S = T^-1, r = -S g. The band
+!> contains a stiffer ground instead, independent springs e = 1/d of the candidates; the excess stiffness W = diag(e) - S is
+!> positive definite because T - d is. Solutions are corrected for W (Sherman, Morrison, Woodbury):
 !>
-!>   (K - N W N^T)^-1 = K^-1 + X (W^-1 - N^T X)^-1 X^T,   X = K^-1 N,   N^T the gaps' derivatives.
+!> (K - N W N^T)^-1 = K^-1 + X (W^-1 - N^T X)^-1 X^T,   X = K^-1 N,   N^T the gaps' derivatives.
 !>
 !> The band is regular wherever contact alone supports the structure, and by Haynsworth's theorem the true tangent has the negative
 !> eigenvalues of the band and those of the small matrix.
@@ -26,17 +26,18 @@ module active_coupling
       integer, allocatable :: row(:)                !! first unknown of the candidate's node
       real(wp), allocatable :: direction(:, :)      !! (2, n) N: normals in node axes
       real(wp), allocatable :: stiffness(:, :)      !! (n, n) S
-      real(wp), allocatable :: excess(:, :)         !! (n, n) W
+      real(wp), allocatable :: excess(:, :)         !! (n, n) W, excess stiffness of the band's ground
       real(wp), allocatable :: excess_inverse(:, :)
       real(wp), allocatable :: column(:, :)         !! (unknowns, n) X, zero at fixed unknowns
       real(wp), allocatable :: small(:, :)          !! (n, n) factors of W^-1 - N^T X
       integer, allocatable :: pivot(:)
-      integer :: negative_pivots = 0                !! number that the small matrix adds to that of the band
+      integer :: negative_pivots = 0                !! number of negative eigenvalues of the small matrix, to be added to that of
+      !! the band
    end type active_coupling_t
 
 contains
 
-   !> Stiffness of the ground for a contact set; unchanged if the set is the same.
+   !> Stiffness of the ground for a contact set; computed again only if the set has changed.
    subroutine set_active(coupling, active, set)
       type(coupling_t), intent(in) :: coupling
       logical, intent(in) :: active(:)             !! (candidates)
@@ -80,8 +81,8 @@ contains
       end do
    end function inverse
 
-   !> Reactions of coupled candidates and their openings (distance from the settled surface) for given gaps. Of each candidate one
-   !> of the two is prescribed: the opening of active candidates (usually 0), the reaction of the others.
+   !> Reactions of coupled candidates and their openings (distance from the settled surface) for given gaps. One of the two is
+   !> prescribed for each candidate: the opening of active candidates (usually 0), the reaction of inactive ones.
    subroutine coupled_answer(coupling, set, given, gap, reaction)
       type(coupling_t), intent(in) :: coupling
       type(active_coupling_t), intent(in) :: set
@@ -100,7 +101,7 @@ contains
       gap(set%candidate) = given(set%candidate)
    end subroutine coupled_answer
 
-   !> N^T x.
+   !> Changes N^T x of the gaps.
    pure function gap_changes(set, x) result(change)
       type(active_coupling_t), intent(in) :: set
       real(wp), intent(in) :: x(:)                 !! (unknowns)
@@ -111,7 +112,7 @@ contains
       end do
    end function gap_changes
 
-   !> y = y + N force.
+   !> Adds contact forces to the forces on the unknowns: y = y + N force.
    pure subroutine add_forces(set, force, y)
       type(active_coupling_t), intent(in) :: set
       real(wp), intent(in) :: force(:)             !! (n)
@@ -124,7 +125,7 @@ contains
       end do
    end subroutine add_forces
 
-   !> y = y - N W N^T x, and x^T N W N^T x.
+   !> Subtracts the excess stiffness from a product with the band: y = y - N W N^T x; returns x^T N W N^T x.
    subroutine subtract_excess(set, x, y, form)
       type(active_coupling_t), intent(in) :: set
       real(wp), intent(in) :: x(:)                 !! (unknowns)
@@ -139,7 +140,7 @@ contains
       call add_forces(set, -force, y)
    end subroutine subtract_excess
 
-   !> Row of N W N^T times x.
+   !> One row of the product N W N^T x.
    pure real(wp) function excess_row(set, row, x)
       type(active_coupling_t), intent(in) :: set
       integer, intent(in) :: row
@@ -191,7 +192,8 @@ contains
       end do
    end subroutine factor_excess
 
-   !> Corrects K^-1 b of the band to the solution for the true ground (without the excess W); fixed unknowns keep their values.
+   !> Corrects x = K^-1 b, a solution with the band, whose ground is too stiff by W, to the solution with the true stiffness of the
+   !> ground; fixed unknowns keep their values.
    subroutine add_excess_response(set, x)
       type(active_coupling_t), intent(in) :: set
       real(wp), intent(inout) :: x(:)              !! (unknowns)

@@ -1,9 +1,9 @@
 !> Inextensible rods: correction of solutions for the artificial extension of the factored tangent.
 !>
-!> The elements of such rods have 1/EA = 0 in stored section forces and defects, so equilibrium is exact. A straight one has no
-!> finite stiffness, so its tangent has an axial flexibility, a small part of the bending flexibility (ge_element). Solutions with
-!> the factored tangent are corrected here: the extension of each element is applied to it as a stress-free distortion of opposite
-!> sign. Each round reduces the error to that small part of the previous error.
+!> The stored section forces and defects of such elements have 1/EA = 0, so equilibrium is exact. A straight element would then have
+!> an infinite axial stiffness, so the tangent has an artificial axial compliance, a small part of the bending compliance
+!> (ge_element). Solutions with the factored tangent are corrected here: the artificial extension of each element is applied to the
+!> element as a stress-free distortion of opposite sign. Each round reduces the error to that small part of the previous error.
 module axial_rigidity
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -11,7 +11,7 @@ module axial_rigidity
    private
    public :: rigidity_t, new_rigidity, stretched, shrinking_forces
 
-   integer, parameter, public :: rigidity_rounds = 2 !! each reduces the error by about eight digits
+   integer, parameter, public :: rigidity_rounds = 2 !! number of correction rounds; each reduces the error by about eight digits
 
    !> Linear maps from unknowns to the artificial extension of inextensible elements and back.
    type :: rigidity_t
@@ -70,7 +70,7 @@ contains
       end do
    end subroutine stretched
 
-   !> Forces on the unknowns that shorten elements by given extensions.
+   !> Forces on the unknowns that shorten the elements by given artificial extensions.
    pure subroutine shrinking_forces(rigidity, stretch, force)
       type(rigidity_t), intent(in) :: rigidity
       real(wp), intent(in) :: stretch(:, :)    !! (2, n)

@@ -3,8 +3,8 @@
 !>
 !>   K x - load y = rhs      row.x + corner y = path
 !>
-!> K is the band less the excess of coupled ground (active_coupling), y the increment of the load factor. The row is the path
-!> constraint; it makes the system regular at limit points, where K is singular.
+!> K is the band less the excess stiffness of coupled ground (active_coupling), y the increment of the load factor. The row is the
+!> path constraint; the row makes the system regular at limit points, where K is singular.
 module bordered_system
    use kinds, only: wp
    use state_functional, only: functional_t
@@ -59,8 +59,8 @@ contains
       system%negative_pivots = system%factor%negative_pivots + system%coupling%negative_pivots - system%hinges
    end subroutine factor_system
 
-   !> The system of the same structure with the artificial extension of inextensible elements (about 1e-8 of bending) left in the
-   !> solutions. Such a system is linear in the unknowns alone, whereas the force of an inextensible element is not.
+   !> System in which the artificial extension of inextensible elements (about 1e-8 of bending) remains in solutions. This system is
+   !> linear in the unknowns alone, whereas the force of an inextensible element is not a function of the unknowns.
    function with_stretch(system) result(stretching)
       type(system_t), intent(in) :: system     !! factored
       type(system_t) :: stretching             !! factored
@@ -81,7 +81,7 @@ contains
       change = row_times(system, d, x) - system%tangent_load(d) * y
    end function held_force_change
 
-   !> Response to forces at constant load factor, with all constraints.
+   !> Response to forces at constant load factor, with all eliminated unknowns fixed.
    subroutine solve_effective(system, rhs, x, stretch)
       type(system_t), intent(in) :: system     !! factored
       real(wp), intent(in) :: rhs(:)           !! (n) node axes; entries of fixed unknowns are ignored
@@ -132,12 +132,12 @@ contains
          call solve_constrained(system, force, held, x)
          x = first + x
       end do
-      ! If the whole motion was artificial extension, the solution is zero.
+      ! A solution that consists of artificial extension only is zero.
       if (is_rounding(3) .and. is_rounding(1) .and. is_rounding(2)) x = 0.0_wp
 
    contains
 
-      !> True if one component of all nodes has been reduced to the rounding of its subtraction.
+      !> True if the correction has reduced a component of all nodes to the rounding error of the subtraction.
       pure logical function is_rounding(component)
          integer, intent(in) :: component
          is_rounding = maxval(abs(x(component::3))) <= sqrt(epsilon(x)) * maxval(abs(first(component::3)))
@@ -215,14 +215,15 @@ contains
       call solve_constrained(system, rhs, prescribed, x)
       if (system%roll_at > 0) x = x + system%roll_by * system%rolled
       pivot = dot_product(system%path_row, system%tangent) + system%path_corner
-      ! With a zero row, as under load control, the border cannot make a singular tangent regular.
+      ! With a zero constraint row, as under load control, the border cannot make a singular tangent regular.
       ok = abs(pivot) > 0.0_wp .and. .not. (system%factor%deficient .and. all(abs(system%path_row) <= 0.0_wp))
       if (.not. ok) return
       y = (path_rhs - dot_product(system%path_row, x)) / pivot
       x = x + y * system%tangent
    end subroutine solve_bordered
 
-   !> Linear change of the stored section forces under an increment, without the elimination of the elements' own defects.
+   !> Linear change of the stored section forces for an increment of unknowns and load factor, without the terms that eliminate the
+   !> elements' own defects.
    function resultant_rates(problem, system, x, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -231,7 +232,7 @@ contains
       rate = rates_of(problem, system, all_to_global(problem, system, x), y)
    end function resultant_rates
 
-   !> The same as resultant_rates for displacements in global axes.
+   !> As resultant_rates, for displacement increments in global axes.
    function rates_of(problem, system, du, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -22,7 +22,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      type(system_t), intent(inout) :: system  !! with the gap
+      type(system_t), intent(inout) :: system  !! in: with the candidate's gap
       real(wp) :: penetration, share
       associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)), push => system%push(candidate), &
          & spring => system%spring(candidate))
@@ -43,7 +43,7 @@ contains
    subroutine set_coupling(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system  !! with all gaps
+      type(system_t), intent(inout) :: system  !! in: with the gaps of all candidates
       real(wp) :: none(size(system%gap))
       system%opening = system%gap
       if (problem%coupling%n == 0) return
@@ -66,7 +66,7 @@ contains
             d = dof(problem, node, 1)
             call contact_tangent(problem, state, system, c, force, k)
             if (system%soft(c)) call spread_force(problem, system%tie_block, node, -[force, 0.0_wp], system%residual)
-            ! At a node with `lean` the offset of the contact force is part of the third unknown already.
+            ! At a node with `lean` the third unknown contains the offset of the contact force already.
             if (problem%candidates%contact_span(c) > 0 .and. .not. problem%candidates%follows(c) .and. &
                & (problem%candidates%moves(c) .or. .not. system%turned(node))) then
                system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
@@ -85,8 +85,8 @@ contains
       call place_coupling(problem, system)
    end subroutine add_contact
 
-   !> Adds the forces of interface points that are not at their places of equilibrium. These are no physical forces: stored section
-   !> forces do not contain them.
+   !> Adds the forces of interface points that are away from their places of equilibrium. These forces are not physical: stored
+   !> section forces do not contain them.
    subroutine add_marks(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -152,9 +152,10 @@ contains
       if (.not. problem%candidates%follows(candidate)) k(3, 3) = touchdown_spring(problem, state, candidate)
       associate (node => problem%candidates%node(candidate))
          if (.not. system%turned(node)) return
-         ! Along a track of variable curvature the node's rotation is nonlinear in the displacement.
+         ! On a track of variable curvature the node's rotation is a nonlinear function of the displacement.
          d = dof(problem, node, 3)
-         ! End force of the free element; the obstacle's force inside the line contact is part of its elements.
+         ! r - residual: end force of the free element only; the obstacle's force inside the line contact is part of the conforming
+         ! elements.
          if (problem%candidates%follows(candidate) .and. system%unknown(candidate) > 0) k(1, 1) = k(1, 1) + &
             & (r - system%residual(system%unknown(candidate))) * system%bend(candidate)
          k(1, 1) = k(1, 1) + system%residual(d) * track_bend_rate(problem, state, candidate)

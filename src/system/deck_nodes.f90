@@ -1,5 +1,5 @@
-!> Quantities at the deck's nodes in a state. The mesh may differ from the deck's, and its nodes move along the rods, but the deck's
-!> requests refer to material points.
+!> Quantities at the deck's nodes in a state. The mesh may differ from that of the deck, and mesh nodes move along the rods, but
+!> requests of the deck refer to fixed material points.
 module deck_nodes
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -33,7 +33,7 @@ contains
       integer, intent(out) :: mesh_node         !! mesh node at the same material point, 0: none
       integer, intent(out) :: e                 !! element that contains the point in its interior, 0: none
       real(wp), intent(out) :: tau              !! place in the element, 0 to 1
-      integer, intent(inout), optional :: near  !! as in find_point
+      integer, intent(inout), optional :: near  !! see find_point
       e = 0
       tau = 0.0_wp
       mesh_node = problem%mesh_node(node)
@@ -64,8 +64,8 @@ contains
       end do
    end function deck_displacements
 
-   !> (N, Q, M) at both ends of an element of the deck, inside the element, as in local_forces; a contact force acts at the present
-   !> place of its node.
+   !> (N, Q, M) at both ends of an element of the deck, on the element's side of each end, as in local_forces; a contact force acts
+   !> at the present place of its node.
    subroutine deck_section_forces(problem, state, e, local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -78,7 +78,7 @@ contains
       do side = 1, 2
          call find_point(problem, state, j, problem%deck%mesh%s(side, e) + problem%layout%origin(e), holder, tau)
          if (side == 2 .and. tau <= 0.0_wp) then
-            ! At a node the element that ends there.
+            ! At a mesh node the element that ends at this node is used.
             holder = problem%beside(1, problem%model%mesh%node(1, holder))
             tau = 1.0_wp
          end if
@@ -104,7 +104,7 @@ contains
       associate (list => problem%deck%contact(contact), o => problem%deck%contact(contact)%obstacle, kept => problem%constant, &
          & overlap => problem%overlap(contact), load => problem%model%step(problem%step)%load)
          shift = obstacle_shift(problem, state, o)
-         ! Part of candidate_offset beyond the `gap` of the deck.
+         ! Part of candidate_offset other than the `gap` of the deck.
          later = overlap * (1.0_wp - kept%resolved(o)) - kept%closing(o) - &
             & state%load_factor * (load%closing(o) + load%resolved(o) * overlap)
          u = deck_displacements(problem, state, list%node)
@@ -165,7 +165,7 @@ contains
       if (inside) call place_gradient(problem, state, system, e, tau, gradient)
    end subroutine deck_node_gradient
 
-   !> The same derivatives at a place inside an element.
+   !> Derivatives as in deck_node_gradient, at a place inside an element.
    subroutine place_gradient(problem, state, system, e, tau, gradient)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -10,10 +10,10 @@ module element_products
 
 contains
 
-   !> Product of element matrices k with x, and x^T k x, with the translation of each element removed: EA/h and EI/h^3 then multiply
-   !> the rounding of small differences instead of that of the displacements, which would exceed small eigenvalues of stiff rods.
-   !> The translations do not enter the follower pressure's part either, but its symmetric part needs a correction by half of the
-   !> skew part.
+   !> Product of element matrices k with x, and x^T k x, after subtraction of the translation of each element: EA/h and EI/h^3 then
+   !> multiply the rounding errors of small differences instead of those of the displacements, which would exceed small eigenvalues
+   !> of stiff rods. The translations are left out of the follower pressure's part as well; the symmetric part of the pressure
+   !> stiffness then needs a correction by half of its skew part.
    pure subroutine apply_elements(problem, system, k, shift, pressure, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system     !! provides the node axes
@@ -34,7 +34,7 @@ contains
          force = matmul(k(:, :, e), relative)
          form = form + dot_product(relative, force)
          if (size(shift, 3) > 0 .and. problem%conforms(e) == 0) then
-            ! Part of a foundation that resists translation of the element.
+            ! Force of a foundation that resists translation of the element.
             held = matmul(shift(:, :, e), u(1:2))
             force = force + held
             form = form + 2.0_wp * dot_product(relative, held)
@@ -59,7 +59,7 @@ contains
       end do
    end subroutine apply_elements
 
-   !> An element's part of x without the translation of its first node.
+   !> Displacements of an element's nodes relative to the translation of its first node.
    pure function element_deformation(problem, system, e, x) result(relative)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -74,15 +74,15 @@ contains
          own = node_unknowns(problem, system%tie_block, node(i), x)
          moved = u(1:2)
          if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), moved)
-         ! In a contact span the third unknown is relative to the track, so a pure translation changes it.
+         ! In a contact span the third unknown is the rotation relative to the track, so a pure translation changes this unknown.
          turn = -system%roll(node(i)) * moved(1)
          relative(3 * i - 2:3 * i) = own - [moved(1), moved(2) - system%lean(node(i)) * turn, turn]
-         ! Conforming elements have no free translation.
+         ! Conforming elements resist every translation.
          if (problem%conforms(e) > 0) relative(3 * i - 2:3 * i) = own
       end do
    end function element_deformation
 
-   !> A vector of all unknowns at the two nodes of an element, node axes.
+   !> Entries of a vector of all unknowns at the two nodes of an element, node axes.
    pure function element_unknowns(problem, system, x, e) result(local)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

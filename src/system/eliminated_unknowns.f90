@@ -1,4 +1,4 @@
-!> Unknowns that supports, ties and rigid contacts eliminate, their prescribed increments, and the node axes that this requires.
+!> Unknowns that are eliminated by supports, ties and rigid contacts, their prescribed increments, and the required node axes.
 module eliminated_unknowns
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -52,7 +52,7 @@ contains
             node = problem%candidates%node(c)
             if (problem%candidates%contact_span(c) > 0) then
                if (.not. may_react(problem, c, system%normal(:, c))) then
-                  ! A support fixes the node of the line contact.
+                  ! A support fixes the node of the line contact already.
                   call follow_track(c, node)
                   cycle
                end if
@@ -73,7 +73,7 @@ contains
                cycle
             end if
             first(node) = c
-            ! A support leaves one direction in which the obstacle can act, or none.
+            ! A support leaves the obstacle one free direction to act in, or none.
             if (fixed(1, node)) then
                if (fixed(2, node)) cycle
                i = 2
@@ -105,8 +105,8 @@ contains
 
    contains
 
-      !> Third unknown of a contact span's node, the rotation relative to the track. A motion of the obstacle along itself does not
-      !> rotate the node.
+      !> Makes the node's third unknown the rotation relative to the track of the contact span. A motion of the obstacle along
+      !> itself does not rotate the node.
       subroutine follow_track(c, node)
          integer, intent(in) :: c, node
          real(wp) :: along
@@ -124,7 +124,7 @@ contains
    !> force along the first obstacle, the first reaction the rest.
    pure real(wp) function contact_reaction(system, candidate, force) result(reaction)
       type(system_t), intent(in) :: system
-      integer, intent(in) :: candidate         !! with an eliminated unknown
+      integer, intent(in) :: candidate         !! candidate with an eliminated unknown
       real(wp), intent(in) :: force(:)         !! (n) node axes
       integer :: p
       reaction = force(system%unknown(candidate)) / system%slope(candidate)

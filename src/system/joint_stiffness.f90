@@ -36,7 +36,7 @@ contains
       end do
    end subroutine add_joint_springs
 
-   !> Coefficients of a spring's elongation in the increments of its two nodes (node_unknowns).
+   !> Derivatives of a spring's elongation by the increments of its two nodes (node_unknowns).
    pure function joint_row(system, spring) result(row)
       type(system_t), intent(in) :: system     !! provides the node axes
       type(joint_spring_t), intent(in) :: spring

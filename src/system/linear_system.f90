@@ -1,7 +1,7 @@
 !> Equilibrium equations in a state, assembled about the present contact set.
 !>
-!> The parts are modules of their own: system_type has the data, node_axes the axes of the unknowns, eliminated_unknowns the
-!> constraints; contact_terms, joint_stiffness and rigidity_maps add their terms, residual_measure measures the residual. This
+!> The parts are in modules of their own: system_type has the data, node_axes the axes of the unknowns, eliminated_unknowns the
+!> constraints; contact_terms, joint_stiffness and rigidity_maps add their terms, residual_measure computes the residual. This
 !> module re-exports them.
 module linear_system
    use kinds, only: wp
@@ -65,8 +65,8 @@ contains
          if (problem%candidates%rolls(c)) then
             roll = rolled(problem, state, c)
             system%gap(c) = system%gap(c) - roll%rise
-            ! Past the osculating contact the rotational stiffness is negative. It has changed its sign through infinity, not
-            ! through zero, so its negative pivot is spurious.
+            ! Once a point contact is more curved than its obstacle, its rotational stiffness is negative. The stiffness has changed
+            ! sign through infinity, not through zero, so the negative pivot is spurious.
             if (state%reaction(c) > 0.0_wp .and. touchdown_spring(problem, state, c) < 0.0_wp .and. &
                & .not. problem%candidates%follows(c)) system%hinges = system%hinges + 1
          end if

@@ -2,11 +2,12 @@
 !> the clamp.
 !>
 !> A uniform, straight rod without loads along the span has a first integral: EI k^2/2 + n . t is constant. At the end of the line
-!> contact k = 0 and t has the wall's direction; at the clamp t is the same, so k^2 = 0 there as well, a double root. The shift of
-!> the whole curve along itself, u = t(s) - t(0) with the rotation k, then fits all supports to first order, and the tangent is
-!> singular at every load. The root is simple if the equations require a zero couple at the clamp instead of a zero rotation: beside
-!> such a span a clamp becomes a hinge. Its direction comes out right by the first integral. The tangent of the hinged rod has one
-!> more negative eigenvalue than the clamped rod has besides its null vector.
+!> contact the curvature k = 0 and the tangent t has the wall's direction; at the clamp t is the same, so k^2 = 0 there as well, a
+!> double root. A shift of the whole curve along itself, u = t(s) - t(0) with the rotation k, then satisfies all supports to first
+!> order, and the tangent matrix is singular at every load. The root is simple if the equations require a zero couple at the clamp
+!> instead of a zero rotation: a clamp beside a neutral span is therefore replaced by a hinge. By the first integral the rod still
+!> has the clamp's direction there. The tangent of the hinged rod has one more negative eigenvalue than that of the clamped rod,
+!> apart from the null vector of the latter.
 module neutral_spans
    use kinds, only: wp
    use obstacle_types, only: obstacle_line
@@ -21,7 +22,7 @@ contains
 
    !> Replaces all clamps beside neutral spans by hinges and records them in problem%hinge.
    subroutine free_clamps(problem)
-      type(problem_t), intent(inout) :: problem   !! with contact spans, `touch` set
+      type(problem_t), intent(inout) :: problem   !! problem with its contact spans
       integer :: k, side, node, e
       do k = 1, size(problem%contact_span)
          if (.not. problem%contact_span(k)%line) cycle
@@ -38,7 +39,7 @@ contains
       end do
    end subroutine free_clamps
 
-   !> True if only a free span lies between one end of a contact span and the end of its rod segment.
+   !> True if only one free span lies between an end of a contact span and the end of the span's rod segment.
    pure logical function last_of_its_stretch(problem, k, side) result(last)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: k, side              !! index of the contact span; 1: before the span, 2: after the span
@@ -52,7 +53,7 @@ contains
       end associate
    end function last_of_its_stretch
 
-   !> True for a clamped end of a rod that no step rotates or loads by a couple.
+   !> True for an end of a rod whose clamp no step rotates and no couple loads.
    pure logical function clamps(problem, node, side)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: node, side           !! 1: beginning of the rod, 2: its end

@@ -14,7 +14,7 @@ contains
    pure subroutine to_node(system, node, force)
       type(system_t), intent(in) :: system
       integer, intent(in) :: node
-      real(wp), intent(inout) :: force(3)      !! in: global axes; out: node axes
+      real(wp), intent(inout) :: force(3)      !! force and moment; in: global axes; out: node axes
       if (system%turned(node)) call turn_force(system%axis(:, node), system%roll(node), system%lean(node), force)
    end subroutine to_node
 

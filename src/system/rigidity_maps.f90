@@ -13,8 +13,8 @@ module rigidity_maps
 
 contains
 
-   !> Computes the maps from the elements' tangents in node axes. The artificial extension of a free element is driven by the force
-   !> at its first end, that of a conforming element by the force at its second end, along the track.
+   !> Computes the maps from the elements' tangents in node axes. The force at the first end causes the artificial extension of a
+   !> free element; the force at the second end, along the track, that of a conforming element.
    subroutine set_rigidity(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -60,8 +60,8 @@ contains
       end do
    end subroutine set_rigidity
 
-   !> Artificial extension of a free element per unit force at its first end: the flexibility acts along the directions at the
-   !> stages.
+   !> Artificial extension of a free element per unit force at its first end: the artificial compliance acts along the rod's
+   !> directions at the stages.
    pure function give_inside(problem, state, e) result(give)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

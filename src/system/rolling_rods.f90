@@ -7,8 +7,8 @@
 !> without force makes the tangent regular against rolling, and the rolling motion is removed from all solutions.
 !>
 !> EI k^2/2 + n.t is constant along a rod without forces along it, through smooth contacts as well. Across the clamp n.t changes by
-!> the clamp's force along the wall, which is zero if all obstacles are parallel: the rod has the same curvature on both sides of
-!> the clamp, whatever its shape elsewhere, and this curvature vanishes on both sides at once.
+!> the clamp's force along the wall, which is zero if all obstacles are parallel. The rod therefore has the same curvature on both
+!> sides of the clamp, whatever its shape elsewhere, and this curvature vanishes on both sides at the same load.
 module rolling_rods
    use kinds, only: wp, pi
    use obstacle_types, only: obstacle_line
@@ -29,7 +29,7 @@ contains
 
    !> Finds the clamp about which the rod may roll, problem%rolling.
    subroutine find_rolling(problem)
-      type(problem_t), intent(inout) :: problem   !! with contact spans, their `touch` and candidates set
+      type(problem_t), intent(inout) :: problem   !! problem with its contact spans and candidates
       integer :: c, node
       problem%rolling = 0
       node = findloc(any(problem%model%fixed, 1), .true., 1)
@@ -116,7 +116,7 @@ contains
       end associate
    end function way_along
 
-   !> Nodes that must stay in contact while the rod rolls: the clamp, and nodes with forces on them.
+   !> Nodes that must stay in contact while the rod rolls: the clamp, and nodes on which forces act.
    pure function standing(problem) result(node)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: node(:)
@@ -127,9 +127,9 @@ contains
       node = [problem%rolling, pack([(n, n=1, size(loaded))], loaded)]
    end function standing
 
-   !> Length of the line contact on one side of such a node. Without a line contact there: minus the length that the rod must roll
-   !> for the relative curvature to vanish. 0 in the reduced problem without force-free contacts, where the relative curvature is
-   !> zero without a line.
+   !> Length of the line contact on one side of the clamp or of a node with forces. Without a line contact there: minus the length
+   !> that the rod must roll until the relative curvature vanishes. 0 in the reduced problem without force-free contacts, where the
+   !> relative curvature is zero without a line contact.
    real(wp) function lying(problem, state, node, side) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -157,9 +157,9 @@ contains
       end do
    end function lying
 
-   !> Curvature times size below which rolling is undetermined. With the curvature k beside the clamp rolling has the stiffness k^2,
-   !> in units of EI and the size; the residual rolls the rod by tolerance/k^2, which below the third root of the tolerance exceeds
-   !> k, the distance at which the curvature vanishes.
+   !> Curvature times size below which rolling is undetermined. For a curvature k beside the clamp the stiffness against rolling is
+   !> k^2, in units of EI and the size. The residual then rolls the rod by tolerance/k^2; if k is below the third root of the
+   !> tolerance, this exceeds k, the distance at which the curvature vanishes.
    pure real(wp) function nearly_flat(problem)
       type(problem_t), intent(in) :: problem
       nearly_flat = problem%model%step(problem%step)%tolerance**(1.0_wp / 3.0_wp)
@@ -204,7 +204,7 @@ contains
       if (system%roll_at == 0) return
       system%roll_by = 0.5_wp * (lies(2, 1) - lies(1, 1))
       system%roll_range = max(minval(lies), 0.0_wp)
-      ! As stiff as the node's elements.
+      ! The stiffness of the spring equals that of the node's elements.
       system%k%a(1, system%roll_at) = 2.0_wp * system%k%a(1, system%roll_at)
 
    contains

@@ -15,9 +15,9 @@ module support_check
 
 contains
 
-   !> Message that names a part that can move as a rigid body; '' if there is none. Elements and parts that share nodes are rigid,
-   !> so three independent constraints fix a part, and three times the number of parts fix parts connected by joints. Parts that
-   !> only forces support, or with a resistance of second order, count as movable.
+   !> Message that names a part that can move as a rigid body; '' if there is none. Elements, and parts that share nodes, are rigid:
+   !> three independent constraints fix a part, and three times the number of parts fix parts connected by joints. A part counts as
+   !> movable if only forces support it, or if its resistance is of second order.
    function unheld_part(problem, state) result(part)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state       !! at the start, with its contact set
@@ -48,7 +48,7 @@ contains
          call candidate_gap(problem, state, c, gap, normal, bend)
          call add([problem%candidates%node(c)], [normal, 0.0_wp])
       end do
-      ! A foundation resists where it touches, in both directions, like a candidate.
+      ! A foundation in contact resists in both directions, like an active candidate.
       do c = 1, problem%ground%chain%n
          call chain_gap(problem, state, problem%ground%chain, c, gap, normal, bend)
          if (problem%ground%chain%bilateral(c) .or. gap <= touching_gap(problem)) &
@@ -75,7 +75,7 @@ contains
       do k = 1, size(gram)
          loose = dependent_row(gram(k)%of)
          if (loose == 0) cycle
-         ! First node of the part to which the motion without resistance belongs.
+         ! The node is the first one of the part that can move without resistance.
          node = findloc(group(member) == k .and. place(member) == (loose + 2) / 3, .true., 1)
          if (.not. any(problem%model%mesh%node == node)) then
             part = 'node '//to_text(problem%model%mesh%node_label(node))//' belongs to no element and can move or turn without '// &
@@ -128,7 +128,7 @@ contains
    subroutine group_parts(problem, member, group, place)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: member(:)                   !! (nodes) index of the part
-      integer, allocatable, intent(out) :: group(:), place(:) !! (parts) both from 1
+      integer, allocatable, intent(out) :: group(:), place(:) !! (parts) group of each part and index in the group, both from 1
       integer :: c, i, n
       group = [(i, i=1, maxval(member))]
       do c = 1, size(problem%model%joint_spring)

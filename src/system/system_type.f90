@@ -1,9 +1,9 @@
 !> Data of the linearised equations about the present contact set.
 !>
-!> Each node has three unknowns in band order, in node axes. With an active rigid contact the second axis is the obstacle's normal,
-!> and the second unknown is eliminated. In a contact span the third unknown is the rotation relative to the track, along which the
-!> first unknown displaces the node; for a node that takes the track's direction the third unknown is eliminated. The border of the
-!> band is in bordered_system.
+!> Each node has three unknowns, in node axes and in the order of the band. With an active rigid contact the second axis is the
+!> obstacle's normal, and the second unknown is eliminated. In a contact span the first unknown displaces the node along the track,
+!> and the third unknown is the rotation relative to the track; for a node that takes the track's direction the third unknown is
+!> eliminated. The border of the band is in bordered_system.
 module system_type
    use kinds, only: wp
    use problem, only: problem_t
@@ -17,22 +17,22 @@ module system_type
 
    type :: system_t
       integer :: n = 0                          !! number of unknowns
-      type(band_t) :: k                         !! tangent, node axes, nothing eliminated, with the excess of coupled ground
+      type(band_t) :: k                         !! tangent in node axes, without elimination, with the excess stiffness of coupled
+      !! ground
       type(factor_t) :: factor
       type(active_coupling_t) :: coupling           !! coupled ground, with its excess stiffness
       real(wp), allocatable :: residual(:)      !! (n) internal less external forces, element unknowns eliminated
       real(wp), allocatable :: raw(:)           !! (n) residual from the stored section forces, without element defects
       real(wp), allocatable :: load(:)          !! (n) minus the derivative of `residual` by the load factor
       logical, allocatable :: fixed(:)          !! (n) true: eliminated by a support, tie or rigid contact
-      real(wp), allocatable :: value(:)         !! (n) increment of a fixed unknown that removes its own error
+      real(wp), allocatable :: value(:)         !! (n) increment of a fixed unknown that brings it to its prescribed value
       real(wp), allocatable :: rate(:)          !! (n) derivative of a fixed unknown by the load factor
       real(wp), allocatable :: axis(:, :)       !! (2, nodes) direction of the node's first axis
       logical, allocatable :: turned(:)         !! (nodes) true: the axes are not the global axes
-      real(wp), allocatable :: roll(:)          !! (nodes) rotation per displacement along the first axis that the third unknown
-      !! does not contain: curvature of the track
-      real(wp), allocatable :: lean(:)          !! (nodes) displacement along the second axis per rotation that the second unknown
-      !! does not contain: a point contact at a segment boundary has its force beside the
-      !! node
+      real(wp), allocatable :: roll(:)          !! (nodes) rotation per displacement along the first axis, which is not part of the
+      !! third unknown: curvature of the track
+      real(wp), allocatable :: lean(:)          !! (nodes) displacement along the second axis per rotation, which is not part of the
+      !! second unknown: at a point contact at a segment boundary the force acts beside the node
       real(wp), allocatable :: tie_block(:, :, :) !! blocks of T', see tied_nodes
       type(rigidity_t) :: rigidity              !! maps of inextensible elements
       real(wp), allocatable :: tangent_stretch(:, :) !! (2, inextensible elements) artificial extension corrected in `tangent`
@@ -56,25 +56,26 @@ module system_type
       integer, allocatable :: grip(:)           !! (elements) number of quadrature points of foundations on the touching part
       real(wp), allocatable :: eshift(:, :, :) !! (6, 2, elements) element matrix times unit translations in x and y, node axes
       ! Border.
-      real(wp), allocatable :: tangent(:)       !! (n) derivative of the unknowns by the load factor along the path
-      real(wp), allocatable :: tangent_load(:)  !! (n) forces to which `tangent` is the band's response: `load`, and the correction
-      !! for inextensible elements
+      real(wp), allocatable :: tangent(:)       !! (n) path tangent: derivative of the unknowns by the load factor
+      real(wp), allocatable :: tangent_load(:)  !! (n) forces whose response in the band is `tangent`: `load` and the correction for
+      !! inextensible elements
       real(wp), allocatable :: path_row(:)      !! (n) constraint row, node axes
       real(wp) :: path_corner = 0.0_wp
       integer :: negative_pivots = 0            !! number of negative pivots of the tangent on the null space of the active
       !! constraints, without `hinges`
       integer :: hinges = 0                     !! number of spurious negative pivots: clamps that are hinges in the tangent
-      !! (neutral_spans), and points more curved than their obstacles
+      !! (neutral_spans), and point contacts more curved than their obstacles
       ! Rod that may roll (rolling_rods).
       integer :: roll_at = 0                    !! unknown with the spring against rolling, 0: none
       real(wp) :: roll_rate = 0.0_wp            !! change of that unknown per unit of material length rolled
-      real(wp), allocatable :: roll_row(:)      !! (n) displacements of rolling, from the exact rod
+      real(wp), allocatable :: roll_row(:)      !! (n) displacements of rolling, from the exact shape of the rod
       real(wp) :: roll_by = 0.0_wp              !! length to roll for equal line contacts beside the clamp
       real(wp) :: roll_range = 0.0_wp           !! length that the rod may roll either way
       real(wp), allocatable :: rolled(:)        !! (n) rolling motion from the tangent, per unit of length
       ! Measures of the state.
       real(wp) :: force_residual = 0.0_wp       !! relative residual of forces, from the stored section forces
-      real(wp) :: defect_residual = 0.0_wp      !! of the elements: rotations [rad], positions over size, forces over force_scale
+      real(wp) :: defect_residual = 0.0_wp      !! largest residual inside elements: rotation [rad], position over size, force over
+      !! force_scale
       real(wp) :: force_scale = 0.0_wp
       real(wp) :: gap_error = 0.0_wp            !! rounding error of gaps to foundations [length]
       real(wp) :: gap_noise = 0.0_wp            !! relative error of forces by `gap_error`
