@@ -135,8 +135,8 @@ contains
 
    contains
 
-      !> Too many candidates for an LCP: those of the last LCP get its result, the others switch by their signs, before the
-      !> equations are linearised again.
+      !> Too many candidates for an LCP: those of the last LCP take its result, the others change between open and active by their
+      !> signs; then the equations are linearised again.
       subroutine flip()
          result%active = state%active .neqv. wrong
          result%active(lcp%candidate) = state%active(lcp%candidate) .neqv. lcp%z > 0.0_wp
