@@ -27,7 +27,8 @@ module balance
    public :: measure_balance
 
    integer, parameter :: line_samples = 4 !! number of parts of a conforming element for samples of the density
-   real(wp), parameter :: line_slack = 1.0e-5_wp !! of forces over the size: error of densities, derivatives of the solution
+   real(wp), parameter :: line_slack = 1.0e-5_wp !! part of the size: error of forces from densities, which are derivatives of the
+   !! solution
    real(wp), parameter :: least_reaction = 1.0e-6_wp !! least reaction as reference of signs, over the largest force
 
 contains
@@ -194,7 +195,7 @@ contains
                call deck_contact_gaps(problem, state, c, gaps, place)
                do i = 1, size(node)
                   call find_node(problem, state, node(i), mesh_node, e, tau)
-                  ! Where a contact span begins its node is the measure, more accurate than the element's polynomial.
+                  ! Where a contact span begins, the gap of its node is used: it is more accurate than the element's polynomial.
                   if (present(touches_in) .and. e > 0) then
                      if (e == touches_in) cycle
                   end if
