@@ -26,7 +26,8 @@ module linear_buckling
 
    real(wp), parameter :: tolerance = 1.0e-8_wp !! of the eigenvectors
    integer, parameter :: most_steps = 12        !! from a mode of the linearised elements to the elements' own mode
-   real(wp), parameter :: worst_residual = 1.0e-2_wp !! of a mode; the error of the load factor is its square, 1e-4
+   real(wp), parameter :: worst_residual = 1.0e-2_wp !! residual of an accepted mode; the error of the load factor is its square,
+   !! 1e-4
 
    !> The operator x -> -K^-1 K' x.
    type, extends(operator_t) :: buckling_operator_t
