@@ -14,8 +14,8 @@ contains
    !>
    !> Everything is relative to the terms that make up w, s = |M||z| + |q|:
    !>   gap(i)    = w(i)/s(i), w computed here from M, q and z; 0 where s(i) = 0
-   !> effect(i) = max over j of |M(j, i) z(i)|/s(j): relative change of the row that is most affected if z(i) is set to zero;
-   !> 1 if z(i) is not zero but column i of M is: such a force has no measurable effect
+   !>   effect(i) = max over j of |M(j, i) z(i)|/s(j): relative change of the row that is most affected if z(i) is set to zero;
+   !>             1 if z(i) is not zero but column i of M is: such a force has no measurable effect
    !> and the violation of pair i is the largest of
    !>   -gap(i)                    penetration
    !>   min(gap(i), effect(i))     a force across an open gap

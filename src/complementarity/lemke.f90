@@ -11,9 +11,9 @@
 !>               as well, and for any other matrix the path is that of another covering vector.
 !>   ties        are broken by the lexicographic order of the rows of the inverse, so degenerate problems do not cycle.
 !>               Numbers count as equal relative to the terms they were summed from.
-!> the answer  uses only the set of active pairs from the pivoting. The values are solved from M and q by LU factors with one
-!> refinement, then tested. If many pairs have z = w = 0 and M is ill-conditioned, the signs of their values are
-!> rounding: then the method starts again from the set found.
+!>   the answer  uses only the set of active pairs from the pivoting. The values are solved from M and q by LU factors with one
+!>               refinement, then tested. If many pairs have z = w = 0 and M is ill-conditioned, the signs of their values are
+!>               rounding: then the method starts again from the set found.
 module lemke
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
