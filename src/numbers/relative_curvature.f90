@@ -14,7 +14,8 @@ module relative_curvature
    private
    public :: new_relative_curvature
 
-   real(wp), parameter :: little = 1.0e-6_wp    !! of the size, or rad: forces and moments are linear in these
+   real(wp), parameter :: little = 1.0e-6_wp    !! small change for differences, over the size or in rad: forces and moments are
+   !! linear for such changes
 
 contains
 
