@@ -97,8 +97,8 @@ module path_record
       real(wp) :: residual = 0.0_wp           !! relative, of equilibrium
       real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length), zero at the limit point, over its starting value
       real(wp), allocatable :: monitor(:)
-      type(error_bars_t), allocatable :: bars !! of the discretisation; not allocated: not asked for
-      character(2) :: label = ''              !! blank, TP where the parameter turns back, EP end
+      type(error_bars_t), allocatable :: bars !! discretisation errors; not allocated: not requested
+      character(2) :: label = ''              !! blank; TP: the parameter turns back; EP: end of the curve
    end type limit_point_t
 
    !> Receiver of points as the path loop finds them; the path loop knows only this interface.
