@@ -1,4 +1,4 @@
-!> The command line: what the user asks for, and the help text.
+!> The command line: options given by the user, and the help text.
 module command_line
    use kinds, only: wp
    use errors, only: error_t, fail

@@ -123,7 +123,7 @@ contains
 
    !> "1 error", "2 errors".
    pure function plural(number, noun) result(string)
-      integer, intent(in) :: number    !! how many
+      integer, intent(in) :: number    !! number of things
       character(*), intent(in) :: noun !! in the singular; the plural takes an s
       character(:), allocatable :: string
       string = to_text(number)//' '//noun

@@ -42,7 +42,7 @@ module timing
       enumerator :: counter_solution      !! solved right-hand sides
       enumerator :: counter_lcp           !! LCPs handed to Lemke
       enumerator :: counter_lcp_pivots
-      enumerator :: counter_lcp_failed    !! of these: ray, pivot limit or breakdown
+      enumerator :: counter_lcp_failed    !! LCPs without solution: ray, pivot limit or breakdown
       enumerator :: counter_set_changes   !! changes of the contact set
       enumerator :: counter_rejected      !! rejected increments, after which the state is restored
       enumerator :: counter_cut           !! shortened increments
