@@ -117,7 +117,7 @@ contains
       end if
    end function side_name
 
-   !> Where the reactions of a contact act: at "nodes", at points and lines of "spans", or "distributed" along elements.
+   !> Places at which the reactions of a contact act: at "nodes", at points and lines of "spans", or "distributed" along elements.
    elemental function points_name(contact) result(name)
       type(contact_t), intent(in) :: contact
       character(11) :: name

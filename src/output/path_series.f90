@@ -17,7 +17,7 @@ module path_series
    private
    public :: path_series_t, open_path_series, append_point, append_critical, write_null_vectors
 
-   integer, parameter :: note_length = 120        !! of the notes on critical points; longer ones are cut
+   integer, parameter :: note_length = 120        !! length of the notes on critical points; longer notes are cut
    character(*), parameter :: label_words = 'LP limit point, BP bifurcation, TP turning point of a monitor, ' &
       & //'C+ contact gained, C- contact lost, UZ user value, EP end'
    integer, parameter :: number(0) = 0            ! a row is a single number
