@@ -1,7 +1,8 @@
 !> Excess of a curve's true length over its nominal coordinate, a smooth function of this coordinate, as polynomials on panels short
 !> enough for an accuracy of rounding.
 !>
-!> The excess of an imperfect rod is small, so lengths of short pieces, its differences, lose nothing to rounding.
+!> The excess of an imperfect rod is small, so that lengths of short pieces, as differences of it, have no additional rounding
+!> error.
 module length_table
    use kinds, only: wp, pi
    implicit none
