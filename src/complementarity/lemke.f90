@@ -33,7 +33,7 @@ module lemke
    !> The basis is singular to rounding, the values repeatedly violate a sign or an equation, or an argument is invalid.
    integer, parameter :: lcp_breakdown = 3
 
-   integer, parameter :: max_starts = 30 !! about 15 were needed with 130 pairs at z = w = 0 among 400
+   integer, parameter :: max_starts = 30 !! largest number of starts; about 15 were needed with 130 pairs at z = w = 0 among 400
 
    !> Times n: accepted relative violation of a solution. LU factors with one refinement leave much less.
    real(wp), parameter :: answer_tolerance = 16.0_wp * epsilon(1.0_wp)

@@ -29,8 +29,8 @@ module diagnostics
 
    integer, parameter :: most_shown = 20 !! largest number of errors in a report
    integer, parameter :: longest_message = 1000 !! [bytes]
-   integer, parameter :: longest_line = 160     !! [bytes] of a line of the deck that is shown
-   integer, parameter :: least_before = 60      !! [bytes] of these before the place
+   integer, parameter :: longest_line = 160     !! [bytes] longest part shown of a line of the deck
+   integer, parameter :: least_before = 60      !! [bytes] least part of that line shown before the place of the error
 
 contains
 

@@ -217,7 +217,7 @@ contains
             call keep_nearer(x, candidate, foot, best)
             cycle
          end if
-         ! The nearer child comes first, for its result often excludes the other one.
+         ! The nearer child is examined first: its result often excludes the other one.
          least = [least_square(2 * k), least_square(2 * k + 1)]
          near = merge(1, 2, least(1) <= least(2))
          stack(top + 1:top + 2) = 2 * k - 1 + [3 - near, near]
@@ -282,7 +282,7 @@ contains
          t = dot_product(x - piece%c(:, 1), piece%c(:, 2)) / dot_product(piece%c(:, 2), piece%c(:, 2))
          t = min(max(t, 0.0_wp), 1.0_wp)
       case (shape_arc)
-         ! Angles count from the middle of the arc, so that the jump of atan2 is opposite.
+         ! Angles count from the middle of the arc, so that the jump of atan2 is on the opposite side of the circle.
          d = x - piece%centre
          first = [cos(piece%angle + 0.5_wp * piece%turn), sin(piece%angle + 0.5_wp * piece%turn)]
          t = 0.5_wp

@@ -36,7 +36,7 @@ module hdf5_file
       private
       integer(hid_t), public :: handle = no_handle
       character(:), allocatable :: path         !! file name given by the caller
-      character(:), allocatable :: target       !! the same with symbolic links resolved
+      character(:), allocatable :: target       !! file name with symbolic links resolved
       integer :: lock = -1                      !! descriptor of the lock file, while the result file is open
       type(file_mark_t) :: mark                 !! identification of the file written by the last flush
       logical :: flushed = .false.              !! true: at least one flush was made

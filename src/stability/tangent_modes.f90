@@ -299,7 +299,8 @@ contains
       mode = sense * mode
    end subroutine scale_mode
 
-   !> Eigenvalue with a given number in ascending order. If it is not among the modes: its sign times the largest one that is.
+   !> Eigenvalue with a given number in ascending order. If it was not computed: the largest computed magnitude, with the sign of
+   !> this eigenvalue.
    !>
    !> For an eigenvalue near zero the signs of pivots and of the iteration are rounding, independent of each other, while the
    !> refined value is right. The count c is then bounded by the counts at both ends of the path increment.

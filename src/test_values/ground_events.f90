@@ -242,7 +242,7 @@ contains
       overlap_length = min(a%end, b%end) - max(a%start, b%start)
    end function overlap_length
 
-   !> Orders of the gap's roots at ends of the event's part of the chain, as far as both states have them.
+   !> Orders of the gap's roots at the ends of the event's part of the chain: the smaller order of both states.
    subroutine find_roots(problem, from, to, event)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
