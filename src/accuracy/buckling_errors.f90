@@ -1,8 +1,8 @@
 !> Discretisation errors of the load factors of a buckling step.
 !>
-!> The enriched problem has its own state and eigenvalues there. Eigenvalues are paired by their order, so that the bar is that of
-!> the k-th load factor even if modes cross. A mode has an error in proportion to C / load factor, and the eigenvalue an error of
-!> its square that the two problems do not show: D = C^2 / load factor.
+!> The enriched problem has a state and eigenvalues of its own at the same load. Eigenvalues are paired by their order, so that the
+!> bar is that of the k-th load factor even if modes cross. The relative error of a mode is proportional to C / load factor; its
+!> square is an error of the eigenvalue that the comparison of both problems does not show: D = C^2 / load factor.
 module buckling_errors
    use kinds, only: wp
    use errors, only: error_t

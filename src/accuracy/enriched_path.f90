@@ -47,7 +47,8 @@ module enriched_path
 
    real(wp), parameter :: left = 0.01_wp      !! part of the first residual that may remain: it changes an estimate by a hundredth
    real(wp), parameter :: straight = 1.0e-3_wp !! [rad] largest rotation of a step; its relative remainder is up to ten times that
-   real(wp), parameter :: near = 1.0e-7_wp !! movement of touchdown points over the span; stiff rods' thrust changes 100 times more
+   real(wp), parameter :: near = 1.0e-7_wp !! movement of touchdown points over the span; the relative change of a stiff rod's
+   !! thrust is 100 times larger
 
 contains
 
@@ -108,7 +109,7 @@ contains
    !> Values at the control's point of the enriched problem, at the lowest cost; point%system is unusable afterwards.
    !>
    !> The remainder of a Newton step is of second order in the rotations of the sections and the movements of touchdown points, the
-   !> only nonlinear quantities; if both are small, the residual after the step is not computed.
+   !> only nonlinear quantities. If both are small, the residual after the step is not computed.
    subroutine values_beside(path, point)
       type(enriched_path_t), intent(in) :: path
       type(enriched_point_t), intent(inout) :: point !! the start, from start_point

@@ -1,11 +1,11 @@
 !> Contributions of the elements to the discretisation errors of the load factor, the monitors and the places of touchdown points at
 !> one point of the path.
 !>
-!> The enriched element, its internal unknowns eliminated about the collocation polynomial, has a relative end displacement, which
-!> the element itself has not, and another end moment. Imposed on the element itself, both are out-of-balance forces on the nodes.
-!> By Betti's theorem these forces change a number by their work on the dual displacements of that number: one back-substitution for
-!> each number. (The end forces of the enriched element for that end displacement would not do: at orders 2 and 4 its axial
-!> stiffness differs.)
+!> The enriched element, with its internal unknowns eliminated about the collocation polynomial, has a relative end displacement and
+!> another end moment that the element itself does not have. Imposed on the element itself, both are out-of-balance forces on the
+!> nodes. By Betti's theorem these forces change a number by their work on the dual displacements of that number: one
+!> back-substitution for each number. (The end forces of the enriched element for that end displacement are no substitute: at orders
+!> 2 and 4 its axial stiffness differs.)
 module error_contributions
    use kinds, only: wp
    use model, only: method_displacement
@@ -37,13 +37,14 @@ module error_contributions
       !! inside elements, which enriched elements of any order do not show
       real(wp), allocatable :: rest(:)           !! (rows) part of `sum` from the residuals that the iteration left
       real(wp), allocatable :: element(:, :)     !! (rows, elements) absolute contributions
-      real(wp), allocatable :: watched(:)        !! (elements) the same for a watched displacement; not allocated: none
+      real(wp), allocatable :: watched(:)        !! (elements) absolute contributions to the error of a watched displacement; not
+      !! allocated: none
       real(wp) :: watched_kinks = 0.0_wp         !! bound of the error of the watched displacement from slope discontinuities
       logical, allocatable :: known(:)           !! (rows) false: no estimate for this number
       real(wp) :: unfolding = 0.0_wp             !! force on the null vectors of a bifurcation, beyond the error of that force
    end type contributions_t
 
-   !> The root of the sum of squares below was 0.26 to 148 times the true rounding error in runs of a prototype.
+   !> In runs of a prototype the root of the sum of squares computed below was 0.26 to 148 times the true rounding error.
    real(wp), parameter :: rounding_factor = 4.0_wp
 
 contains

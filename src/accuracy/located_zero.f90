@@ -76,8 +76,8 @@ contains
       end if
    end function zero_value
 
-   !> Remaining value of the test function at the located event: a line contact counts as closed at its shortest length, from where
-   !> that length remains to zero.
+   !> Remaining value of the test function at the located event. A line contact counts as closed at its shortest length; this length
+   !> then remains to zero.
    real(wp) function left_of_zero(problem, zero, state, system) result(left)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
@@ -115,7 +115,8 @@ contains
    end subroutine watched_gap
 
    !> Difference of the event function between the enriched problem and the problem, less the part due to nodal values: the smallest
-   !> gap lies inside an element and is as accurate as its polynomials. Zero for all events but those of foundations.
+   !> gap lies inside an element and is only as accurate as the element's polynomials. Zero for all events except those of
+   !> foundations.
    subroutine between_nodes(problem, zero, state, system, load_rate, finer, there, value, element, part, most, doubt)
       type(problem_t), intent(in) :: problem, finer
       type(zero_t), intent(in) :: zero

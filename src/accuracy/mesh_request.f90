@@ -25,26 +25,30 @@ module mesh_request
       real(wp) :: ratio_before = huge(1.0_wp)    !! error over tolerance on the previous mesh, whether it helped or not
       integer :: elements_before = 0             !! number of elements of that mesh
       integer :: doublings = 0 !! doublings because no error could be estimated, at this and at previous such points
-      type(mesh_density_t), allocatable :: demand(:)   !! (rod segments) mesh density before all of these
-      logical :: in_vain = .false.               !! finer meshes do not help
+      type(mesh_density_t), allocatable :: demand(:)   !! (rod segments) mesh density before all of these meshes
+      logical :: in_vain = .false.               !! true: finer meshes do not reduce the error
    end type refinement_t
 
-   !> Meshes tried for one point: each has at most four times the elements of the previous one, or twice as many.
+   !> Largest number of meshes tried for one point: each has at most four times the elements of the previous one, or twice as many.
    integer, parameter :: most_meshes = 8
-   real(wp), parameter :: part_of_asked = 0.5_wp !! part of the tolerance for which a mesh is designed: its bar is a forecast
+   real(wp), parameter :: part_of_asked = 0.5_wp !! part of the tolerance for which a mesh is designed, because its error is only
+   !! predicted
    real(wp), parameter :: part_of_iteration = 0.1_wp !! part of the tolerance that the iteration may use
    !> Ratio by which error contributions may differ while a bar is valid, although the true ones are equal.
    real(wp), parameter :: share_known = (1.0_wp + largest_unseen) / (1.0_wp - largest_unseen)
    real(wp), parameter :: of_rest = 1.4_wp       !! factor of the iteration's remainder in a bar, see error_bar
-   real(wp), parameter :: most_spared = 0.7_wp !! largest number of elements over the present one for which coarsening is worthwhile
-   integer, parameter :: most_cancelling = 4 !! meshes after which one that hardly helps is the last; few elements' errors cancel
-   integer, parameter :: most_unbounded = 2      !! the same for a mesh whose bars are not bounded
-   integer, parameter :: most_unknown = 5        !! the same for a mesh without estimates, or several such meshes in a row
-   !> Rounding error of a place over the structure's size, for which no accuracy is required: the largest value in runs of a
-   !> prototype.
+   real(wp), parameter :: most_spared = 0.7_wp !! largest ratio of the new to the present number of elements for which coarsening is
+   !! worthwhile
+   integer, parameter :: most_cancelling = 4 !! after this number of meshes one that hardly helps is the last; until then errors of
+   !! few elements may cancel
+   integer, parameter :: most_unbounded = 2      !! the same number for a mesh whose bars are not bounded
+   integer, parameter :: most_unknown = 5        !! the same number for a mesh without estimates, or several such meshes in a row
+   !> Rounding error of a position over the structure's size: the largest value in runs of a prototype. No accuracy is required
+   !> below it.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
    real(wp), parameter :: enough_progress = 0.7_wp !! largest ratio of errors that counts as progress, on a mesh finer by `least`
-   real(wp), parameter :: most = 4.0_wp !! largest factor on the number of elements at once, beyond which the forecast is invalid
+   real(wp), parameter :: most = 4.0_wp !! largest factor on the number of elements at once; beyond it the predicted error is
+   !! unreliable
    real(wp), parameter :: least = 1.25_wp        !! smallest factor if a mesh of the computed number was not sufficient
 
 contains
@@ -156,8 +160,8 @@ contains
          if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
          wanted = number_for(problem, free, whole, part_of_asked * asked)
          if (tries > 0 .or. .not. bounded) wanted = max(wanted, least * now)
-         ! On coarse meshes errors may cancel, and no longer on a slightly finer mesh; with twice the elements they do not. (A
-         ! general doubling would double the mesh at every point where more elements do not help.)
+         ! On coarse meshes errors may cancel, but not on a slightly finer mesh; with twice the elements they do not cancel. (If the
+         ! number were always doubled, the mesh would be doubled at every point where more elements do not help.)
          if (.not. helps .and. tries > most_cancelling) wanted = max(wanted, 2.0_wp * last%elements)
          wanted = min(wanted, most * now)
          g = g / whole
@@ -175,8 +179,8 @@ contains
       demand = demand_of(problem, state, wanted, g)
    end subroutine mesh_for_bars
 
-   !> True if the error, extrapolated at the rate between two meshes, satisfies the tolerance before rounding dominates, which grows
-   !> as the fourth power of the number of elements of a rod. Kinks inside elements make that rate low.
+   !> True if the error, extrapolated at the rate between two meshes, satisfies the tolerance before rounding dominates: rounding
+   !> grows as the fourth power of the number of elements of a rod. Slope discontinuities inside elements make the rate low.
    pure logical function comes_there(ratio, now, ratio_before, elements_before, stretches)
       real(wp), intent(in) :: ratio              !! error over tolerance
       integer, intent(in) :: now                 !! number of elements
@@ -189,7 +193,8 @@ contains
       comes_there = log(max(ratio, 1.0_wp)) * finer <= left * (log(ratio_before) - log(max(ratio, tiny(ratio))))
    end function comes_there
 
-   !> Requests a coarser mesh if bars are narrower than necessary. Not allocated: hardly fewer elements, or unknown.
+   !> Requests a coarser mesh if bars are narrower than necessary. Not allocated: hardly fewer elements would be sufficient, or the
+   !> number is unknown.
    subroutine spare_mesh(problem, state, bars, sizes, counted, asked, demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! the point of the bars
@@ -316,7 +321,7 @@ contains
       demand = laid_out(problem, state, demand)
    end function demand_of
 
-   !> The mesh density as meshes are made: symmetric and smooth.
+   !> The symmetric and smooth mesh density from which meshes are made.
    function laid_out(problem, state, wanted) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -415,7 +420,7 @@ contains
       integer, intent(in) :: counted(:)
       real(wp), intent(in) :: asked
       logical, intent(in) :: critical            !! rounding counts
-      logical, intent(in) :: told                !! bars are in the results: one without bounds exceeds any tolerance
+      logical, intent(in) :: told                !! true: bars are in the results, where an unbounded bar exceeds every tolerance
       real(wp), intent(out) :: ratio
       integer, intent(out) :: which
       integer :: k

@@ -66,8 +66,8 @@ contains
    end function sign_in_doubt
 
    !> Lower bound of the unstable directions that no pivot counts: buckling modes of elements between fixed nodes (Wittrick and
-   !> Williams 1971). An element clamped at both ends buckles at N h^2/EI = 4 pi^2 n^2; elements of a higher order hide these modes,
-   !> too.
+   !> Williams 1971). An element clamped at both ends buckles at N h^2/EI = 4 pi^2 n^2; elements of higher orders do not show these
+   !> modes either.
    integer function hidden_directions(problem, state, system) result(hidden)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -91,7 +91,7 @@ contains
       type(state_t), intent(in) :: state, better
       type(system_t), intent(in) :: system, linear  !! factored at these states
       integer, intent(in) :: allowed
-      integer :: zeros(2)                        ! negative ones among the event's eigenvalues, whose signs are rounding
+      integer :: zeros(2)                        ! number of negative ones among the event's eigenvalues, whose signs are rounding
       difference = linear%negative_pivots - system%negative_pivots
       if (abs(difference) <= allowed) difference = 0
       if (difference == 0) return
@@ -103,8 +103,8 @@ contains
       if (difference /= 0) difference = difference - (zeros(2) - zeros(1))
    end function certain_difference
 
-   !> The same difference for the reduced problem without force-free line contacts, which hide it: a straight rod on a straight wall
-   !> is exact on any mesh, and supported.
+   !> The difference for the reduced problem without force-free line contacts, which hide it in the whole problem: a straight rod on
+   !> a straight wall is exact on any mesh, and supported.
    integer function released_difference(problem, state, system, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

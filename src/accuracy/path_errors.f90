@@ -35,18 +35,19 @@ module path_errors
       real(wp) :: slope = 0.0_wp                 !! derivative along the path, by the controlled quantity
       real(wp) :: way = 0.0_wp                   !! distance -f/slope to the zero, in the controlled quantity
       real(wp), allocatable :: near(:)           !! values at the end of that distance
-      real(wp) :: more = 0.0_wp                  !! remaining distance from there
+      real(wp) :: more = 0.0_wp                  !! distance from there to the zero
       real(wp), allocatable :: rate(:)           !! derivative of the values over the remaining distance
       real(wp), allocatable :: doubt(:)          !! change of the values due to elements of two orders more instead of one
-      real(wp) :: rounding = 0.0_wp              !! remaining function if the distance is so short that this is rounding
+      real(wp) :: rounding = 0.0_wp              !! remaining value of the function if the distance is so short that this value is
+      !! rounding
       character(:), allocatable :: why           !! reason why the event could not be found; not allocated: found
    end type crossing_t
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! part of an increment over which derivatives along the path are taken
    real(wp), parameter :: longest_part = 0.1_wp  !! largest part, over which the path is straight to the same accuracy
-   real(wp), parameter :: plain = 1.0_wp / longest_part !! rounding errors by which the function must change for a slope
+   real(wp), parameter :: plain = 1.0_wp / longest_part !! number of rounding errors by which the function must change for a slope
    real(wp), parameter :: next_order = 0.5_wp !! error of the next order's polynomial per change between nodes; 0.25-0.45 measured
-   real(wp), parameter :: least_bend = 0.1_wp     !! lower bound of the ratio of the slopes; below that ratio no bar holds
+   real(wp), parameter :: least_bend = 0.1_wp     !! lower bound of the ratio of the slopes; below it no bar is valid
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
       & no_function = 'what is zero at this point is not to be had from elements of a higher order', &
@@ -101,8 +102,8 @@ contains
       call move_alloc(point%system, finer%system)
    end subroutine point_errors
 
-   !> Errors of a located event. The enriched problem has the event farther along its path by the value of the event function at
-   !> this point divided by its slope.
+   !> Errors of a located event. In the enriched problem the distance to the event along the path is the value of the event function
+   !> at this point, divided by the slope of the function.
    subroutine event_errors(problem, finer, state, system, zero, heading, length, rise, bars, as_it_is)
       type(problem_t), intent(in) :: problem
       type(enriched_problem_t), intent(inout), target :: finer !! enriched problem, made here if necessary
@@ -128,7 +129,7 @@ contains
       if (bars%why /= '') return
       allocate (modes(size(system%residual), 0))
       if (allocated(zero%modes)) modes = zero%modes
-      ! A structure that is only stressed, such as a rod heated between clamps, may buckle nevertheless.
+      ! A structure without displacements along the path, such as a rod heated between clamps, may buckle nevertheless.
       if (.not. (metric(problem, heading%u, heading%u) > 0.0_wp .or. size(modes, 2) > 0) .or. &
          & .not. (length > 0.0_wp .or. abs(rise) > 0.0_wp)) then
          bars%why = 'nothing moves there'
@@ -249,11 +250,12 @@ contains
       integer, intent(in) :: kind                !! event_...
       zero_is = .false.
       if (.not. allocated(zero%event)) return
-      ! At a corner of a law the load does not turn smoothly.
+      ! At a corner of a force law the load rate jumps through zero.
       zero_is = zero%event%kind == kind .and. zero%event%law%candidate == 0
    end function zero_is
 
-   !> Finds the event on the enriched problem's path: from a point by the value of the event function divided by its slope.
+   !> Finds the event on the enriched problem's path: the value of the event function at a point, divided by its slope, is the
+   !> distance.
    subroutine find_crossing(path, zero, reach, rounding, first, crossing)
       type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! test function of the event
@@ -344,7 +346,7 @@ contains
 
    !> Uncertainty of the enriched path: change of the values and the event function at a point due to elements of one order more. On
    !> meshes that hardly resolve the solution this change is as large as the first one; if error contributions of few elements
-   !> cancel, more of it remains.
+   !> cancel, a larger part of this change remains.
    subroutine doubt_crossing(path, zero, first, crossing)
       type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! test function of the event

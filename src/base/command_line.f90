@@ -1,4 +1,4 @@
-!> The command line: what the user asks for, and the help text.
+!> The command line: options given by the user, and the help text.
 module command_line
    use kinds, only: wp
    use errors, only: error_t, fail
@@ -9,22 +9,22 @@ module command_line
 
    integer, parameter :: argument_length = 1000 !! longest argument
 
-   !> What the arguments say.
+   !> Options of the command line.
    type :: command_line_t
       character(:), allocatable :: deck    !! file to read; '': standard input
-      character(:), allocatable :: restart !! result file to go on with; '': none
-      character(:), allocatable :: output  !! result file; '': after the deck or its job name
-      character(:), allocatable :: template !! the deck that `init` writes; '': no init
+      character(:), allocatable :: restart !! result file from which to continue; '': none
+      character(:), allocatable :: output  !! result file; '': named after the deck or its job name
+      character(:), allocatable :: template !! name of the deck template that `init` writes; '': no init
       character(argument_length), allocatable :: set(:) !! name=value of every --set
-      real(wp) :: max_seconds = 0.0_wp     !! after which the run ends; 0: no limit
-      logical :: force = .false.           !! replace whatever file has the result file's name
+      real(wp) :: max_seconds = 0.0_wp     !! time limit of the run [s]; 0: no limit
+      logical :: force = .false.           !! replace any file that has the result file's name
       logical :: check = .false.           !! read, check and summarise the deck only
       logical :: model = .false.           !! write the model to the result file, follow no path
-      logical :: expand = .false.          !! print the deck with the included ones only
+      logical :: expand = .false.          !! only print the deck with the included ones
       logical :: quiet = .false.           !! no listing
       logical :: help = .false., version = .false., cards = .false. !! print this and end
-      character(:), allocatable :: topic   !! what --help or --cards is to be about; '': everything
-      logical :: cards_as_json = .false.   !! the same, of the cards
+      character(:), allocatable :: topic   !! topic of --help or --cards; '': everything
+      logical :: cards_as_json = .false.   !! print the cards as JSON
    end type command_line_t
 
 contains
@@ -50,11 +50,11 @@ contains
       call parse_arguments(argument, options, error)
    end subroutine read_command_line
 
-   !> Understands arguments.
+   !> Interprets the arguments.
    subroutine parse_arguments(argument, options, error)
       character(*), intent(in) :: argument(:)          !! without the program's name; trailing blanks do not count
-      type(command_line_t), intent(out) :: options     !! what they ask for; deck, output and set are always allocated
-      type(error_t), allocatable, intent(out) :: error !! an unknown or contradictory argument; names it
+      type(command_line_t), intent(out) :: options     !! the options; deck, output and set are always allocated
+      type(error_t), allocatable, intent(out) :: error !! an unknown or contradictory argument, which the message names
       integer :: i
       logical :: only_files
       options%deck = ''
@@ -143,7 +143,7 @@ contains
                options%quiet = .true.
             case ('--help', '-h')
                options%help = .true.
-               ! An option is a topic where nothing follows it.
+               ! An option is a topic only if no argument follows it.
                call take_topic(i + 1 == size(argument))
             case ('--version')
                options%version = .true.
@@ -168,9 +168,9 @@ contains
 
    contains
 
-      !> Takes the next argument for what --help or --cards is to be about, unless it is an option.
+      !> Takes the next argument as the topic of --help or --cards, unless it is an option.
       subroutine take_topic(options_too)
-         logical, intent(in) :: options_too    !! true: even if it is one
+         logical, intent(in) :: options_too    !! true: an option is accepted as a topic, too
          if (i == size(argument)) return
          if (argument(i + 1) == '' .or. (argument(i + 1)(1:1) == '-' .and. .not. options_too)) return
          i = i + 1
@@ -178,7 +178,7 @@ contains
       end subroutine take_topic
    end subroutine parse_arguments
 
-   !> A number of seconds; zero where the text is none.
+   !> A number of seconds; zero if the text is no number.
    real(wp) function seconds_of(text)
       character(*), intent(in) :: text
       integer :: status
@@ -198,7 +198,7 @@ contains
       call move_alloc(longer, list)
    end subroutine append
 
-   !> What --help prints, lines ended by newlines.
+   !> Text printed by --help, lines ended by newlines.
    pure function help_text() result(string)
       character(:), allocatable :: string
       character(*), parameter :: nl = new_line('a')

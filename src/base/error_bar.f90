@@ -1,11 +1,11 @@
-!> What is known of the discretisation error of one number.
+!> Estimate of the discretisation error of one number.
 !>
-!> C: estimated exact value less the computed one; A: the sum of the sizes of the elements' shares of it; D: what of C the
-!> linear estimate by these shares did not see. The bar 1.2 |C| + 2 |D| + 0.2 A holds as long as D is small beside A: C alone may
-!> be small because shares cancel, or because two meshes that are both too coarse agree. Beyond, errors were up to 3.5 times
-!> 5 (A + |D|): a bar where that is a small part of the number's size, for there meshes resolve what is to be found, else no bar.
-!> Constants: from 2550 runs of a prototype over orders, meshes and structures, at most a third too small there; held against
-!> 1394 others.
+!> C: estimated exact value minus computed value; A: sum of the absolute error contributions of the elements; D: part of C that the
+!> linear estimate by these contributions does not contain. The bar 1.2 |C| + 2 |D| + 0.2 A bounds the error as long as D is small
+!> compared with A: C alone may be small because contributions cancel, or because two meshes that are both too coarse agree. For
+!> larger D errors were up to 3.5 times 5 (A + |D|): this is the bar if it is a small part of the number's size, because the mesh
+!> then resolves the solution; otherwise there is no bar. Constants: from 2550 runs of a prototype over orders, meshes and
+!> structures (at most a third too small there); compared with 1394 other runs.
 module error_bar
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
@@ -14,64 +14,68 @@ module error_bar
    public :: error_bar_t, error_bars_t, place_bar_t, new_error_bar, no_error_bars, moved_error_bar, shifted_error_bar
    public :: largest_unseen, allowed_part, lacks_bound
 
-   !> One number. All in its unit.
+   !> Error estimate of one number; all components have its unit.
    type :: error_bar_t
       logical :: estimated = .false.          !! an estimate exists
-      logical :: bounded = .false.            !! the error is within `bar`; else it may be larger, the mesh being too coarse
+      logical :: bounded = .false.            !! the error is within `bar`; false: the mesh is too coarse, and the error may be
+      !! larger
       real(wp) :: correction = 0.0_wp         !! C
       real(wp) :: bar = 0.0_wp                !! > 0
-      real(wp) :: rounding = 0.0_wp           !! what of the bar may be rounding, which no mesh takes away
-      logical :: no_number = .false.          !! the number itself is no more than that: it has no relative error
+      real(wp) :: rounding = 0.0_wp           !! part of the bar that may be rounding, which no finer mesh reduces
+      logical :: no_number = .false.          !! the number itself is no larger than this rounding: it has no relative error
    end type error_bar_t
 
-   !> Where contact with an obstacle begins or ends along a rod.
+   !> Position at which contact with an obstacle begins or ends along a rod.
    type :: place_bar_t
-      integer :: contact_span = 0             !! number of what touches, see contact_spans
-      logical :: last = .false.               !! the end of a line; else its beginning, or a point
+      integer :: contact_span = 0             !! number of the contact span, see contact_spans
+      logical :: last = .false.               !! true: end of a line contact; false: its beginning, or a point contact
       real(wp) :: at = 0.0_wp                 !! stress-free arc length along the chain of the contact
       type(error_bar_t) :: bar
    end type place_bar_t
 
-   !> Load factor and monitors of a point.
+   !> Error estimates of load factor and monitors at a point.
    type :: error_bars_t
       type(error_bar_t) :: load
       type(error_bar_t), allocatable :: monitor(:) !! (monitors of the deck)
-      type(place_bar_t), allocatable :: place(:) !! touchdown points; not allocated: not told
-      real(wp), allocatable :: share(:, :)    !! (1 + monitors, elements) sizes of what the elements of the mesh contribute; not
-      !! allocated where nothing is told
-      real(wp), allocatable :: rest(:)        !! (1 + monitors) and what the iteration that led to the point has left
-      logical :: too_coarse = .false.         !! nothing is told because the mesh is far from fine enough
-      integer :: missed = 0                   !! unstable directions that finer elements have more, or fewer
-      logical :: unsure = .false.             !! the mesh errs by all of an eigenvalue, or by more than a load that turns changes:
-      !! the sign may be the wrong one
-      logical, allocatable :: may_open(:)     !! (elements) contact with a foundation may have opened inside it without its notice;
+      type(place_bar_t), allocatable :: place(:) !! touchdown points; not allocated: no estimates
+      real(wp), allocatable :: share(:, :)    !! (1 + monitors, elements) absolute error contributions of the elements; not
+      !! allocated: no estimates
+      real(wp), allocatable :: rest(:)        !! (1 + monitors) error from the residual that the iteration left
+      logical :: too_coarse = .false.         !! true: no estimates, because the mesh is far too coarse
+      integer :: missed = 0                   !! number of unstable directions of the enriched problem minus that of the problem; 0:
+      !! equal or uncertain
+      logical :: unsure = .false.             !! true: a sign is uncertain, because the discretisation error is as large as an
+      !! eigenvalue, or larger than the change of the load near its turning point
+      logical, allocatable :: may_open(:)     !! (elements) contact with a foundation may have opened inside the element undetected;
       !! not allocated: nowhere
-      real(wp) :: unfolding = 0.0_wp          !! bifurcation: force on its null vectors beyond what it may err by; a true one has
-      !! none, and no path goes through where there is one
-      logical :: turned = .false.             !! the load's rate has the other sign on finer elements: told where a line has
-      !! become a point and the load may stand
-      real(wp) :: way = 0.0_wp                !! event: from its place to that on finer elements, as arc length along the path
-      character(:), allocatable :: why        !! some are not told: the reason
+      real(wp) :: unfolding = 0.0_wp          !! bifurcation: force on its null vectors beyond the error of this force; zero at a
+      !! true bifurcation, otherwise no path continues through the point
+      logical :: turned = .false.             !! the load rate changes its sign in the enriched problem: set if a line contact has
+      !! become a point contact and the load may be stationary
+      real(wp) :: way = 0.0_wp                !! event: distance along the path from its position to that in the enriched problem
+      !! [arc length]
+      character(:), allocatable :: why        !! reason why some estimates are missing
    end type error_bars_t
 
    real(wp), parameter :: of_estimate = 1.2_wp, of_unseen = 2.0_wp, of_shares = 0.2_wp
-   real(wp), parameter :: largest_unseen = 0.3_wp !! D over A
-   real(wp), parameter :: at_least = 5.0_wp       !! times A + |D|: what errors come to that the shares do not tell
-   real(wp), parameter :: exceeded = 3.5_wp       !! times as much, at the most
-   real(wp), parameter :: resolved = 0.01_wp      !! of a number's size: errors up to that were looked at
-   real(wp), parameter :: of_difference = 2.0_wp  !! D is what two numbers differ by, and either is rounded
-   real(wp), parameter :: any_bar = 1.0_wp        !! of a number's own size: who allows that much allows what has no bound, too
+   real(wp), parameter :: largest_unseen = 0.3_wp !! largest D over A for a bounded error
+   real(wp), parameter :: at_least = 5.0_wp       !! factor on A + |D|: size of errors that the contributions do not show
+   real(wp), parameter :: exceeded = 3.5_wp       !! largest ratio of observed errors to this size
+   real(wp), parameter :: resolved = 0.01_wp      !! part of the number's size: errors up to this part were examined
+   real(wp), parameter :: of_difference = 2.0_wp  !! rounding of D, the difference of two numbers, each of which is rounded
+   real(wp), parameter :: any_bar = 1.0_wp        !! part of the number's own size: if an error as large as this is allowed, an
+   !! unbounded error is allowed, too
 
 contains
 
-   !> The bar of a number by its estimate. Without D < 0.3 A, and not small either, there is none, only a size that the error may
-   !> exceed.
+   !> Error bar of a number from its estimate. If neither D < 0.3 A nor the error is small compared with the number, the error is
+   !> not bounded, and `bar` is only a size that the error may exceed.
    elemental function new_error_bar(correction, unseen, shares, rounding, size) result(error)
       real(wp), intent(in) :: correction      !! C
       real(wp), intent(in) :: unseen          !! D
       real(wp), intent(in) :: shares          !! A >= 0
-      real(wp), intent(in) :: rounding        !! what rounding may do to the number, >= 0
-      real(wp), intent(in), optional :: size  !! that the number's kind has there; not there: not known
+      real(wp), intent(in) :: rounding        !! estimated rounding error of the number, >= 0
+      real(wp), intent(in), optional :: size  !! reference size of this kind of number; absent: unknown
       type(error_bar_t) :: error
       real(wp) :: factor
       error%estimated = ieee_is_finite(correction) .and. ieee_is_finite(unseen) .and. ieee_is_finite(shares)
@@ -85,12 +89,12 @@ contains
          if (.not. error%bounded) factor = at_least
       end if
       error%bar = width(abs(correction), abs(unseen), shares)
-      ! Rounding is in the estimates, too.
+      ! The estimates contain rounding errors, too.
       error%rounding = width(min(abs(correction), rounding), min(abs(unseen), of_difference * rounding), min(shares, rounding))
 
    contains
 
-      !> The bar that the sizes of its parts make.
+      !> Width of the bar from C, D and A.
       pure real(wp) function width(c, d, a)
          real(wp), intent(in) :: c, d, a
          width = of_estimate * c + of_unseen * d + of_shares * a + rounding
@@ -98,11 +102,11 @@ contains
       end function width
    end function new_error_bar
 
-   !> The bar of a number that is known where another one, its argument, is held, and of that argument.
+   !> Error bar of a number that is known for a fixed argument, from this bar and the error bar of the argument.
    elemental function moved_error_bar(held, argument, rate) result(error)
       type(error_bar_t), intent(in) :: held
       type(error_bar_t), intent(in) :: argument
-      real(wp), intent(in) :: rate            !! of the number by its argument
+      real(wp), intent(in) :: rate            !! derivative of the number by its argument
       type(error_bar_t) :: error
       error%estimated = held%estimated .and. argument%estimated .and. ieee_is_finite(rate)
       if (.not. error%estimated) return
@@ -112,10 +116,10 @@ contains
       error%rounding = held%rounding + abs(rate) * argument%rounding
    end function moved_error_bar
 
-   !> The bar of a number that stands for one with a bar, and differs from it.
+   !> Error bar of a number that replaces one with a known bar and differs from it.
    elemental function shifted_error_bar(known, difference) result(error)
       type(error_bar_t), intent(in) :: known
-      real(wp), intent(in) :: difference      !! the other one less the number
+      real(wp), intent(in) :: difference      !! the replaced number minus this one
       type(error_bar_t) :: error
       error = known
       if (.not. error%estimated) return
@@ -123,7 +127,7 @@ contains
       error%bar = known%bar + of_estimate * abs(difference)
    end function shifted_error_bar
 
-   !> A bar over what is allowed of a number's size. One without bounds is wider than any, unless errors as large as the number
+   !> Ratio of a bar to its allowed value. An unbounded error exceeds every allowed value, unless errors as large as the number
    !> itself are allowed.
    elemental real(wp) function allowed_part(bar, allowed, size) result(part)
       type(error_bar_t), intent(in) :: bar
@@ -134,17 +138,17 @@ contains
       if (lacks_bound(bar, allowed)) part = huge(part)
    end function allowed_part
 
-   !> True for a number whose error may be any, where that is not allowed.
+   !> True for a number with an unbounded error where this is not allowed.
    elemental logical function lacks_bound(bar, allowed)
       type(error_bar_t), intent(in) :: bar
-      real(wp), intent(in) :: allowed         !! part of the number's size
+      real(wp), intent(in) :: allowed         !! allowed error as part of the number's size
       lacks_bound = bar%estimated .and. .not. bar%bounded .and. allowed < any_bar
    end function lacks_bound
 
-   !> Nothing told.
+   !> Error bars without estimates.
    pure function no_error_bars(monitors, why) result(bars)
-      integer, intent(in) :: monitors         !! how many
-      character(*), intent(in) :: why         !! in words
+      integer, intent(in) :: monitors         !! number of monitors
+      character(*), intent(in) :: why         !! reason in words
       type(error_bars_t) :: bars
       allocate (bars%monitor(monitors))
       bars%why = why

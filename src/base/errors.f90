@@ -1,18 +1,19 @@
-!> The one error type. Kernels return it allocated when they failed; only the main program stops.
+!> The error type. Procedures return it allocated if they fail; only the main program stops.
 module errors
    implicit none
    private
    public :: error_t, fail
 
-   !> An error that reached the caller; the text says what happened, where, and what was expected.
+   !> An error that is returned to the caller; the text says what happened, where, and what was expected.
    type :: error_t
       character(:), allocatable :: message
-      logical :: system = .false.   !! neither the deck's fault nor the program's: no room, no permission, in use, no memory
+      logical :: system = .false.   !! caused neither by the deck nor by the program: no disk space, no permission, file in use, no
+      !! memory
    end type error_t
 
 contains
 
-   !> Allocates the error with a text; the caller returns afterwards.
+   !> Allocates an error with a text; the caller then returns.
    subroutine fail(error, message, system)
       type(error_t), allocatable, intent(out) :: error
       character(*), intent(in) :: message

@@ -1,4 +1,4 @@
-!> Numeric kinds and the few constants that every room of the house needs.
+!> Numeric kinds and the constants that all parts of the program use.
 module kinds
    use, intrinsic :: iso_fortran_env, only: real64, int64
    implicit none

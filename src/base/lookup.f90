@@ -6,7 +6,7 @@ module lookup
    private
    public :: label_map_t, name_list_t
 
-   !> From a label (any integer but huge) to a position.
+   !> Maps labels (any integer but huge) to positions.
    type :: label_map_t
       private
       integer :: n = 0
@@ -16,7 +16,7 @@ module lookup
       procedure :: add => add_label
    end type label_map_t
 
-   !> Names in the order they were added, each once; case does not count.
+   !> Names in the order in which they were added, each once; upper and lower case are equal.
    type :: name_list_t
       integer :: n = 0
       character(name_length), allocatable :: name(:)         !! as first typed; the first n are in use
@@ -37,7 +37,7 @@ contains
    !> Position of a label, 0 when it is not there.
    pure integer function find_label(self, label)
       class(label_map_t), intent(in) :: self
-      integer, intent(in) :: label !! what was added
+      integer, intent(in) :: label !! a label that was added
       integer :: slot
       find_label = 0
       if (self%n == 0) return
@@ -45,11 +45,11 @@ contains
       if (self%key(slot) == label) find_label = self%position(slot)
    end function find_label
 
-   !> Adds a label, or gives one that is there a new position.
+   !> Adds a label, or changes the position of an existing one.
    pure subroutine add_label(self, label, position)
       class(label_map_t), intent(inout) :: self
       integer, intent(in) :: label    !! not huge(1)
-      integer, intent(in) :: position !! what find returns, not 0
+      integer, intent(in) :: position !! position that find returns, not 0
       integer :: slot
       if (.not. allocated(self%key)) then
          allocate (self%key(first_capacity), source=vacant)
@@ -79,7 +79,7 @@ contains
       call move_alloc(position, self%position)
    end subroutine enlarge_labels
 
-   !> The slot that holds the label, or the vacant one where it belongs.
+   !> Slot that contains the label, or the vacant slot in which it is to be stored.
    pure integer function label_slot(key, label) result(slot)
       integer, intent(in) :: key(:)
       integer, intent(in) :: label
@@ -108,7 +108,7 @@ contains
       class(name_list_t), intent(inout) :: self
       character(*), intent(in) :: name  !! as typed
       integer, intent(out) :: position  !! in self%name
-      logical, intent(out) :: is_new    !! false: it was there before
+      logical, intent(out) :: is_new    !! false: the name was in the list already
       character(name_length), allocatable :: more(:)
       integer :: i, capacity
       position = self%find(name)
@@ -138,7 +138,7 @@ contains
       self%slot(name_slot(self%slot, self%key, self%key(position))) = position
    end subroutine add_name
 
-   !> All names with bars between them, for messages.
+   !> All names, separated by bars, for messages.
    pure function listed_names(self) result(list)
       class(name_list_t), intent(in) :: self
       character(:), allocatable :: list
@@ -156,7 +156,7 @@ contains
       end do
    end function listed_names
 
-   !> The slot that leads to the name, or the vacant one where it belongs.
+   !> Slot that refers to the name, or the vacant slot in which it is to be stored.
    pure integer function name_slot(slots, keys, key) result(slot)
       integer, intent(in) :: slots(:)
       character(name_length), intent(in) :: keys(:)

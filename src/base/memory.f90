@@ -1,4 +1,4 @@
-!> Whether so much memory can be had, before a run that would be ended from outside for want of it.
+!> Checks before a run whether enough memory is available; otherwise the system would kill the run later.
 module memory
    use kinds, only: wp, i8
    implicit none
@@ -7,10 +7,10 @@ module memory
 
 contains
 
-   !> True where so many bytes can be allocated. They are not touched, so it takes no time.
+   !> True if the given number of bytes can be allocated. The memory is not accessed, so this takes no time.
    logical function can_be_had(bytes)
       real(wp), intent(in) :: bytes
-      ! Not left out for being of no use.
+      ! volatile: the compiler must not remove the unused array.
       real(wp), allocatable, volatile :: space(:)
       integer :: status
       can_be_had = bytes < real(huge(1_i8), wp)

@@ -1,5 +1,5 @@
-/* What a result file needs of POSIX and Fortran has no words for: files that take each other's place, locks, checked writes.
-   Procedures return 0, or the number of the error as errno has it. posix_files.f90 describes them. */
+/* POSIX file operations that Fortran lacks: atomic replacement of files, locks, checked writes. Procedures return 0 or errno.
+   posix_files.f90 describes them. */
 #define _GNU_SOURCE
 #include <errno.h>
 #include <fcntl.h>
@@ -12,7 +12,7 @@
 #include <time.h>
 #include <unistd.h>
 
-/* All bytes, however few the system takes at a time. -2: there is no such output. */
+/* Writes all bytes, even if the system accepts only some at a time. -2: the output is closed. */
 int unilat_write_all(int descriptor, const char *bytes, long count)
 {
    while (count > 0) {
@@ -25,13 +25,13 @@ int unilat_write_all(int descriptor, const char *bytes, long count)
    return 0;
 }
 
-/* The words of the system for an error. */
+/* The system's message for an error number. */
 void unilat_error_text(int number, char *text, long size)
 {
    snprintf(text, (size_t) size, "%s", strerror(number));
 }
 
-/* What a name stands for in the end: links are followed, also one that leads to nothing yet. */
+/* Name of the file to which a name leads through symbolic links; this file need not exist. */
 int unilat_resolve(const char *name, char *target, long size)
 {
    char link[PATH_MAX], next[2 * PATH_MAX];
@@ -58,7 +58,7 @@ int unilat_resolve(const char *name, char *target, long size)
    return ELOOP;
 }
 
-/* kind: 0 nothing of that name, 1 an empty file, 2 a file, 3 a folder, 4 anything else. The error where it may not be replaced. */
+/* kind: 0 no file, 1 an empty file, 2 a file, 3 a folder, 4 anything else. Returns errno if the file may not be replaced. */
 int unilat_look_at(const char *name, int *kind)
 {
    struct stat what;
@@ -68,8 +68,8 @@ int unilat_look_at(const char *name, int *kind)
    return access(name, W_OK) ? errno : 0;
 }
 
-/* Takes a lock that ends with the process, whatever ends it. -1: another process has it, and `owner` says which one.
-   A file system that knows no locks gives none. */
+/* Takes a lock that the system removes when the process ends for any reason. -1: another process has the lock, named in `owner`.
+   On a file system without locks no lock is taken. */
 int unilat_lock(const char *name, int *descriptor, char *owner, long size)
 {
    const struct timespec millisecond = {0, 1000000};
@@ -83,11 +83,11 @@ int unilat_lock(const char *name, int *descriptor, char *owner, long size)
          ssize_t length = read(file, owner, (size_t) size - 1);
          owner[length > 0 ? length : 0] = 0;
          close(file);
-         /* The owner writes its name just after it has the lock: for a second at most, it is waited for. */
+         /* The owner writes its name just after taking the lock: wait for the name for at most one second. */
          if (length == 0 && waits < 1000 && nanosleep(&millisecond, NULL) == 0) continue;
          return -1;
       }
-      /* The owner before may have removed the file since it was opened. */
+      /* The previous owner may have removed the lock file after it was opened here. */
       if (fstat(file, &opened) == 0 && stat(name, &named) == 0 && opened.st_ino == named.st_ino && opened.st_dev == named.st_dev) {
          gethostname(host, sizeof host - 1);
          snprintf(self, sizeof self, "process %ld on %s", (long) getpid(), host);
@@ -99,15 +99,15 @@ int unilat_lock(const char *name, int *descriptor, char *owner, long size)
    }
 }
 
-/* Gives the lock back. */
+/* Releases the lock. */
 void unilat_unlock(const char *name, int descriptor)
 {
    unlink(name);
    close(descriptor);
 }
 
-/* Whether a file is still the one that unilat_put_in_place left: mark has its device, inode and size. 0: it is, 1: nothing is there,
-   2: it was changed in its place, 3: it is another file. */
+/* Compares a file with the one written by unilat_put_in_place, whose device, inode and size are in mark. 0: the same, 1: missing,
+   2: the same file with another size, 3: another file. */
 int unilat_compare(const char *name, const long mark[3])
 {
    struct stat what;
@@ -116,8 +116,8 @@ int unilat_compare(const char *name, const long mark[3])
    return (long) what.st_size != mark[2] ? 2 : 0;
 }
 
-/* Writes a file beside another one and lets it take that one's place: whatever happens on the way, there is the old or the new file,
-   and never a part of one. */
+/* Writes a temporary file `beside` and renames it to `name`: if the program is ended at any moment, either the old or the new file
+   exists, never a part of one. */
 int unilat_put_in_place(const char *name, const char *beside, const char *bytes, long count, long mark[3])
 {
    struct stat old, what;
@@ -138,7 +138,7 @@ int unilat_put_in_place(const char *name, const char *beside, const char *bytes,
    return 0;
 }
 
-/* Another name for a file; nothing of that name is there. */
+/* Renames a file; no file has the new name. */
 int unilat_rename(const char *from, const char *to)
 {
    return rename(from, to) ? errno : 0;

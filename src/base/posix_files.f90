@@ -1,5 +1,5 @@
-!> Files as POSIX has them: what a name stands for, locks, a file that takes another one's place, writes that are checked.
-!> posix_files.c does it; here are names with Fortran's texts.
+!> File operations of POSIX: resolution of links, locks, atomic replacement of files, checked writing. Implemented in posix_files.c;
+!> this module provides interfaces with Fortran texts.
 module posix_files
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_null_char
    implicit none
@@ -10,11 +10,11 @@ module posix_files
 
    integer, parameter :: kind_nothing = 0, kind_empty = 1, kind_file = 2, kind_folder = 3, kind_other = 4
    integer, parameter :: is_same = 0, is_missing = 1, is_changed = 2, is_another = 3
-   integer, parameter :: longest = 4096           !! name of a file
+   integer, parameter :: longest = 4096           !! longest file name
    integer, parameter :: is_locked = -1           !! status of lock_file: another process has the lock
-   integer, parameter :: is_closed = -2           !! status of write_bytes: there is no such output
+   integer, parameter :: is_closed = -2           !! status of write_bytes: the output is closed
 
-   !> By what a file that was put in place is known again.
+   !> Identification of a file written by put_in_place, to detect later changes by others.
    type :: file_mark_t
       integer(c_long) :: number(3) = -1_c_long     !! device, inode, bytes
    end type file_mark_t
@@ -82,33 +82,33 @@ module posix_files
 
 contains
 
-   !> The file that a name leads to through links; the last one may lead to nothing yet.
+   !> Name of the file to which a name leads through symbolic links; this file need not exist.
    subroutine resolved_name(name, target, status)
       character(*), intent(in) :: name
       character(:), allocatable, intent(out) :: target
-      integer, intent(out) :: status              !! 0, or the number of the system's error
+      integer, intent(out) :: status              !! 0, or errno
       character(kind=c_char) :: buffer(longest)
       status = int(c_resolve(name//c_null_char, buffer, int(longest, c_long)))
       target = name
       if (status == 0) target = text_of(buffer)
    end subroutine resolved_name
 
-   !> What stands there, and whether it may be replaced.
+   !> Kind of a file, and whether it may be replaced.
    subroutine look_at(name, kind, status)
       character(*), intent(in) :: name
       integer, intent(out) :: kind                !! kind_...
-      integer, intent(out) :: status              !! 0, or the number of the system's error: it may not be replaced
+      integer, intent(out) :: status              !! 0, or errno: the file may not be replaced
       integer(c_int) :: found
       status = int(c_look_at(name//c_null_char, found))
       kind = int(found)
    end subroutine look_at
 
-   !> Takes a lock that ends with the process, whatever ends it.
+   !> Takes a lock that the system removes when the process ends for any reason.
    subroutine lock_file(name, descriptor, owner, status)
-      character(*), intent(in) :: name            !! of the lock's own file
+      character(*), intent(in) :: name            !! name of the lock file
       integer, intent(out) :: descriptor          !! for unlock_file
-      character(:), allocatable, intent(out) :: owner !! who has it, where it is locked
-      integer, intent(out) :: status              !! 0, is_locked, or the number of the system's error
+      character(:), allocatable, intent(out) :: owner !! process that has the lock, if it is locked
+      integer, intent(out) :: status              !! 0, is_locked, or errno
       character(kind=c_char) :: buffer(longest)
       integer(c_int) :: opened
       opened = -1
@@ -118,35 +118,35 @@ contains
       owner = text_of(buffer)
    end subroutine lock_file
 
-   !> Gives a lock back.
+   !> Releases a lock.
    subroutine unlock_file(name, descriptor)
       character(*), intent(in) :: name
-      integer, intent(in) :: descriptor           !! of lock_file
+      integer, intent(in) :: descriptor           !! from lock_file
       call c_unlock(name//c_null_char, int(descriptor, c_int))
    end subroutine unlock_file
 
-   !> Writes a file beside another one and lets it take that one's place. Whatever ends the program on the way: there is the old
-   !> or the new file, and never a part of one.
+   !> Writes a temporary file beside the file and then renames it to the file's name. If the program is ended at any moment, either
+   !> the old or the new file exists, never a part of one.
    subroutine put_in_place(name, beside, bytes, mark, status)
-      character(*), intent(in) :: name            !! that has the bytes in the end
-      character(*), intent(in) :: beside          !! for the time until they are all there: the same folder
+      character(*), intent(in) :: name            !! name of the file to be written
+      character(*), intent(in) :: beside          !! name of the temporary file, in the same folder
       character(kind=c_char), intent(in), contiguous :: bytes(:)
-      type(file_mark_t), intent(inout) :: mark    !! of what is there now
-      integer, intent(out) :: status              !! 0, or the number of the system's error: the old file is there
+      type(file_mark_t), intent(inout) :: mark    !! identification of the new file
+      integer, intent(out) :: status              !! 0, or errno: the old file is unchanged
       status = int(c_put(name//c_null_char, beside//c_null_char, bytes, size(bytes, kind=c_long), mark%number))
    end subroutine put_in_place
 
-   !> What has become of the file that was put in place last: is_same, is_missing, is_changed or is_another.
+   !> Compares a file with its identification: is_same, is_missing, is_changed or is_another.
    integer function what_is_there(name, mark)
       character(*), intent(in) :: name
       type(file_mark_t), intent(in) :: mark
       what_is_there = int(c_compare(name//c_null_char, mark%number))
    end function what_is_there
 
-   !> Gives a file another name.
+   !> Renames a file.
    subroutine rename_file(from, to, status)
       character(*), intent(in) :: from, to
-      integer, intent(out) :: status              !! 0, or the number of the system's error
+      integer, intent(out) :: status              !! 0, or errno
       status = int(c_rename(from//c_null_char, to//c_null_char))
    end subroutine rename_file
 
@@ -154,11 +154,11 @@ contains
    subroutine write_bytes(descriptor, text, status)
       integer, intent(in) :: descriptor           !! 1: standard output, 2: standard error
       character(*), intent(in) :: text
-      integer, intent(out) :: status              !! 0, is_closed, or the number of the system's error
+      integer, intent(out) :: status              !! 0, is_closed, or errno
       status = int(c_write_all(int(descriptor, c_int), text//c_null_char, len(text, kind=c_long)))
    end subroutine write_bytes
 
-   !> The system's words for an error.
+   !> The system's message for an error number.
    function error_text(status) result(text)
       integer, intent(in) :: status
       character(:), allocatable :: text
@@ -167,7 +167,7 @@ contains
       text = text_of(buffer)
    end function error_text
 
-   !> The text up to the null character that ends it.
+   !> Text up to its terminating null character.
    pure function text_of(buffer) result(text)
       character(kind=c_char), intent(in) :: buffer(:)
       character(:), allocatable :: text

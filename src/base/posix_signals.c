@@ -1,4 +1,4 @@
-/* Signals and limits that end a run: handlers that only take note, so that the run ends by itself with all that it has.
+/* Signals and limits that end a run: the handlers only record the signal, so that the run can end regularly and keep its results.
    run_end.f90 describes them. */
 #define _GNU_SOURCE
 #include <errno.h>
@@ -9,12 +9,12 @@
 #include <sys/time.h>
 #include <unistd.h>
 
-/* In the order that run_end.f90 has their names in. */
+/* In the order of the names in run_end.f90. */
 static const int watched[] = {SIGTERM, SIGINT, SIGHUP, SIGXCPU, SIGXFSZ, SIGPIPE, SIGALRM};
 enum { n_watched = sizeof watched / sizeof watched[0], once = 3 };
 
-static volatile sig_atomic_t received = 0;   /* the first that came, from 1 */
-static volatile sig_atomic_t ended = 0;      /* the program ends by itself, with an exit code of its own */
+static volatile sig_atomic_t received = 0;   /* index of the first signal received, from 1; 0: none */
+static volatile sig_atomic_t ended = 0;      /* 1: the program ends regularly, with its own exit code */
 
 static void take_note(int number)
 {
@@ -23,8 +23,8 @@ static void take_note(int number)
       if (watched[i] == number && !received) received = i + 1;
 }
 
-/* Installs the handlers. What the caller's environment ignores (nohup) stays ignored. The first `once` signals end the program at
-   once when they come again. Limits: seconds of the clock, 0: none. */
+/* Installs the handlers. Signals that are ignored at the start (nohup) stay ignored. The first `once` signals in the list
+   end the program immediately if they are received again. seconds: limit of the elapsed time, 0: none. */
 void unilat_watch(double seconds)
 {
    struct sigaction action, before;
@@ -48,13 +48,13 @@ void unilat_watch(double seconds)
    setitimer(ITIMER_REAL, &limit, NULL);
 }
 
-/* The first signal that came, counted in `watched` from 1; 0: none. */
+/* Index in `watched` of the first signal received, from 1; 0: none. */
 int unilat_received(void)
 {
    return received;
 }
 
-/* The Fortran runtime ends the program with 1 when memory is refused, and that code says that the deck is wrong. */
+/* The Fortran runtime ends the program with code 1 if an allocation fails; but code 1 means an error in the deck. */
 static int code_without_memory, code_otherwise;
 
 static void correct_code(int no_memory)
@@ -68,7 +68,7 @@ static void correct_code(int no_memory)
 static void at_exit(int code, void *unused)
 {
    (void) unused;
-   correct_code(code == 1);      /* libgfortran: 1 errors of the system, of which allocate has the only one; 2 all others */
+   correct_code(code == 1);      /* libgfortran: 1 system errors, here only failed allocations; 2 all others */
 }
 #else
 static void at_exit(void)
@@ -89,13 +89,13 @@ void unilat_guard_exit(int without_memory, int otherwise)
 #endif
 }
 
-/* From here on the program ends by itself. */
+/* From this call on the exit codes are the program's own. */
 void unilat_ends_by_itself(void)
 {
    ended = 1;
 }
 
-/* Makes sure of a stack of so many bytes; 1 when the system does not let it. */
+/* Ensures a stack of the given size; returns 1 if the system's limit is smaller. */
 int unilat_has_stack(long bytes)
 {
    struct rlimit limit;

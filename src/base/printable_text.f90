@@ -41,7 +41,7 @@ contains
       shown = shown(:n)
    end function printable
 
-   !> The same for a text of several lines: line feeds stay.
+   !> Printable form of a text of several lines: line feeds are kept.
    pure function printable_lines(string) result(shown)
       character(*), intent(in) :: string !! any bytes
       character(:), allocatable :: shown, line

@@ -19,7 +19,7 @@ module text
 
 contains
 
-   !> The text in capitals (ASCII letters only; other bytes stay).
+   !> The text in upper case (ASCII letters only; other bytes are unchanged).
    pure function upper(string) result(capital)
       character(*), intent(in) :: string !! any text
       character(len(string)) :: capital
@@ -31,7 +31,7 @@ contains
       end do
    end function upper
 
-   !> The text in capitals without any blanks: the form in which words of the deck are compared.
+   !> The text in upper case without blanks: the form in which words of the deck are compared.
    pure function squeeze(string) result(word)
       character(*), intent(in) :: string !! any text
       character(:), allocatable :: word
@@ -47,7 +47,7 @@ contains
       if (n < len(word)) word = word(:n)
    end function squeeze
 
-   !> True when two names differ in case or trailing blanks at most.
+   !> True if two names are equal apart from case and trailing blanks.
    pure logical function same_name(first, second)
       character(*), intent(in) :: first  !! any name
       character(*), intent(in) :: second !! any name
@@ -86,7 +86,7 @@ contains
          read (buffer, *) again
          if (abs(again - value) <= 0.0_wp) exit
       end do
-      ! The buffer now reads [-]d.ddde+xxxx; take it apart and write it the way people do.
+      ! The buffer contains [-]d.ddde+xxxx; it is rewritten in the usual notation.
       buffer = adjustl(buffer)
       string = ''
       if (buffer(1:1) == '-') then
@@ -110,7 +110,7 @@ contains
       end if
    end function real_to_text
 
-   !> A number with 3 digits, for messages.
+   !> A number with 3 significant digits, for messages.
    pure function rounded(x) result(string)
       real(wp), intent(in) :: x !! any real
       character(:), allocatable :: string
@@ -123,7 +123,7 @@ contains
 
    !> "1 error", "2 errors".
    pure function plural(number, noun) result(string)
-      integer, intent(in) :: number    !! how many
+      integer, intent(in) :: number    !! number of things
       character(*), intent(in) :: noun !! in the singular; the plural takes an s
       character(:), allocatable :: string
       string = to_text(number)//' '//noun
@@ -188,7 +188,7 @@ contains
       word_index = 0
    end function word_index
 
-   !> The word of a list (separated by bars) that begins with a given one or is spelt most like it; '' when none is.
+   !> The word of a list (separated by bars) that begins with a given word or has the most similar spelling; '' if there is none.
    pure function nearest_word(list, word) result(nearest)
       character(*), intent(in) :: list !! words between bars
       character(*), intent(in) :: word !! the word as typed
@@ -196,12 +196,12 @@ contains
       integer :: distance, least, first, last
       nearest = ''
       key = squeeze(word)
-      least = len_trim(word) / 3 + 1 ! one wrong letter in three; words shorter than that are not guessed
+      least = len_trim(word) / 3 + 1 ! one wrong letter in three; no similar word is sought for shorter words
       last = 0
       do
          call next_word(list, first, last)
          if (first == 0) exit
-         ! No fewer than the letters that one has more than the other.
+         ! The distance is at least the difference of the numbers of each letter.
          each = squeeze(list(first:last))
          distance = abs(len(each) - len(key))
          if (distance < least) distance = edit_distance(each, key)
@@ -212,11 +212,11 @@ contains
       end do
    end function nearest_word
 
-   !> The word of a list (separated by bars) that comes next.
+   !> Finds the next word of a list separated by bars.
    pure subroutine next_word(list, first, last)
       character(*), intent(in) :: list
-      integer, intent(out) :: first    !! 0: there is none any more
-      integer, intent(inout) :: last   !! where the one before ends, 0 at first; where this one does
+      integer, intent(out) :: first    !! 0: there is no further word
+      integer, intent(inout) :: last   !! end of the previous word, 0 at first; on return the end of this word
       integer :: bar
       first = last + 1
       if (last > 0) first = last + 2
@@ -229,7 +229,7 @@ contains
       if (bar > 0) last = first + bar - 2
    end subroutine next_word
 
-   !> Least number of inserted, dropped, changed or swapped neighbouring letters that turn one word into the other.
+   !> Smallest number of insertions, deletions, substitutions and swaps of neighbouring letters that turn one word into the other.
    pure integer function edit_distance(first, second)
       character(*), intent(in) :: first, second
       integer :: d(0:len(first), 0:len(second)), i, j, change
@@ -256,7 +256,7 @@ contains
    !> Reads an integer that fills the whole text.
    pure subroutine parse_integer(string, value, ok)
       character(*), intent(in) :: string !! no blanks around it
-      integer, intent(out) :: value      !! when not ok: huge(1) where it is an integer, but too large a one; else 0
+      integer, intent(out) :: value      !! if not ok: huge(1) for an integer that is too large, else 0
       logical, intent(out) :: ok         !! false: not an integer, or out of range
       integer(i8) :: total
       integer :: i, first
@@ -282,7 +282,7 @@ contains
    !> Reads a Fortran real (1, 1.5, .5, 1e5, 1D-5) that fills the whole text.
    pure subroutine parse_real(string, value, ok)
       character(*), intent(in) :: string !! no blanks around it
-      real(wp), intent(out) :: value     !! when not ok: huge where it is a real of 1e308 or more; else 0
+      real(wp), intent(out) :: value     !! if not ok: huge for a real of 1e308 or more, else 0
       logical, intent(out) :: ok         !! false: not a real, or 1e308 and more
       integer(i8) :: mantissa
       integer :: i, digits, scale, exponent, mark
@@ -328,7 +328,7 @@ contains
          ok = .true.
          return
       end if
-      ! Below 1e308 by the place of the leading digit; numbers too small to be told from zero are zero.
+      ! Values below 1e308 by the position of the leading digit are accepted; values too small for the number range become zero.
       if (log10(real(mantissa, wp)) + scale >= 308.0_wp) then
          value = huge(value)
          return
@@ -336,7 +336,7 @@ contains
       ok = .true.
       if (log10(real(mantissa, wp)) + scale < -330.0_wp) return
       if (exact .and. abs(scale) <= ubound(power_of_ten, 1)) then
-         ! Both factors are exact, so that the one rounding is the right one.
+         ! Both factors are exact, so that the result is rounded only once, correctly.
          if (scale >= 0) value = real(mantissa, wp) * power_of_ten(scale)
          if (scale < 0) value = real(mantissa, wp) / power_of_ten(-scale)
          if (string(1:1) == '-') value = -value

@@ -1,10 +1,10 @@
-!> Where a run's time goes: seconds and calls of each phase, and counters of the work done.
+!> Distribution of a run's time: seconds and calls of each phase, and counters of the work.
 !>
-!> The program has one clock: what it measures changes no result, so it is the one thing that is not handed on in argument lists.
+!> The program has one clock, a global variable: its measurements change no result, so it is not passed in argument lists.
 !>
-!> A phase started inside another one pauses the outer one, so the seconds of all phases never add up to more
-!> than the elapsed time. One clock call a start or stop (some 20 ns). What error bars take is theirs: while they are found other
-!> phases and all counters rest.
+!> A phase started inside another one pauses the outer one, so that the seconds of all phases never exceed the elapsed time. A start
+!> or stop takes one clock call (about 20 ns). All time spent on error bars is charged to phase_accuracy: meanwhile other phases and
+!> all counters are suspended.
 module timing
    use kinds, only: wp, i8
    implicit none
@@ -28,7 +28,7 @@ module timing
       enumerator :: phase_solution    !! solutions with a factored matrix
       enumerator :: phase_contact     !! gaps, LCPs, contact regions
       enumerator :: phase_path        !! increments, events, everything else of the path loop
-      enumerator :: phase_accuracy    !! discretisation errors, all that they take
+      enumerator :: phase_accuracy    !! discretisation errors, including everything computed for them
       enumerator :: phase_output      !! result file and listing
    end enum
    integer, parameter :: n_phases = phase_output
@@ -37,19 +37,19 @@ module timing
 
    enum, bind(c)
       enumerator :: counter_points = 1    !! accepted points
-      enumerator :: counter_newton        !! Newton iterations, those of rejected increments too
+      enumerator :: counter_newton        !! Newton iterations, including those of rejected increments
       enumerator :: counter_factorisation
-      enumerator :: counter_solution      !! right-hand sides solved for
+      enumerator :: counter_solution      !! solved right-hand sides
       enumerator :: counter_lcp           !! LCPs handed to Lemke
       enumerator :: counter_lcp_pivots
-      enumerator :: counter_lcp_failed    !! of these: ray, pivot limit or breakdown
+      enumerator :: counter_lcp_failed    !! LCPs without solution: ray, pivot limit or breakdown
       enumerator :: counter_set_changes   !! changes of the contact set
-      enumerator :: counter_rejected      !! increments thrown away: state restored
-      enumerator :: counter_cut           !! increments shortened before another try
+      enumerator :: counter_rejected      !! rejected increments, after which the state is restored
+      enumerator :: counter_cut           !! shortened increments
       enumerator :: counter_located       !! critical and user points located
-      enumerator :: counter_remeshed      !! meshes made anew for the sake of errors
+      enumerator :: counter_remeshed      !! new meshes made to reduce errors
       enumerator :: counter_evaluated     !! elements evaluated, with their tangents
-      enumerator :: counter_largest       !! elements of the largest mesh that points stand on
+      enumerator :: counter_largest       !! number of elements of the largest mesh used for points
    end enum
    integer, parameter :: n_counters = counter_largest
    character(*), parameter :: counter_name(n_counters) = [character(23) :: 'accepted points', &
@@ -60,9 +60,9 @@ module timing
    type :: timers_t
       private
       integer(i8) :: first = -1_i8             !! clock at the first start; -1: nothing started yet
-      integer(i8) :: mark = 0_i8               !! clock since when the innermost running phase is charged
+      integer(i8) :: mark = 0_i8               !! clock time from which the innermost running phase is charged
       integer :: depth = 0
-      integer :: running(n_phases) = 0         !! running phases, outermost first; each stands here once at most
+      integer :: running(n_phases) = 0         !! running phases, outermost first; each at most once
       integer(i8) :: ticks(n_phases) = 0_i8
       integer(i8) :: calls(n_phases) = 0_i8
       integer(i8) :: counter(n_counters) = 0_i8
@@ -72,8 +72,8 @@ module timing
 
 contains
 
-   !> Starts a phase; the phase running now is paused until this one stops. A phase that is already running is
-   !> stopped first, with what was started inside it: an early return that forgot its stop does no harm.
+   !> Starts a phase; the running phase is paused until this one stops. If the phase is already running, it is stopped first, with
+   !> all phases started inside it, so that a missing stop at an early return does no harm.
    subroutine timing_start(phase)
       integer, intent(in) :: phase             !! phase_...
       if (rests(phase)) return
@@ -87,7 +87,7 @@ contains
       timers%calls(phase) = timers%calls(phase) + 1
    end subroutine timing_start
 
-   !> Stops a phase and what was started inside it; the phase around it goes on. Nothing happens if it is not running.
+   !> Stops a phase and all phases started inside it; the phase around it continues. Does nothing if the phase is not running.
    subroutine timing_stop(phase)
       integer, intent(in) :: phase             !! phase_...
       integer :: level
@@ -101,14 +101,14 @@ contains
       end do
    end subroutine timing_stop
 
-   !> Seconds spent in a phase and not in one inside it; a phase still running counts up to the last start or stop.
+   !> Seconds spent in a phase, without phases inside it; a running phase is counted up to the last start or stop.
    function timing_seconds(phase) result(seconds)
       integer, intent(in) :: phase             !! phase_...
       real(wp) :: seconds
       seconds = real(timers%ticks(phase), wp) / ticks_per_second()
    end function timing_seconds
 
-   !> How often a phase was started.
+   !> Number of times a phase was started.
    function timing_calls(phase) result(calls)
       integer, intent(in) :: phase             !! phase_...
       integer(i8) :: calls
@@ -152,13 +152,13 @@ contains
       value = timers%counter(counter)
    end function counted
 
-   !> True for a phase that is not looked at now, because error bars are being found.
+   !> True for a phase that is suspended because error bars are being computed.
    logical function rests(phase)
       integer, intent(in) :: phase             !! phase_...
       rests = phase /= phase_accuracy .and. any(timers%running(:timers%depth) == phase_accuracy)
    end function rests
 
-   !> Forgets all times and counts, as at the start of the program.
+   !> Resets all times and counters to the state at program start.
    subroutine timing_reset()
       timers = timers_t()
    end subroutine timing_reset

@@ -27,15 +27,16 @@ module balance
    public :: measure_balance
 
    integer, parameter :: line_samples = 4 !! number of parts of a conforming element for samples of the density
-   real(wp), parameter :: line_slack = 1.0e-5_wp !! of forces over the size: error of densities, derivatives of the solution
+   real(wp), parameter :: line_slack = 1.0e-5_wp !! part of the size: error of forces from densities, which are derivatives of the
+   !! solution
    real(wp), parameter :: least_reaction = 1.0e-6_wp !! least reaction as reference of signs, over the largest force
 
 contains
 
    !> Raises the worst values in `accuracy` by those of a converged state.
    !>
-   !> Errors are relative to the largest force, or reaction, of the run so far, because in a state with next to no forces rounding
-   !> is a large part. Forces by the rounding of positions are subtracted from the errors.
+   !> Errors are relative to the largest force or reaction of the run so far: in a state almost without forces, rounding is a large
+   !> part of its own forces. The force errors due to the rounding of positions are subtracted.
    subroutine measure_balance(problem, state, at, residual, accuracy, touches_in)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -194,7 +195,7 @@ contains
                call deck_contact_gaps(problem, state, c, gaps, place)
                do i = 1, size(node)
                   call find_node(problem, state, node(i), mesh_node, e, tau)
-                  ! Where a contact span begins its node is the measure, more accurate than the element's polynomial.
+                  ! Where a contact span begins, the gap of its node is used: it is more accurate than the element's polynomial.
                   if (present(touches_in) .and. e > 0) then
                      if (e == touches_in) cycle
                   end if
@@ -205,8 +206,9 @@ contains
          end do
       end subroutine add_spans
 
-      !> Tension, > 0, that is accepted at a line contact at a support with fixed rotation, as on a mirror: a tension of two thirds
-      !> of the pressure lifts a length (lifted_node), and this length may be as short as counts as none.
+      !> Accepted tension [force, > 0] at a line contact's node on a support with fixed rotation (a symmetry plane). A tension of
+      !> two thirds of the pressure lifts a short length of rod (lifted_node); this length may be as short as the shortest line
+      !> contact.
       real(wp) function least_push(c)
          integer, intent(in) :: c
          real(wp) :: density, local(3), x(2), angle
@@ -223,7 +225,7 @@ contains
          end do
       end function least_push
 
-      !> Interpolation error between nodes, which is no penetration.
+      !> Interpolation error of the position between nodes; a penetration within this error is not counted.
       real(wp) function place_doubt(e, tau) result(doubt)
          integer, intent(in) :: e
          real(wp), intent(in) :: tau
@@ -251,7 +253,7 @@ contains
                if (problem%ground%chain%bilateral(inner%source(q))) cycle
                most = max(most, inner%pressure(q))
                push(1) = inner%pressure(q)
-               ! On an element too long to follow the pressure only its integral is meaningful.
+               ! On an element too long to resolve the pressure only the integral of the pressure is meaningful.
                if (.not. follows(problem, state, inner%source(q))) push(1) = sum(inner%weight(:inner%n) * &
                   & inner%pressure(:inner%n), mask=inner%source(:inner%n) == inner%source(q))
                if (state%segment(inner%source(q)) /= segment_unknown) push(1) = min(0.0_wp, push(1) + segment_stiffness(problem, &
@@ -327,8 +329,8 @@ contains
             if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &
                & call note_worst(accuracy%complementarity, state%reaction(c) * gap / (largest * problem%size), at, node=label)
             call foundation_answer(problem, c, gap, push, spring)
-            ! An open node may penetrate until its reaction exceeds the tolerance of equilibrium, the accuracy to which the
-            ! beginning of contact is located.
+            ! An open node may penetrate until its reaction would exceed the equilibrium tolerance: the start of contact is located
+            ! to this accuracy.
             uncertain = rounding_gap(problem)
             if (.not. state%active(c)) uncertain = let_in * problem%size
             call note_worst(accuracy%foundation, (abs(state%reaction(c) - push) - spring * uncertain - &

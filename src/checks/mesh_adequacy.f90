@@ -6,8 +6,8 @@
 !>
 !> - buckled:  with both nodes in contact the element buckles through the obstacle between them, alternately to both sides, at
 !>             mu = pi^2 (elements whose stages represent bending: GE4 and higher).
-!> - unheld:   where contact ends on a node, the next node to lift leaves a span of 2 h, hinged at worst, that buckles at
-!>             4 mu = pi^2. At half of this its own deflection is doubled.
+!> - unheld:   where contact ends on a node, the next node to lift leaves a span of 2 h, in the worst case hinged at both ends, that
+!>             buckles at 4 mu = pi^2. At half of this load the span's deflection by lateral forces is doubled.
 !> - unbent:   an element represents waves with a relative error of the load of mu/12 (order 2: its stress stiffness is that of
 !>             a string) or 2 mu^s s!^2 / ((2s)! (2s + 1)!) (s Gauss stages: twice the phase error of the diagonal Pade
 !>             approximant). This applies to elements that lift and to elements between two contacts.

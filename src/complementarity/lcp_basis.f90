@@ -1,8 +1,8 @@
 !> The almost complementary basis of Lemke's method: its inverse, the exchange of one variable, and the ratio test.
 !>
-!> The inverse is explicit and changed by rank one at each pivot. All else, the values and the entering column, is
-!> formed anew from M and q, with the size of the terms that went into it: that size, not an absolute number, decides
-!> what is a pivot, what is a tie and what is zero.
+!> The inverse is explicit and updated by rank one at each pivot. The basic values and the entering column are computed anew from M
+!> and q, together with the size of the summed terms. Pivots, ties and zeros are judged relative to this size, not by an absolute
+!> number.
 module lcp_basis
    use kinds, only: wp
    use lapack, only: dgetrf, dgetri
@@ -11,7 +11,7 @@ module lcp_basis
    public :: scaled_lcp_t, basis_t
    public :: start, invert, exchange, evaluate, least_row, blocking_row
 
-   ! Sums of n terms lose about sqrt(n) eps of their size, hardly ever n eps.
+   ! Rounding of sums of n terms is about sqrt(n) eps times their size, and hardly ever n eps.
    real(wp), parameter :: pivot_tolerance = 16.0_wp * epsilon(1.0_wp)
    real(wp), parameter :: tie_tolerance = 8.0_wp * epsilon(1.0_wp)
 
@@ -40,7 +40,8 @@ module lcp_basis
 
 contains
 
-   !> The complementary basis of a set of active pairs, and the column of z0 that has this basis covered by d.
+   !> Starts from the complementary basis of a set of active pairs, with the column of z0 chosen so that this basis has the covering
+   !> vector d.
    subroutine start(problem, active, d, basis, ok)
       type(scaled_lcp_t), intent(inout) :: problem
       logical, intent(in) :: active(:)
@@ -127,7 +128,7 @@ contains
       end if
    end subroutine exchange
 
-   !> Values of the basic variables and the entering column, with the sizes that say how far they can be trusted.
+   !> Values of the basic variables and the entering column, with the size of their terms, which bounds their rounding error.
    subroutine evaluate(problem, entering, basis)
       type(scaled_lcp_t), intent(in) :: problem
       integer, intent(in) :: entering
@@ -160,7 +161,7 @@ contains
       end do
       if (basis%ties) return
 
-      ! Where signs near zero decide, one refinement: the values then satisfy the equations to rounding.
+      ! Signs near zero decide here: one step of iterative refinement makes the values satisfy the equations to rounding.
       residual = problem%q
       do i = 1, n
          j = basis%variable(i)
@@ -175,7 +176,7 @@ contains
       end do
    end subroutine evaluate
 
-   !> The row whose variable reaches zero first when the entering variable grows; 0 when none ever does.
+   !> Row of the variable that reaches zero first as the entering variable grows; 0 if none does.
    integer function blocking_row(basis, z0) result(row)
       type(basis_t), intent(in) :: basis
       integer, intent(in) :: z0
@@ -211,7 +212,7 @@ contains
       row = maxloc(weight, 1, candidate)
    end function least_row
 
-   !> Rounding that may hide in sums of terms of this size.
+   !> Rounding error to be expected in sums of terms of this size.
    pure function slack_of(basis, terms) result(slack)
       type(basis_t), intent(in) :: basis
       real(wp), intent(in) :: terms(:)
@@ -220,7 +221,7 @@ contains
       if (basis%ties) slack = tie_tolerance * terms
    end function slack_of
 
-   !> Keeps the candidates with the least value/weight, and those that differ from it by no more than rounding.
+   !> Keeps the candidates with the least value/weight, and those equal to it within rounding.
    pure subroutine keep_least(value, slack, weight, candidate)
       real(wp), intent(in) :: value(:)
       real(wp), intent(in) :: slack(:)  !! rounding of the values

@@ -1,6 +1,6 @@
-!> Measures how well a vector solves a linear complementarity problem, whoever computed it.
+!> Measures how well a vector solves a linear complementarity problem, independently of the solver.
 !>
-!> This module uses neither the solver nor any library, on purpose: a mistake there cannot hide itself here.
+!> On purpose this module uses neither the solver nor any library: an error there cannot affect the check.
 module lcp_check
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
@@ -14,21 +14,21 @@ contains
    !>
    !> Everything is relative to the terms that make up w, s = |M||z| + |q|:
    !>   gap(i)    = w(i)/s(i), w computed here from M, q and z; 0 where s(i) = 0
-   !>   effect(i) = max over j of |M(j, i) z(i)|/s(j): what dropping z(i) would change in the row that feels it most;
-   !>               1 where z(i) is not zero and column i of M is: nothing can measure such a force
+   !>   effect(i) = max over j of |M(j, i) z(i)|/s(j): relative change of the row that is most affected if z(i) is set to zero;
+   !>             1 if z(i) is not zero but column i of M is: such a force has no measurable effect
    !> and the violation of pair i is the largest of
    !>   -gap(i)                    penetration
    !>   min(gap(i), effect(i))     a force across an open gap
    !>   effect(i) where z(i) < 0   a force that pulls
-   !> A force that is wrong leaves w(i) /= 0 at its own or a coupled contact, so it is seen although w >= 0 may hold.
+   !> A wrong force leaves w(i) /= 0 at its own contact or a coupled one, and is detected although w >= 0 may be satisfied.
    !> The value lies between 0 and 1, does not change when equations, unknowns or q are put into other units, and is at
    !> most a few eps times n for a stable solution. It is a backward error: on an ill-conditioned M forces with a small
    !> value may still be far from the exact ones.
    function lcp_error(m, q, z) result(violation)
       real(wp), intent(in) :: m(:, :) !! (n, n), for instance compliances [length/force]
       real(wp), intent(in) :: q(:)    !! (n) w at z = 0, for instance gaps without contact forces [length]
-      real(wp), intent(in) :: z(:)    !! (n) the answer to be measured, for instance contact forces [force]
-      real(wp) :: violation           !! 0 for n = 0; huge() when shapes differ or something is not finite
+      real(wp), intent(in) :: z(:)    !! (n) the solution to be checked, for instance contact forces [force]
+      real(wp) :: violation           !! 0 for n = 0; huge() if shapes differ or a value is not finite
 
       real(wp) :: w(size(q)), s(size(q)), gap, effect, term
       integer :: i, j, n

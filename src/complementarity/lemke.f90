@@ -1,18 +1,19 @@
 !> Lemke's complementary pivoting for the linear complementarity problem  w = q + M z,  w >= 0,  z >= 0,  z.w = 0.
 !>
-!> An artificial variable z0 lifts the negative rows (w = q + M z + d z0, d > 0 the covering vector) and is driven out:
-!> what enters the basis is always the complement of what has just left. The inverse of the basis is explicit and
-!> changed by rank one; the values and the entering column are formed anew from M and q at each pivot: O(n**2) a pivot.
+!> An artificial variable z0 makes the negative rows feasible (w = q + M z + d z0, d > 0 the covering vector) and is then driven
+!> out: the variable that enters the basis is always the complement of the variable that has just left. The inverse of the basis is
+!> explicit and updated by rank one; the values and the entering column are computed anew from M and q at each pivot: O(n**2) per
+!> pivot.
 !>
-!> What makes it dependable:
+!> Measures for reliability:
 !>   scaling     M and q become R M C and R q, R and C diagonal powers of two, so that nothing is rounded. R = C where
 !>               |M| is symmetric: compliances and their principal pivotal transforms. Positive R /= C keep a P-matrix
 !>               as well, and for any other matrix the path is that of another covering vector.
 !>   ties        are broken by the lexicographic order of the rows of the inverse, so degenerate problems do not cycle.
 !>               Numbers count as equal relative to the terms they were summed from.
-!>   the answer  is not taken from the pivoting, only the set of active pairs is. The values are solved from M and q by
-!>               LU factors with one refinement, then tested. Where many pairs have z = w = 0 and M is ill-conditioned
-!>               their signs come out as noise: then the method starts again from the set found.
+!>   the answer  uses only the set of active pairs from the pivoting. The values are solved from M and q by LU factors with one
+!>               refinement, then tested. If many pairs have z = w = 0 and M is ill-conditioned, the signs of their values are
+!>               rounding: then the method starts again from the set found.
 module lemke
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
@@ -24,28 +25,29 @@ module lemke
    public :: lcp_solved, lcp_ray, lcp_pivot_limit, lcp_breakdown
 
    integer, parameter :: lcp_solved = 0
-   !> The path of this covering vector ends on a ray. That proves that there is no solution where M is positive
-   !> semidefinite (copositive-plus) and cannot happen with a P-matrix; else another covering vector may reach one.
-   !> Also where roundings hide the ray: the forces found are so large that they balance without q, all its digits lost.
+   !> The path of this covering vector ends on a ray. If M is positive semidefinite (copositive-plus) no solution exists; with a
+   !> P-matrix this cannot happen; for other matrices another covering vector may reach a solution. The same outcome is returned if
+   !> rounding hides the ray: the computed forces are so large that they balance without q, and all digits of q are lost.
    integer, parameter :: lcp_ray = 1
    integer, parameter :: lcp_pivot_limit = 2
-   !> A basis singular to rounding, values that keep failing a sign or an equation, or bad arguments.
+   !> The basis is singular to rounding, the values repeatedly violate a sign or an equation, or an argument is invalid.
    integer, parameter :: lcp_breakdown = 3
 
-   integer, parameter :: max_starts = 30 !! about 15 were needed with 130 pairs at z = w = 0 among 400
+   integer, parameter :: max_starts = 30 !! largest number of starts; about 15 were needed with 130 pairs at z = w = 0 among 400
 
-   !> Times n: relative violation that an answer may have. LU factors with a refinement leave much less.
+   !> Times n: accepted relative violation of a solution. LU factors with one refinement leave much less.
    real(wp), parameter :: answer_tolerance = 16.0_wp * epsilon(1.0_wp)
 
-   !> Times n: relative size of q below which M z = -q is M z = 0 to rounding. Roundings of the path leave 1/6 of it.
+   !> Times n: relative size of q below which M z = -q equals M z = 0 to rounding. The rounding errors of the path reach a sixth of
+   !> this value.
    real(wp), parameter :: ray_tolerance = 128.0_wp * epsilon(1.0_wp)
 
 contains
 
    !> Solves  w = q + M z,  w >= 0,  z >= 0,  z.w = 0.
    !>
-   !> z and w are defined on return whatever the outcome: z = 0, w = q unless solved. When solved nothing is negative,
-   !> and z(i) or w(i) is exactly zero in each pair. M and q are taken as exact: no entry is too small to matter.
+   !> z and w are defined on return for every outcome: z = 0, w = q unless solved. If solved, no value is negative, and in each pair
+   !> z(i) or w(i) is exactly zero. M and q are taken as exact: no entry is neglected as too small.
    subroutine solve_lcp(m, q, z, w, outcome, pivots, cover, max_pivots)
       real(wp), intent(in) :: m(:, :)            !! (n, n) any units, any mixture of them
       real(wp), intent(in) :: q(:)               !! (n), n = 0 is allowed
@@ -92,8 +94,8 @@ contains
       active = .false.
       starts: do attempt = 1, max_starts
          if (attempt > 1) then
-            ! The set found has values of the wrong sign, all near zero: now the signs decide, not the order of ties.
-            ! Another covering vector, and pairs that pull left out in every second start, lead away from the same set.
+            ! All values of the wrong sign in the set found are near zero: from now on the signs decide, not the lexicographic order
+            ! of ties. Another covering vector, and in every second start the omission of pairs in tension, lead to a different set.
             basis%ties = .false.
             d = default_cover(n, attempt)
             if (modulo(attempt, 2) == 0) active = active .and. z > 0.0_wp
@@ -124,7 +126,7 @@ contains
       w = q
    end subroutine solve_lcp
 
-   !> The word for an outcome, for listings and messages.
+   !> Name of an outcome, for listings and messages.
    pure function outcome_name(outcome) result(name)
       integer, intent(in) :: outcome
       character(:), allocatable :: name
@@ -142,9 +144,9 @@ contains
       end select
    end function outcome_name
 
-   !> Covering vector of the scaled problem: multiples of the golden ratio, spread evenly over (0.1, 1), neighbours far
-   !> apart. Compliances of beams are smooth: with (1, ..., 1) neighbours become basic together and most must leave
-   !> again, 2300 pivots when all of 400 end active. Here it takes hardly more pivots than pairs end active.
+   !> Covering vector of the scaled problem: multiples of the golden ratio, spread evenly over (0.1, 1), neighbours far apart.
+   !> Compliances of beams are smooth: with (1, ..., 1) neighbours become basic together and most must leave again (2300 pivots if
+   !> all 400 pairs end active). With this vector the number of pivots is hardly larger than the number of active pairs.
    pure function default_cover(n, shift) result(d)
       integer, intent(in) :: n
       integer, intent(in) :: shift !! a different vector for each value
@@ -190,7 +192,7 @@ contains
       problem%q = scale(problem%q, -problem%q_exponent)
    end subroutine equilibrate
 
-   !> The k for which 4**k a is in [1/2, 2): 2**k is for the row, 2**k for the column. 0 for a = 0.
+   !> The k for which 4**k a is in [1/2, 2): the row and the column are each multiplied by 2**k. 0 for a = 0.
    elemental integer function balancing_exponent(a)
       real(wp), intent(in) :: a
       balancing_exponent = -(exponent(a) - modulo(exponent(a), 2)) / 2
@@ -202,7 +204,7 @@ contains
       type(basis_t), intent(inout) :: basis
       real(wp), intent(in) :: d(:)
       integer, intent(in) :: limit
-      logical, intent(inout) :: active(:) !! the set of the complementary basis reached; untouched unless solved
+      logical, intent(inout) :: active(:) !! set of the complementary basis reached; unchanged unless solved
       integer, intent(out) :: outcome
       integer, intent(inout) :: pivots
       integer :: n, z0, entering, leaving, row
@@ -224,7 +226,7 @@ contains
          call evaluate(problem, entering, basis)
          row = blocking_row(basis, z0)
          if (row > 0) cycle
-         ! A ray is believed only when an inverse without the roundings of the path shows it, too.
+         ! A ray is accepted only if it is confirmed with an inverse computed anew, without the accumulated rounding of the path.
          call invert(problem, basis, ok)
          if (ok) call evaluate(problem, entering, basis)
          outcome = lcp_breakdown
@@ -274,7 +276,7 @@ contains
       x = x + residual
       ray = is_ray(problem, set, x)
 
-      ! Set to zero before the test: a small negative value may be a large part of what balances a stiff neighbour.
+      ! Negative values are set to zero before the test: even a small value may be a large part of the balance of a stiff neighbour.
       z(set) = max(x, 0.0_wp)
       w = problem%q
       s = abs(problem%q)
@@ -288,7 +290,8 @@ contains
       w(set) = 0.0_wp
    end subroutine solve_active
 
-   !> M x = -q on the set, where roundings stand for q: x has one sign, which is up to them, and y = |x| pushes in vain.
+   !> M x = -q on the set, where q is rounding only: x has one sign, which is accidental, and the forces y = |x| have no effect on
+   !> w.
    pure logical function is_ray(problem, set, x)
       type(scaled_lcp_t), intent(in) :: problem
       integer, intent(in) :: set(:)

@@ -18,8 +18,8 @@ module candidates
       integer, allocatable :: obstacle(:)     !! index into model%obstacle
       integer, allocatable :: neighbour(:, :) !! (2, n) candidate before and after, 0: none
       integer, allocatable :: element(:, :)   !! (2, n) element towards that neighbour, 0: none
-      integer, allocatable :: twin(:)         !! next candidate at the same node, for another obstacle, in a circular list; a single
-      !! one is its own twin
+      integer, allocatable :: twin(:)         !! next candidate at the same node, for another obstacle, in a circular list; the only
+      !! candidate of a node refers to itself
       real(wp), allocatable :: s(:)           !! nominal arc length along the chain [length]
       real(wp), allocatable :: tributary(:)   !! half the length of the adjacent contact elements; 1 for stops at nodes
       real(wp), allocatable :: gap_offset(:)
@@ -134,7 +134,7 @@ contains
             list%bilateral(here) = model%obstacle(list%obstacle(here))%bilateral
             call obstacle_gap(model%obstacle(list%obstacle(here)), geometry%x(:, at), gap, normal, bend)
             if (list%bilateral(here)) then
-               ! The nominal place is free of force, wherever it is.
+               ! The initial position is free of force, whatever the gap to the obstacle.
                list%gap_offset(here) = -gap
             else if (model%obstacle(list%obstacle(here))%at_nodes) then
                list%gap_offset(here) = model%contact(c)%gap - gap

@@ -79,7 +79,7 @@ contains
       new = lost(extended(extended(set, k, set(other)%at(1)), k, set(other)%at(2)), other)
    end function joined
 
-   !> Makes a free span a line contact, from the contact spans beside it.
+   !> Makes the free span between two contact spans, or beside one, a line contact.
    pure function laid_down(set, beside, ends) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: beside(2)          !! contact spans before and after the free span, at most one of them 0: none
@@ -135,7 +135,7 @@ contains
       new(k)%at(2) = from
    end function opened
 
-   !> Adds a part of contact span k on another rod segment.
+   !> Adds the continuation of contact span k on another rod segment.
    pure function continued(set, k, rod_segment, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k, rod_segment

@@ -11,15 +11,16 @@ module contact_spans
    private
    public :: contact_span_t, covers, choose_spans, sort_contact_spans, shortest, line_share, first_length
 
-   real(wp), parameter :: shortest = 1.0e-4_wp !! part of a rod segment's length: spans as short as this count as none
-   !> First length of a line contact, or of a contact that continues past a segment boundary, as part of the rod segment; long
-   !> enough not to count as none.
+   real(wp), parameter :: shortest = 1.0e-4_wp !! part of a rod segment's length: shorter spans are treated as closed
+   !> Initial length of a line contact, or of a contact that continues past a segment boundary, as part of the rod segment; longer
+   !> than the length that is treated as closed.
    real(wp), parameter :: line_share = 2.0_wp * shortest
-   real(wp), parameter :: first_length = 20.0_wp * line_share !! first length of a free span that opens, as part of the rod segment
+   real(wp), parameter :: first_length = 20.0_wp * line_share !! initial length of a free span that opens, as part of the rod
+   !! segment
 
    !> One connected contact of one rod segment with one obstacle.
    type :: contact_span_t
-      integer :: number = 0                 !! identity, the same from the beginning to the end of the contact; 0: not given yet
+      integer :: number = 0                 !! identity, constant from the start to the end of the contact; 0: not yet assigned
       integer :: contact = 0                !! index into model%contact
       integer :: rod_segment = 0            !! index into layout%rod_segment
       real(wp) :: at(2) = 0.0_wp            !! coordinates of the ends along the rod segment; equal for a point contact
@@ -80,7 +81,7 @@ contains
       end do
    end function covers
 
-   !> True for a contact that the deck's obstacle, steps or nodes make a contact at nodes.
+   !> True if the deck's obstacle, steps or nodes require contact at nodes.
    pure logical function stands_at_nodes(model, layout, contact) result(stands)
       type(model_t), intent(in) :: model    !! deck's model
       type(layout_t), intent(in) :: layout
@@ -95,8 +96,8 @@ contains
       end do
    end function stands_at_nodes
 
-   !> Property that a contact with a rigid obstacle lacks for contact spans: rods without shear flexibility whose nodes may be
-   !> anywhere, and no other contact on the same elements that line contacts do not support. '' if no property is missing.
+   !> Requirement for contact spans that a contact with a rigid obstacle does not meet: rods without shear flexibility whose nodes
+   !> may be anywhere, and no other contact on the same elements that line contacts do not support. '' if all requirements are met.
    pure function span_needs(model, layout, contact) result(needs)
       type(model_t), intent(in) :: model    !! deck's model
       type(layout_t), intent(in) :: layout
@@ -139,8 +140,8 @@ contains
 
    contains
 
-      !> Contact without contact spans on an element, 0: none. The equations of a conforming element contain no foundation, and
-      !> contact at nodes needs the deck's nodes.
+      !> A contact on an element that acts without contact spans; 0: none. The equations of a conforming element contain no
+      !> foundation, and contact at nodes needs the deck's nodes.
       pure integer function other_contact(e) result(other)
          integer, intent(in) :: e
          do other = 1, size(model%contact)

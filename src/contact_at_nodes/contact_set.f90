@@ -14,8 +14,8 @@ module contact_set
    private
    public :: contact_step_t, solve_contact_step, gap_tolerance, overlap_allowed
 
-   real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! of the structure's size
-   real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! of the force scale
+   real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! over the structure's size
+   real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! over the force scale
    integer, parameter :: largest_lcp = 400                !! more uncertain candidates are switched by sign, without LCP
    integer, parameter :: max_rounds = 20
    character(*), parameter :: singular_border = 'the bordered system is singular: the structure cannot follow what the '// &
@@ -135,8 +135,8 @@ contains
 
    contains
 
-      !> Too many candidates for an LCP: those of the last LCP get its result, the others switch by their signs, before the
-      !> equations are linearised again.
+      !> Too many candidates for an LCP: those of the last LCP take its result, the others change between open and active by their
+      !> signs; then the equations are linearised again.
       subroutine flip()
          result%active = state%active .neqv. wrong
          result%active(lcp%candidate) = state%active(lcp%candidate) .neqv. lcp%z > 0.0_wp

@@ -1,7 +1,7 @@
-!> Checks every card by itself against the table: known, in its place, with the right parameters and data lines.
+!> Checks each card by itself against the table: known keyword, right part of the deck, right parameters and data lines.
 !>
-!> A card with bad keyword or parameters is marked as not sound, so is a data line with a bad field; the readers
-!> pass over both. What cards say about each other is the readers' business.
+!> A card with a bad keyword or parameter is marked as not sound, and so is a data line with a bad field; the readers skip both.
+!> Relations between cards are checked by the readers.
 module card_check
    use kinds, only: wp, name_length
    use text, only: to_text, squeeze, plural, nearest_word, parse_integer, parse_real, word_at, word_count, word_index
@@ -18,24 +18,24 @@ module card_check
    private
    public :: check_cards, is_name, choices, known_card
 
-   character(*), parameter :: foreign = '; a word of Abaqus and CalculiX; ' !! before what stands for it here
+   character(*), parameter :: foreign = '; a word of Abaqus and CalculiX; ' !! introduces the equivalent in unilat
    real(wp), parameter :: largest_real = 1.0e100_wp !! cubes of such numbers, and sums of these, are below 1e308
 
-   !> What has to be remembered from card to card.
+   !> Data carried from card to card.
    type :: reading_t
       integer :: step = 0             !! step that is open, or the last one
       logical :: open = .false.
-      integer :: open_card = 0        !! its *STEP
-      character(:), allocatable :: chain !! the card that *ELASTIC and the like follow; ''
-      integer, allocatable :: first_use(:) !! by spec: its first card in this part, 0: none yet
+      integer :: open_card = 0        !! card of the open step
+      character(:), allocatable :: chain !! preceding card to which *ELASTIC and similar cards belong; ''
+      integer, allocatable :: first_use(:) !! by spec: first card of this kind in the present part, 0: none yet
    end type reading_t
 
 contains
 
    !> Checks all cards and fills in their spec, layout, step and soundness.
    subroutine check_cards(deck, diagnostics)
-      type(deck_t), intent(inout) :: deck                !! as split; gets the table
-      type(diagnostics_t), intent(inout) :: diagnostics  !! gets what is wrong
+      type(deck_t), intent(inout) :: deck                !! as split; receives the table
+      type(diagnostics_t), intent(inout) :: diagnostics  !! receives the errors
       type(reading_t) :: reading
       integer :: card
       deck%spec = all_cards()
@@ -51,7 +51,7 @@ contains
          deck%card(card)%keyword = deck%spec(deck%card(card)%spec)%keyword
          call check_position(deck, diagnostics, card, reading)
          call check_parameters(deck, diagnostics, card)
-         ! With bad parameters one cannot tell which layout was meant, unless there is only one.
+         ! With bad parameters the layout is unknown, unless the card has only one.
          if (deck%card(card)%sound .or. size(deck%spec(deck%card(card)%spec)%layout) == 1) &
             call check_lines(deck, diagnostics, card)
       end do
@@ -59,10 +59,10 @@ contains
          'its *END STEP is missing')
    end subroutine check_cards
 
-   !> "one of A, B, C" of words between bars, with a guess at what was meant.
+   !> "one of A, B, C" for words between bars, with a suggestion for a misspelt word.
    pure function choices(words, typed) result(string)
       character(*), intent(in) :: words !! between bars
-      character(*), intent(in) :: typed !! what stands in the deck
+      character(*), intent(in) :: typed !! word in the deck
       character(:), allocatable :: string
       integer :: i
       string = nearest_word(words, typed)
@@ -95,7 +95,7 @@ contains
       call diagnostics%add(deck%card(card)%place, 'unknown keyword '//quoted(typed)//known_card(deck%spec, typed(2:)))
    end subroutine report_unknown
 
-   !> What may be meant by a keyword that is not in the table, to be added to a message.
+   !> Suggestion for a keyword that is not in the table, to be appended to a message.
    pure function known_card(table, keyword) result(string)
       type(card_spec_t), intent(in) :: table(:)
       character(*), intent(in) :: keyword !! as typed, without the star
@@ -118,7 +118,7 @@ contains
       end if
    end function known_card
 
-   !> Is the card in the right part of the deck? Opens and closes steps.
+   !> Checks that the card is in the right part of the deck, and opens and closes steps.
    subroutine check_position(deck, diagnostics, card, reading)
       type(deck_t), intent(inout) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
@@ -197,13 +197,13 @@ contains
          if (wrong == '') cycle
          deck%card(card)%sound = .false.
          call complain(deck, diagnostics, card, place, wrong)
-         if (i == 0 .and. place%line > deck%card(card)%place%line) exit ! most likely no parameters at all
+         if (i == 0 .and. place%line > deck%card(card)%place%line) exit ! most likely the card has no parameters at all
       end do
       if (.not. deck%card(card)%sound) return
       do i = 1, size(spec%parameter)
          item = spec%parameter(i)
          wrong = ''
-         if (depends_on_missing(item%only)) then ! which is reported already
+         if (depends_on_missing(item%only)) then ! the missing parameter is already reported
             continue
          else if (seen(i) .and. .not. holds(deck, card, item%only)) then
             wrong = item%name//' goes with '//with_commas(item%only)//' only'
@@ -218,7 +218,7 @@ contains
 
    contains
 
-      !> True for 'TYPE=CIRCLE' when TYPE has no value, not even a default.
+      !> True for a condition such as 'TYPE=CIRCLE' if TYPE has neither value nor default.
       logical function depends_on_missing(condition)
          character(*), intent(in) :: condition
          integer :: equals
@@ -247,7 +247,7 @@ contains
       string = 'unknown parameter '//quoted(name)//'; '//choices(words, name)
    end function unknown_parameter
 
-   !> Finds the layout that holds and checks number and fields of the data lines.
+   !> Determines the layout that applies, and checks number and fields of the data lines.
    subroutine check_lines(deck, diagnostics, card)
       type(deck_t), intent(inout) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
@@ -318,7 +318,7 @@ contains
       end do
    end subroutine check_fields
 
-   !> The quick way past the most frequent values: labels and unbounded reals.
+   !> Fast check of the most frequent values: labels and unbounded reals.
    pure logical function looks_right(item, typed)
       type(item_t), intent(in) :: item
       character(*), intent(in) :: typed
@@ -334,7 +334,7 @@ contains
       end if
    end function looks_right
 
-   !> What is wrong with a value; '' when nothing is.
+   !> Description of the error in a value; '' if there is none.
    pure function value_error(item, typed) result(wrong)
       type(item_t), intent(in) :: item
       character(*), intent(in) :: typed
@@ -394,7 +394,7 @@ contains
       end select
    end function value_error
 
-   !> What a message about a label says of its limit, where that is what the label has passed.
+   !> Largest permitted label, for the message about a label that exceeds it; else ''.
    pure function label_limit(typed) result(string)
       character(*), intent(in) :: typed
       character(:), allocatable :: string

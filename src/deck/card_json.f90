@@ -43,7 +43,7 @@ contains
       string = string//']}'
    end function card_object
 
-   !> One form of the data lines of a card; the first form whose condition is satisfied applies. Without "most" the number of lines
+   !> One form of the data lines of a card. The first form whose condition is satisfied applies. Without "most" the number of lines
    !> is not limited.
    function layout_object(layout) result(string)
       type(layout_t), intent(in) :: layout

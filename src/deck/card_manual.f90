@@ -10,7 +10,7 @@ module card_manual
 
 contains
 
-   !> Writes the reference: an index, then a section a card.
+   !> Writes the reference: an index, then one section for each card.
    subroutine write_card_manual(unit)
       integer, intent(in) :: unit !! connected for formatted writing
       type(card_spec_t), allocatable :: table(:)
@@ -49,7 +49,7 @@ contains
       end do
    end subroutine write_card
 
-   !> True when no layout of the card tells fields.
+   !> True if no layout of the card has fields.
    pure logical function no_fields(card)
       type(card_spec_t), intent(in) :: card
       integer :: i
@@ -59,7 +59,7 @@ contains
       end do
    end function no_fields
 
-   !> Where the card stands and how often.
+   !> Part of the deck in which the card may be used, and how often.
    pure function place_text(card) result(string)
       type(card_spec_t), intent(in) :: card
       character(:), allocatable :: string
@@ -95,7 +95,7 @@ contains
    subroutine write_layout(unit, layout, many)
       integer, intent(in) :: unit
       type(layout_t), intent(in) :: layout
-      logical, intent(in) :: many ! the card has other layouts, too
+      logical, intent(in) :: many ! true: the card has further layouts
       character(:), allocatable :: string, default, unit_text
       integer :: i
       string = 'Data lines'
@@ -122,7 +122,7 @@ contains
       end do
    end subroutine write_layout
 
-   !> What may be typed.
+   !> Permitted values.
    pure function kind_text(item) result(string)
       type(item_t), intent(in) :: item
       character(:), allocatable :: string
@@ -186,7 +186,7 @@ contains
       end do
    end function code
 
-   !> The anchor that Markdown renderers give to a card's heading.
+   !> Anchor that Markdown renderers give to a card's heading.
    pure function anchor(keyword) result(string)
       character(*), intent(in) :: keyword
       character(:), allocatable :: string

@@ -1,4 +1,4 @@
-!> How the table of cards describes a card: its parameters, its data lines, and the rules that every check needs.
+!> Types of the table of cards: the parameters and data lines of a card, and the rules for their checks.
 module card_spec
    use text, only: squeeze
    implicit none
@@ -27,7 +27,7 @@ module card_spec
    enum, bind(c)
       enumerator :: in_model = 1 !! before the first *STEP
       enumerator :: in_step      !! between *STEP and *END STEP
-      enumerator :: anywhere     !! either
+      enumerator :: anywhere     !! inside or outside a step
       enumerator :: outside_step !! not inside a step, but perhaps after one
    end enum
 
@@ -36,25 +36,25 @@ module card_spec
    end enum
 
    integer, parameter :: many_lines = huge(1)
-   integer, parameter :: usual_most = 1000000000 !! of an integer, in size; twice that is one, too
+   integer, parameter :: usual_most = 1000000000 !! largest magnitude of an integer by default; twice this value is still an integer
 
    !> A parameter, or a field of a data line.
    type :: item_t
-      character(:), allocatable :: name    !! of a parameter: as typed in the deck; of a field: what the manual calls it
+      character(:), allocatable :: name    !! parameter: name in the deck; field: name in the manual
       integer :: kind = kind_real
-      logical :: required = .true.         !! of a parameter with `only`: required when that holds
+      logical :: required = .true.         !! parameter with `only`: required if that condition is satisfied
       character(:), allocatable :: default !! '': none
-      integer :: times_field = 0           !! the default is a factor of the size of this field (0: a value)
+      integer :: times_field = 0           !! field whose value is multiplied by the default (0: the default itself is the value)
       character(:), allocatable :: words   !! accepted words between bars
-      character(:), allocatable :: former  !! words of earlier versions, between bars, each followed by a blank and today's
-      character(:), allocatable :: only    !! allowed only when, such as 'TYPE=CIRCLE'; '': always
+      character(:), allocatable :: former  !! words of earlier versions, between bars, each followed by a blank and the present word
+      character(:), allocatable :: only    !! condition under which the item is allowed, such as 'TYPE=CIRCLE'; '': always
       integer :: bound = any_value
-      integer :: most = usual_most         !! of an integer, in size
+      integer :: most = usual_most         !! largest magnitude of an integer
       character(:), allocatable :: unit    !! in words; '': none
       character(:), allocatable :: meaning !! one line
    end type item_t
 
-   !> The data lines of a card, perhaps for one variant of it.
+   !> The data lines of a card, or of one variant of the card.
    type :: layout_t
       character(:), allocatable :: when         !! 'SECTION=RECT', 'GENERATE' (flag given), or '': always
       type(item_t), allocatable :: field(:)
@@ -66,16 +66,16 @@ module card_spec
       character(:), allocatable :: keyword    !! without the star, single blanks
       integer :: where = in_model
       logical :: once = .false.               !! at most once in the model part, or in each step
-      logical :: free_text = .false.          !! data lines are not split into fields; a layout is for the manual only
-      character(:), allocatable :: follows    !! stands below this card, with only its like between; ''
+      logical :: free_text = .false.          !! data lines are not split into fields; a layout serves the manual only
+      character(:), allocatable :: follows    !! card below which this one must be, with only cards of the same kind between; ''
       character(:), allocatable :: meaning
       type(item_t), allocatable :: parameter(:)
-      type(layout_t), allocatable :: layout(:) !! the first that holds counts; none: no data lines
+      type(layout_t), allocatable :: layout(:) !! the first one whose condition is satisfied applies; empty: no data lines
    end type card_spec_t
 
 contains
 
-   !> Position of a card in the table, 0 when there is none; case and blanks do not count.
+   !> Position of a card in the table, 0 if there is none; case and blanks are ignored.
    pure integer function find_card(table, keyword) result(position)
       type(card_spec_t), intent(in) :: table(:)
       character(*), intent(in) :: keyword !! without the star
@@ -87,7 +87,7 @@ contains
       position = 0
    end function find_card
 
-   !> Position of a parameter in its card's list, 0 when there is none; case and blanks do not count.
+   !> Position of a parameter in its card's list, 0 if there is none; case and blanks are ignored.
    pure integer function find_item(items, name) result(position)
       type(item_t), intent(in) :: items(:)
       character(*), intent(in) :: name
@@ -102,7 +102,7 @@ contains
    !> Appends a card to a table.
    pure subroutine add_card(table, keyword, where, meaning, once, follows, free_text)
       type(card_spec_t), allocatable, intent(inout) :: table(:)
-      character(*), intent(in) :: keyword            !! these are the components of card_spec_t
+      character(*), intent(in) :: keyword            !! this and the following arguments: components of card_spec_t
       integer, intent(in) :: where
       character(*), intent(in) :: meaning
       logical, intent(in), optional :: once, free_text !! default false
@@ -112,7 +112,8 @@ contains
       n = size(table) + 1
       allocate (longer(n))
       do i = 1, n - 1
-         call move_card(table(i), longer(i))  ! copies of all at every card would take longer than to read a deck
+         call move_card(table(i), longer(i))  ! moved, not copied: copies of the whole table for every card would take longer than
+         ! reading a deck
       end do
       call move_alloc(longer, table)
       table(n)%keyword = keyword
@@ -125,7 +126,7 @@ contains
       allocate (table(n)%parameter(0), table(n)%layout(0))
    end subroutine add_card
 
-   !> Makes one card another; nothing is left of the first.
+   !> Moves the contents of one card to another; the first is empty afterwards.
    pure subroutine move_card(from, to)
       type(card_spec_t), intent(inout) :: from
       type(card_spec_t), intent(inout) :: to
@@ -142,7 +143,7 @@ contains
    !> Adds a parameter to the last card of a table. It is required unless it has a default or is optional.
    pure subroutine add_parameter(table, name, kind, meaning, default, words, only, optional, bound, former, most)
       type(card_spec_t), intent(inout) :: table(:)
-      character(*), intent(in) :: name                         !! these are the components of item_t
+      character(*), intent(in) :: name                         !! this and the following arguments: components of item_t
       integer, intent(in) :: kind
       character(*), intent(in) :: meaning
       character(*), intent(in), optional :: default, words, only, former !! default ''
@@ -160,7 +161,7 @@ contains
    !> Adds a form of data lines to the last card of a table.
    pure subroutine add_layout(table, when, least, most, last_repeats)
       type(card_spec_t), intent(inout) :: table(:)
-      character(*), intent(in), optional :: when     !! these are the components of layout_t
+      character(*), intent(in), optional :: when     !! this and the following arguments: components of layout_t
       integer, intent(in), optional :: least, most
       logical, intent(in), optional :: last_repeats
       type(layout_t), allocatable :: longer(:)
@@ -182,7 +183,7 @@ contains
    !> Adds a field to the last form of the last card of a table. It is required unless it has a default or is optional.
    pure subroutine add_field(table, name, kind, meaning, unit, default, words, optional, bound, times_field)
       type(card_spec_t), intent(inout) :: table(:)
-      character(*), intent(in) :: name                         !! these are the components of item_t
+      character(*), intent(in) :: name                         !! this and the following arguments: components of item_t
       integer, intent(in) :: kind
       character(*), intent(in) :: meaning
       character(*), intent(in), optional :: unit, default, words !! default ''

@@ -1,6 +1,6 @@
-!> The one table of all cards: what the deck may say, with every default.
+!> The table of all cards of a deck, with all defaults.
 !>
-!> It drives the checks (card_check), the readers (card_values) and the manual (card_manual, `unilat --cards`).
+!> The checks (card_check), the readers (card_values) and the manual (card_manual, `unilat --cards`) use this table.
 module card_table
    use card_spec, only: card_spec_t, in_model, anywhere, positive, not_negative, not_zero, &
       kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof, kind_path, &
@@ -230,7 +230,7 @@ contains
       call stiffness_fields(t)
    end subroutine section_cards
 
-   !> What sections given by numbers have besides EA; inextensible ones have none.
+   !> Adds the stiffnesses other than EA of sections given by numbers; inextensible sections have no EA.
    pure subroutine stiffness_fields(t)
       type(card_spec_t), allocatable, intent(inout) :: t(:)
       call field(t, 'EI', kind_real, 'bending stiffness', unit='force length^2', bound=positive)

@@ -1,6 +1,6 @@
-!> The values on a card, with the table's defaults for what was left out.
+!> Values on a card, with the table's defaults for omitted values.
 !>
-!> Meant for cards and data lines that passed the check; anything that cannot be read counts as zero or ''.
+!> For cards and data lines that passed the check; unreadable values are returned as zero or ''.
 module card_values
    use kinds, only: wp
    use text, only: squeeze, parse_integer, parse_real, word_at, word_index
@@ -15,7 +15,7 @@ module card_values
 
 contains
 
-   !> True when the parameter stands on the card.
+   !> True if the parameter is given on the card.
    pure logical function given(deck, card, name)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: card      !! index of the card
@@ -23,7 +23,7 @@ contains
       given = position_of(deck, card, name) > 0
    end function given
 
-   !> Place of a parameter with its value; of the keyword when it is not given.
+   !> Place of a parameter with its value; of the keyword if it is not given.
    pure type(place_t) function parameter_place(deck, card, name) result(place)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: card      !! index of the card
@@ -36,7 +36,7 @@ contains
       place%last = max(place%last, deck%parameter(p)%value%last)
    end function parameter_place
 
-   !> Place of a parameter's value; of the keyword when it is not given.
+   !> Place of a parameter's value; of the keyword if it is not given.
    pure type(place_t) function value_place(deck, card, name) result(place)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: card      !! index of the card
@@ -47,7 +47,7 @@ contains
       if (p > 0) place = deck%parameter(p)%value
    end function value_place
 
-   !> The parameter's value as typed, or its default; '' when there is neither.
+   !> The parameter's value as typed, or its default; '' if there is neither.
    pure function parameter_text(deck, card, name) result(string)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: card      !! index of the card
@@ -66,7 +66,7 @@ contains
       end if
    end function parameter_text
 
-   !> The parameter's value as the table spells it; '' when it is none of the accepted words.
+   !> The parameter's value as the table spells it; '' if it is none of the accepted words.
    pure function parameter_word(deck, card, name) result(word)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: card      !! index of the card
@@ -100,7 +100,7 @@ contains
       if (.not. ok) parameter_real = 0
    end function parameter_real
 
-   !> The default of a parameter, for decks that do not have the card at all.
+   !> Default of a parameter, for decks without the card.
    pure function default_text(deck, keyword, name) result(string)
       type(deck_t), intent(in) :: deck
       character(*), intent(in) :: keyword !! of the card, without the star
@@ -111,7 +111,7 @@ contains
       end associate
    end function default_text
 
-   !> True when a condition of the table holds: 'TYPE=CIRCLE|LINE' (one of these words), 'GENERATE' (given), ''.
+   !> True if a condition of the table is satisfied: 'TYPE=CIRCLE|LINE' (one of these words), 'GENERATE' (given), ''.
    pure logical function holds(deck, card, condition)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: card           !! index of the card
@@ -130,7 +130,7 @@ contains
       end if
    end function holds
 
-   !> True when a field is there and not empty.
+   !> True if a field is present and not empty.
    pure logical function field_given(deck, line, field)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: line  !! index of the data line
@@ -142,7 +142,7 @@ contains
       field_given = deck%field(i)%last >= deck%field(i)%first
    end function field_given
 
-   !> Place of a field; behind the end of the line when it is not there.
+   !> Place of a field; behind the end of the line if it is missing.
    pure type(place_t) function field_place(deck, line, field) result(place)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: line  !! index of the data line
@@ -164,7 +164,7 @@ contains
       place%last = line_end(deck%source, place%line)
    end function whole_line
 
-   !> A field as typed, or its default; '' when there is neither.
+   !> A field as typed, or its default; '' if there is neither.
    pure function field_text(deck, line, field) result(string)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: line  !! index of the data line
@@ -179,7 +179,7 @@ contains
       end if
    end function field_text
 
-   !> A field's word as the table spells it; '' when it is none of the accepted words.
+   !> A field's word as the table spells it; '' if it is none of the accepted words.
    pure function field_word(deck, line, field) result(word)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: line  !! index of the data line
@@ -230,7 +230,7 @@ contains
       end if
    end function field_real
 
-   !> What the table says about a field.
+   !> Description of a field in the table.
    pure function item_of(deck, line, field) result(item)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: line, field
@@ -251,7 +251,7 @@ contains
       if (i > 0) word = word_at(words, i)
    end function canonical
 
-   !> Position of a parameter of a card in deck%parameter, 0 when it is not given.
+   !> Position of a parameter of a card in deck%parameter, 0 if it is not given.
    pure integer function position_of(deck, card, name) result(p)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: card

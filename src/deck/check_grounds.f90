@@ -1,4 +1,4 @@
-!> What the candidates of an obstacle that carries load sideways must be like; asked when all else in the deck is good.
+!> Conditions on the candidates of an obstacle with coupled ground; checked if the rest of the deck has no errors.
 module check_grounds
    use kinds, only: wp
    use text, only: to_text
@@ -16,7 +16,7 @@ module check_grounds
    private
    public :: check_ground_candidates
 
-   integer, parameter :: most_candidates = 1500 !! their compliances are a full matrix
+   integer, parameter :: most_candidates = 1500 !! limit, because the compliances of the candidates form a full matrix
 
 contains
 

@@ -1,8 +1,8 @@
-!> Contact and stops at nodes that follow others.
+!> Contact and stops at nodes that follow others by ties.
 !>
-!> A rigid obstacle eliminates a displacement of the node that it holds. A node that follows another one has none of its own left:
-!> what it follows touches in its place, if that is at the same place and may touch the same obstacle. A foundation pushes with a
-!> force, which goes to whatever a node follows; ground that carries load sideways counts its nodes among the unknowns.
+!> Contact with a rigid obstacle eliminates a displacement of the node. A node that follows another one has no independent
+!> displacement: the node that it follows must be the contact node, at the same position and as a candidate for the same obstacle.
+!> The force of a foundation acts on the nodes that are followed; coupled ground requires independent unknowns of its nodes.
 module check_tied_contact
    use kinds, only: wp
    use text, only: to_text
@@ -17,7 +17,7 @@ module check_tied_contact
 
 contains
 
-   !> Complains of the first node of each *CONTACT and *GAP that cannot answer to its obstacle.
+   !> Reports the first node of each *CONTACT and *GAP at which contact is impossible.
    subroutine check_contact_of_tied_nodes(deck, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
@@ -66,9 +66,10 @@ contains
       end subroutine check_nodes
    end subroutine check_contact_of_tied_nodes
 
-   !> Of nodes at one place that go together one touches for all: rigid contacts lose those that follow another one of theirs.
+   !> Among tied nodes at one position only one remains in contact: nodes that follow another node of the same rigid contact are
+   !> removed from it.
    subroutine touch_by_leaders(model)
-      type(model_t), intent(inout) :: model             !! as it has passed the check
+      type(model_t), intent(inout) :: model             !! has passed check_contact_of_tied_nodes
       logical, allocatable :: stays(:)
       integer :: c, i, lead
       do c = 1, size(model%contact)
@@ -86,7 +87,7 @@ contains
       end do
    end subroutine touch_by_leaders
 
-   !> The node that a tied one goes with in x and y, all the way; 0 where it departs from it, or has an arm.
+   !> Node whose displacements x and y a tied node has, with chains of ties resolved; 0 if they differ or the tie has an arm.
    pure integer function leader(model, node) result(lead)
       type(model_t), intent(in) :: model
       integer, intent(in) :: node
@@ -111,7 +112,7 @@ contains
       end do
    end function leader
 
-   !> True for a tie that gives its component the value of the same one of another node.
+   !> True for a tie that gives a component the same value as this component of another node.
    pure logical function goes_along(tie)
       type(tie_t), intent(in) :: tie
       goes_along = size(tie%of) == 1
@@ -119,11 +120,11 @@ contains
          & (tie%turner == 0 .or. norm2(tie%arm) <= 0.0_wp)
    end function goes_along
 
-   !> True when a node's leader is at its place, and has the same obstacle at the same distance.
+   !> True if a node's leader is at the same position and is a candidate for the same obstacle with the same gap.
    pure logical function touches_too(model, contact, node, lead)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
-      integer, intent(in) :: node, lead                 !! 0: none
+      integer, intent(in) :: node, lead                 !! 0: no leader
       integer :: k
       touches_too = .false.
       if (lead == 0) return

@@ -1,4 +1,4 @@
-!> Nodes that joints add to the mesh, at the place of one that the deck has.
+!> Additional nodes of joints, at the positions of nodes of the deck.
 module copied_nodes
    use model, only: mesh_t
    use deck_names, only: deck_names_t
@@ -8,7 +8,7 @@ module copied_nodes
 
 contains
 
-   !> A new node at the place of another one, with the next label.
+   !> Adds a node at the position of another one, with the next free label.
    subroutine copy_node(names, mesh, node)
       type(deck_names_t), intent(inout) :: names
       type(mesh_t), intent(inout) :: mesh

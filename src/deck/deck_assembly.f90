@@ -1,7 +1,7 @@
-!> From the deck as typed to the deck as read: included decks in the place of *INCLUDE, values in the place of ${...}.
+!> Assembly of the deck: included decks replace *INCLUDE, and values replace ${...}.
 !>
-!> This is done with lines, before they are cut into cards: an included deck may bring cards, or data lines for the card
-!> above it. Names get their values in the order of the lines.
+!> Lines are processed before they are split into cards, because an included deck may contain cards, or data lines of the preceding
+!> card. Parameters are defined in the order of the lines.
 module deck_assembly
    use text, only: squeeze, is_blank, to_text
    use printable_text, only: quoted, quoted_path
@@ -14,13 +14,13 @@ module deck_assembly
    public :: assemble_deck
 
    character(*), parameter :: nl = new_line('a')
-   character(*), parameter :: expanded_mark = '** *' !! an *INCLUDE whose deck follows in its place
-   integer, parameter :: deepest = 100 !! decks that include each other; a circle through links ends there
-   integer, parameter :: most_files = 10000 !! included ones, each as often as it is
+   character(*), parameter :: expanded_mark = '** *' !! prefix that marks an *INCLUDE whose deck follows
+   integer, parameter :: deepest = 100 !! largest depth of includes; ends circular includes through links
+   integer, parameter :: most_files = 10000 !! largest number of included files, with repetitions
    integer, parameter :: longest_path = 4096 !! [bytes]
-   integer, parameter :: most_names = 20    !! parameters that a message lists
+   integer, parameter :: most_names = 20    !! largest number of parameters listed in a message
 
-   !> Lines one after the other; the text has room behind `length`.
+   !> Lines one after the other; `text` has spare room behind `length`.
    type :: lines_t
       character(:), allocatable :: text
       integer :: length = 0
@@ -29,26 +29,26 @@ module deck_assembly
    type :: assembly_t
       type(lines_t) :: read, expanded, record
       integer :: n = 0                             !! lines read so far
-      integer, allocatable :: origin(:, :)         !! of these; with room
+      integer, allocatable :: origin(:, :)         !! (2, lines) file and line number of each; with spare room
       integer :: n_typed = 0
-      type(typed_line_t), allocatable :: typed(:)  !! the first n_typed count
+      type(typed_line_t), allocatable :: typed(:)  !! the first n_typed are in use
       integer :: n_files = 0
-      type(deck_file_t), allocatable :: file(:)    !! the first n_files count
+      type(deck_file_t), allocatable :: file(:)    !! the first n_files are in use
       integer, allocatable :: included_by(:)       !! file that includes each; 0: the deck itself
       type(deck_parameters_t) :: parameters
-      logical :: in_parameters = .false.           !! data lines belong to a *PARAMETER card
-      integer :: heading_file = 0                  !! data lines belong to a *HEADING of this file; 0: to another card
-      type(place_t) :: included_at                 !! the *INCLUDE of that file through which lines come
-      logical :: ended = .false.                   !! the deck is too large: nothing more is read
+      logical :: in_parameters = .false.           !! the data lines belong to a *PARAMETER card
+      integer :: heading_file = 0                  !! file of the *HEADING to which the data lines belong; 0: another card
+      type(place_t) :: included_at                 !! the deck's *INCLUDE from which the present lines come
+      logical :: ended = .false.                   !! the deck is too large: reading has stopped
    end type assembly_t
 
 contains
 
-   !> Puts a deck together.
+   !> Assembles a deck.
    subroutine assemble_deck(source, settings, diagnostics)
-      type(deck_source_t), intent(inout) :: source        !! as typed; as read
+      type(deck_source_t), intent(inout) :: source        !! in: as typed; out: assembled
       character(*), intent(in) :: settings(:)             !! name=value from the command line
-      type(diagnostics_t), intent(inout) :: diagnostics   !! gets what is wrong
+      type(diagnostics_t), intent(inout) :: diagnostics   !! receives the errors
       type(assembly_t) :: a
       type(deck_source_t) :: whole
       a%read%text = ''
@@ -82,7 +82,7 @@ contains
       end do
    end subroutine take_settings
 
-   !> Every name that was set must mean something to the deck.
+   !> Reports parameters set on the command line that the deck does not use.
    subroutine check_settings(a, settings, diagnostics)
       type(assembly_t), intent(in) :: a
       character(*), intent(in) :: settings(:)
@@ -107,7 +107,7 @@ contains
       end do
    end subroutine check_settings
 
-   !> A card for what was set and has no *PARAMETER in the deck.
+   !> A *PARAMETER card with the parameters that were set on the command line and are not defined in the deck.
    function set_beforehand(a) result(card)
       type(assembly_t), intent(in) :: a
       character(:), allocatable :: card
@@ -147,13 +147,14 @@ contains
       end if
       first = first_letter(typed)
       if (first == 0) then
-         ! The card of a deck that stands in its place already: its name may need a parameter.
+         ! Marked *INCLUDE of an expanded deck, whose lines follow already: its file name may use a parameter, which then counts as
+         ! used.
          if (index(typed, expanded_mark) == 1) then
             if (keyword(typed(len(expanded_mark):)) == 'INCLUDE') call a%parameters%note_use(typed)
          end if
          call keep(a, origin, typed, typed, typed)
       else if (typed(first:first) /= '*' .and. .not. may_write_title(a, origin(1))) then
-         ! The text of any file would otherwise become the title, and be in the results.
+         ! Otherwise the text of any file would become the title, and be stored in the results.
          call diagnostics%add(a%included_at, '*INCLUDE: below *HEADING a deck that begins with a keyword; its text does not '// &
             'become the title')
          a%ended = .true.
@@ -203,10 +204,10 @@ contains
       if (wrong /= '') call diagnostics%add(place_t(a%n, first, len_trim(typed)), '*PARAMETER: '//wrong)
    end subroutine define_parameter
 
-   !> Reads the deck that *INCLUDE names, and takes its lines.
+   !> Reads the deck named by *INCLUDE, and processes its lines.
    recursive subroutine include_file(a, card, typed, first, depth, diagnostics)
       type(assembly_t), intent(inout) :: a
-      character(*), intent(in) :: card, typed    ! the line with values, and without
+      character(*), intent(in) :: card, typed    ! the line with values, and the line as typed
       integer, intent(in) :: first, depth
       type(diagnostics_t), intent(inout) :: diagnostics
       type(deck_source_t) :: source
@@ -254,7 +255,7 @@ contains
       call take_file(a, source, file, depth + 1, diagnostics)
    end subroutine include_file
 
-   !> False where a file's text would become the title of a *HEADING that stands neither in this file nor in one that it includes.
+   !> False if a file's text would become the title of a *HEADING that is neither in this file nor in a file included by it.
    pure logical function may_write_title(a, file) result(may)
       type(assembly_t), intent(in) :: a
       integer, intent(in) :: file
@@ -267,7 +268,7 @@ contains
       end do
    end function may_write_title
 
-   !> Remembers the name of a file.
+   !> Stores the name of a file.
    subroutine add_file(a, name, included_by)
       type(assembly_t), intent(inout) :: a
       character(*), intent(in) :: name
@@ -289,7 +290,7 @@ contains
       a%included_by(a%n_files) = included_by
    end subroutine add_file
 
-   !> ": a.inp, b.inp, a.inp", the way from a file to one that it includes and back.
+   !> ": a.inp, b.inp, a.inp": the chain of includes from a file back to itself.
    function way(a, top, bottom) result(string)
       type(assembly_t), intent(in) :: a
       integer, intent(in) :: top, bottom
@@ -305,7 +306,7 @@ contains
       if (top == bottom) string = ''
    end function way
 
-   !> A path that is meant from where another file is, in its simplest form.
+   !> A path relative to the folder of another file, in its simplest form.
    function beside(name, path) result(whole)
       character(*), intent(in) :: name, path
       character(:), allocatable :: whole, part
@@ -313,7 +314,7 @@ contains
       whole = path
       slash = index(name, '/', back=.true.)
       if (path(1:1) /= '/' .and. slash > 0) whole = name(:slash)//path
-      ! dir/./deck.inp and dir/other/../deck.inp are dir/deck.inp: a circle is seen by the names.
+      ! dir/./deck.inp and dir/other/../deck.inp become dir/deck.inp, so that circular includes are detected by the names.
       slash = 1
       do while (index(whole(slash:), '/') > 0)
          before = slash
@@ -333,7 +334,7 @@ contains
       end do
    end function beside
 
-   !> Adds a line to what is read, to the expanded deck and to the record.
+   !> Adds a line to the assembled deck, to the expanded deck and to the record.
    subroutine keep(a, origin, read, expanded, record)
       type(assembly_t), intent(inout) :: a
       integer, intent(in) :: origin(2)
@@ -351,7 +352,7 @@ contains
       call add_line(a%record, record)
    end subroutine keep
 
-   !> Remembers how the last line was typed.
+   !> Stores the last line as typed.
    subroutine note_typed(a, typed, spots)
       type(assembly_t), intent(inout) :: a
       character(*), intent(in) :: typed
@@ -388,7 +389,7 @@ contains
       lines%length = needed
    end subroutine add_line
 
-   !> Column of the first letter of a line that counts; 0 for blank lines and comments.
+   !> Column of the first character of a line with contents; 0 for blank lines and comments.
    pure integer function first_letter(line)
       character(*), intent(in) :: line
       do first_letter = 1, len(line)
@@ -400,7 +401,7 @@ contains
       end if
    end function first_letter
 
-   !> The keyword of a line, in capitals without blanks; '' when it has none.
+   !> The keyword of a line, in capitals without blanks; '' if there is none.
    pure function keyword(line)
       character(*), intent(in) :: line
       character(:), allocatable :: keyword

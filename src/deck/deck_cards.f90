@@ -1,7 +1,7 @@
-!> Cuts the text of a deck into cards: keyword, parameters, data lines, fields, each with its place.
+!> Splits the text of a deck into cards: keyword, parameters, data lines, fields, each with its place.
 !>
-!> Nothing here knows which cards exist. A keyword line that ends in a comma goes on in the next line; comments
-!> (** in front) and blank lines may stand anywhere.
+!> This module does not depend on which cards exist. A keyword line that ends in a comma continues in the next line; comments (** in
+!> front) and blank lines are allowed everywhere.
 module deck_cards
    use text, only: is_blank, squeeze
    use deck_source, only: deck_source_t
@@ -13,7 +13,7 @@ module deck_cards
 
    type :: parameter_t
       type(place_t) :: name, value         !! value of a flag: empty
-      logical :: has_value = .false.       !! an equals sign was there
+      logical :: has_value = .false.       !! the name is followed by an equals sign
    end type parameter_t
 
    type :: data_line_t
@@ -29,12 +29,12 @@ module deck_cards
       integer :: first_parameter = 1, last_parameter = 0
       integer :: first_line = 1, last_line = 0
       integer :: spec = 0                  !! position in deck%spec, 0: unknown
-      integer :: layout = 0                !! which of its spec's layouts holds, 0: none
+      integer :: layout = 0                !! index of the layout that applies, 0: none
       integer :: step = 0                  !! 0: model part
       logical :: sound = .true.            !! keyword, place in the deck and parameters passed the check
    end type card_t
 
-   !> A deck in pieces. An empty field has last < first.
+   !> A deck split into cards. An empty field has last < first.
    type :: deck_t
       type(deck_source_t) :: source
       integer :: n_cards = 0, n_parameters = 0, n_lines = 0, n_fields = 0
@@ -42,7 +42,7 @@ module deck_cards
       type(parameter_t), allocatable :: parameter(:)
       type(data_line_t), allocatable :: data_line(:)
       type(place_t), allocatable :: field(:)
-      type(card_spec_t), allocatable :: spec(:) !! the table of cards (from the check on)
+      type(card_spec_t), allocatable :: spec(:) !! table of cards (set by the check)
    end type deck_t
 
 contains
@@ -51,7 +51,7 @@ contains
    subroutine split_deck(source, deck, diagnostics)
       type(deck_source_t), intent(in) :: source           !! the text
       type(deck_t), intent(out) :: deck                   !! its cards
-      type(diagnostics_t), intent(inout) :: diagnostics   !! gets what is not even a card
+      type(diagnostics_t), intent(inout) :: diagnostics   !! receives lines that are no cards
       integer :: line, first
       logical :: astray
       deck%source = source
@@ -74,7 +74,7 @@ contains
       end do
    end subroutine split_deck
 
-   !> The text at a place; '' when it is empty.
+   !> The text at a place; '' if it is empty.
    pure function text_at(deck, place) result(string)
       type(deck_t), intent(in) :: deck
       type(place_t), intent(in) :: place !! inside one line of the deck
@@ -88,8 +88,8 @@ contains
    subroutine complain(deck, diagnostics, card, place, message)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card         !! index of the card it is about
-      type(place_t), intent(in) :: place  !! what to mark
+      integer, intent(in) :: card         !! index of the card
+      type(place_t), intent(in) :: place  !! place to be marked
       character(*), intent(in) :: message !! one line
       call diagnostics%add(place, '*'//deck%card(card)%keyword//': '//message)
    end subroutine complain
@@ -112,7 +112,7 @@ contains
       letter_at = source%text(position:position)
    end function letter_at
 
-   !> Column of the first character of a line that counts; 0 for a blank line or a comment.
+   !> Column of the first character of a line with contents; 0 for a blank line or a comment.
    pure subroutine classify(source, line, first)
       type(deck_source_t), intent(in) :: source
       integer, intent(in) :: line
@@ -129,7 +129,7 @@ contains
       end if
    end subroutine classify
 
-   !> The place from `from` to `to` without the blanks at both ends; last = first - 1 when nothing is left.
+   !> The place from `from` to `to` without the blanks at both ends; last = first - 1 if nothing is left.
    pure type(place_t) function trimmed(source, line, from, to) result(place)
       type(deck_source_t), intent(in) :: source
       integer, intent(in) :: line, from, to
@@ -144,7 +144,7 @@ contains
       end do
    end function trimmed
 
-   !> Column of the next comma from a column on; one past the line's end when there is none.
+   !> Column of the next comma from a column on; one past the line's end if there is none.
    pure integer function next_comma(source, line, from) result(column)
       type(deck_source_t), intent(in) :: source
       integer, intent(in) :: line, from
@@ -154,7 +154,7 @@ contains
       if (found == 0) column = source%last(line) - source%first(line) + 2
    end function next_comma
 
-   !> A keyword and its parameters; moves `line` to the last line that belongs to them.
+   !> Splits a keyword line and its parameters; `line` becomes the last line of the keyword.
    subroutine split_keyword_line(deck, diagnostics, line, first)
       type(deck_t), intent(inout) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
@@ -172,7 +172,7 @@ contains
       length = line_end(deck%source, line)
       do while (comma <= length)
          if (comma == length) then
-            ! The comma ends the line: the card goes on in the next line that is not a comment.
+            ! The comma ends the line: the card continues in the next line that is not a comment.
             next = next_line(deck%source, line)
             if (next == 0) then
                deck%card(deck%n_cards)%sound = .false.
@@ -197,7 +197,7 @@ contains
       end do
    end subroutine split_keyword_line
 
-   !> The line on which a keyword line goes on; 0 when another card or the end comes first.
+   !> The line on which a keyword line continues; 0 if another card or the end follows.
    pure integer function next_line(source, line)
       type(deck_source_t), intent(in) :: source
       integer, intent(in) :: line
@@ -211,7 +211,7 @@ contains
       next_line = 0
    end function next_line
 
-   !> NAME or NAME=value.
+   !> Splits NAME or NAME=value.
    subroutine split_parameter(deck, place)
       type(deck_t), intent(inout) :: deck
       type(place_t), intent(in) :: place
@@ -262,7 +262,7 @@ contains
       deck%card(n)%last_line = deck%n_lines
    end subroutine new_card
 
-   !> The fields between commas; a comma at the end of the line opens no field.
+   !> Splits a data line into its fields between commas; a comma at the end of the line begins no field.
    subroutine split_data_line(deck, line)
       type(deck_t), intent(inout) :: deck
       integer, intent(in) :: line

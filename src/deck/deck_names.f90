@@ -1,4 +1,4 @@
-!> What the deck has named so far: nodes and elements by label, sets, materials, obstacles, monitors, steps.
+!> Names and labels defined by the deck so far: nodes, elements, sets, materials, obstacles, monitors, steps.
 module deck_names
    use text, only: to_text, parse_integer, nearest_word
    use lookup, only: label_map_t, name_list_t
@@ -12,10 +12,10 @@ module deck_names
    private
    public :: deck_names_t, set_list_t, find_nodes, find_elements, find_named, find_set, take_node_sets
 
-   !> A set that grows: members in the order they came, each once.
+   !> A set that grows: members in the order in which they were added, each once.
    type :: growing_set_t
       integer :: n = 0
-      integer, allocatable :: member(:)    !! the first n count
+      integer, allocatable :: member(:)    !! the first n are in use
       type(label_map_t), private :: known
    end type growing_set_t
 
@@ -30,7 +30,7 @@ module deck_names
    end type set_list_t
 
    type :: deck_names_t
-      logical :: above_only = .true.       !! the mesh is still being read: cards use what stands above them
+      logical :: above_only = .true.       !! the mesh is being read: cards may refer to preceding definitions only
       logical :: mesh_incomplete = .false. !! a card of the mesh has errors: nodes, elements or sets may be missing
       logical :: imperfections_incomplete = .false. !! an *IMPERFECTION has errors
       logical :: sections_incomplete = .false. !! a card of materials or sections has errors
@@ -43,14 +43,14 @@ module deck_names
       integer :: least_element = huge(1), greatest_element = 0
       type(set_list_t) :: node_set, element_set
       type(name_list_t) :: material, law, obstacle, monitor, step
-      integer, allocatable :: placed_line(:) !! by curve: index of the data line that leaves out its number of elements, else 0
+      integer, allocatable :: placed_line(:) !! by curve: index of the data line that omits its number of elements, else 0
       integer, allocatable :: element_line(:) !! by element index: line of the deck that defines it (once the mesh is read)
-      logical, allocatable :: connected(:) !! by node index: belongs to an element (once the mesh is read)
+      logical, allocatable :: connected(:) !! by node index: the node belongs to an element (once the mesh is read)
    end type deck_names_t
 
 contains
 
-   !> Index of a set, which is made when it does not exist yet.
+   !> Index of a set, which is created if it does not exist yet.
    subroutine begin_set(self, name, set)
       class(set_list_t), intent(inout) :: self
       character(*), intent(in) :: name
@@ -71,7 +71,7 @@ contains
       call move_alloc(larger, self%set)
    end subroutine begin_set
 
-   !> Adds a member unless it is in the set.
+   !> Adds a member to a set that does not contain it yet.
    pure subroutine append_to_set(self, set, member)
       class(set_list_t), intent(inout) :: self
       integer, intent(in) :: set    !! index of the set; 0: nothing happens
@@ -92,7 +92,7 @@ contains
       end associate
    end subroutine append_to_set
 
-   !> The members of a set; none when the set is 0.
+   !> The members of a set; none if the set is 0.
    pure function members_of_set(self, set) result(members)
       class(set_list_t), intent(in) :: self
       integer, intent(in) :: set !! index of the set
@@ -102,25 +102,25 @@ contains
       if (self%set(set)%n > 0) members = self%set(set)%member(:self%set(set)%n)
    end function members_of_set
 
-   !> The nodes that a field means, by label or by set. An error is added when there are none.
+   !> The nodes of a field that contains a label or a set. An error is added if there are none.
    subroutine find_nodes(deck, names, diagnostics, line, field, nodes)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: line                    !! index of the data line
       integer, intent(in) :: field                   !! position of the field
-      integer, allocatable, intent(out) :: nodes(:)  !! node indices; size 0 when not defined
+      integer, allocatable, intent(out) :: nodes(:)  !! node indices; size 0 if not defined
       call find_members(deck, names, diagnostics, line, field, 'node', nodes)
    end subroutine find_nodes
 
-   !> The elements that a field means, by label or by set. An error is added when there are none.
+   !> The elements of a field that contains a label or a set. An error is added if there are none.
    subroutine find_elements(deck, names, diagnostics, line, field, elements)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: line                       !! index of the data line
       integer, intent(in) :: field                      !! position of the field
-      integer, allocatable, intent(out) :: elements(:)  !! element indices; size 0 when not defined
+      integer, allocatable, intent(out) :: elements(:)  !! element indices; size 0 if not defined
       call find_members(deck, names, diagnostics, line, field, 'element', elements)
    end subroutine find_elements
 
@@ -153,7 +153,7 @@ contains
       end if
    end subroutine find_members
 
-   !> Index of the set that a parameter names. An error is added when it is not defined.
+   !> Index of the set that a parameter names. An error is added if it is not defined.
    subroutine find_set(deck, names, diagnostics, card, parameter, what, set)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -161,11 +161,11 @@ contains
       integer, intent(in) :: card           !! index of the card
       character(*), intent(in) :: parameter !! NSET or ELSET
       character(*), intent(in) :: what      !! node or element
-      integer, intent(out) :: set           !! 0 when not defined
+      integer, intent(out) :: set           !! 0 if not defined
       set = set_at(deck, names, diagnostics, card, value_place(deck, card, parameter), what)
    end subroutine find_set
 
-   !> Index of the set whose name stands at a place, 0 (and an error) when there is no such set or it is empty.
+   !> Index of the set named at a place; 0, and an error is added, if there is no such set or it is empty.
    integer function set_at(deck, names, diagnostics, card, place, what) result(set)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -195,7 +195,7 @@ contains
       call complain(deck, diagnostics, card, place, message)
    end function set_at
 
-   !> Position of the name at a place in a list; 0 and an error when it is not there.
+   !> Position in a list of the name at a place; 0, and an error is added, if it is missing.
    subroutine find_named(deck, list, diagnostics, card, place, what, position, also)
       type(deck_t), intent(in) :: deck
       type(name_list_t), intent(in) :: list
@@ -204,7 +204,7 @@ contains
       type(place_t), intent(in) :: place !! of the name
       character(*), intent(in) :: what   !! 'material' and so on, for the message
       integer, intent(out) :: position
-      character(*), intent(in), optional :: also !! a word that may stand there, too: the message names it
+      character(*), intent(in), optional :: also !! another word allowed at this place, which the message then names
       character(:), allocatable :: name, message
       name = text_at(deck, place)
       position = list%find(name)

@@ -1,4 +1,4 @@
-!> Names with values in a deck: what *PARAMETER cards and the command line define, and what ${...} makes of them.
+!> Parameters of a deck: definitions by *PARAMETER cards and the command line, and replacement of ${...} by values.
 module deck_parameters
    use kinds, only: wp, name_length
    use text, only: to_text, is_blank, nearest_word, word_index
@@ -11,13 +11,13 @@ module deck_parameters
    public :: deck_parameters_t
 
    integer, parameter :: longest_formula = 2000 !! characters
-   integer, parameter :: most_guesses = 20     !! searches for a name that may have been meant: no report shows more errors
+   integer, parameter :: most_guesses = 20     !! largest number of searches for similar names: no report shows more errors
 
-   !> All that have a value so far.
+   !> All parameters defined so far.
    type :: deck_parameters_t
       integer :: n = 0
-      type(deck_parameter_t), allocatable :: list(:) !! the first n count
-      real(wp), allocatable :: number(:)       !! values of those that are numbers
+      type(deck_parameter_t), allocatable :: list(:) !! the first n are in use
+      real(wp), allocatable :: number(:)       !! values of the parameters that are numbers
       type(name_list_t) :: names               !! in the same order
       integer :: guesses = 0
    contains
@@ -32,7 +32,7 @@ module deck_parameters
 
 contains
 
-   !> No parameters yet.
+   !> Starts without parameters.
    pure subroutine start(self)
       class(deck_parameters_t), intent(inout) :: self
       type(name_list_t) :: none
@@ -43,29 +43,30 @@ contains
       allocate (self%list(16), self%number(16))
    end subroutine start
 
-   !> Takes NAME=VALUE from the command line, before the deck is read.
+   !> Adds NAME=VALUE from the command line, before the deck is read.
    pure subroutine set(self, string, wrong)
       class(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string                !! as typed
-      character(:), allocatable, intent(out) :: wrong   !! what is wrong with it; ''
+      character(:), allocatable, intent(out) :: wrong   !! description of the error; '' if there is none
       type(deck_parameter_t) :: parameter
       real(wp) :: number
       call new_parameter(self, string, parameter, number, wrong)
-      if (wrong /= '') return ! perhaps without a name
+      if (wrong /= '') return ! the name may be missing
       if (place(self, parameter%name) > 0) wrong = 'set twice'
       if (wrong /= '') return
       parameter%was_set = .true.
       call append(self, parameter, number)
    end subroutine set
 
-   !> Takes a line of a *PARAMETER card. What the command line has set keeps that value.
+   !> Adds a line of a *PARAMETER card. A value set on the command line is kept.
    pure subroutine define(self, string, line, wrong, earlier, as_set)
       class(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string                !! NAME = VALUE
       integer, intent(in) :: line                       !! of the deck
-      character(:), allocatable, intent(out) :: wrong   !! what is wrong with it; ''
-      integer, intent(out) :: earlier                   !! line that names the parameter already; 0
-      character(:), allocatable, intent(out) :: as_set  !! the line with the value that was set; '': that of the line holds
+      character(:), allocatable, intent(out) :: wrong   !! description of the error; '' if there is none
+      integer, intent(out) :: earlier                   !! line that defines the parameter already; 0: none
+      character(:), allocatable, intent(out) :: as_set  !! the line with the value set on the command line; '': the line's own value
+      !! applies
       type(deck_parameter_t) :: parameter
       real(wp) :: number
       integer :: i
@@ -78,7 +79,7 @@ contains
       call self%note_use(string)
       call new_parameter(self, string, parameter, number, wrong)
       if (wrong /= '') then
-         ! Any value, so that what uses the name is not reported, too.
+         ! Any value, so that lines that use the name are not reported, too.
          if (.not. allocated(parameter%value)) return
          parameter%value = '1'
          parameter%is_number = .true.
@@ -101,9 +102,9 @@ contains
    pure subroutine fill(self, typed, filled, spots, wrong)
       class(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: typed                   !! the line
-      character(:), allocatable, intent(out) :: filled    !! with values; of no use when something is wrong
-      type(spot_t), allocatable, intent(out) :: spots(:)  !! what was replaced; of an error the last one is the place
-      character(:), allocatable, intent(out) :: wrong     !! what is wrong; ''
+      character(:), allocatable, intent(out) :: filled    !! the line with values; undefined after an error
+      type(spot_t), allocatable, intent(out) :: spots(:)  !! replaced parts; after an error the last one is its place
+      character(:), allocatable, intent(out) :: wrong     !! description of the error; '' if there is none
       character(:), allocatable :: value
       type(spot_t), allocatable :: more(:)
       type(growing_t) :: read
@@ -157,7 +158,7 @@ contains
       growing%n = needed
    end subroutine add_text
 
-   !> What ${string} writes.
+   !> The text that replaces ${string}.
    pure subroutine value_of(self, string, value, wrong)
       type(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string
@@ -175,10 +176,10 @@ contains
       end if
    end subroutine value_of
 
-   !> Names that the command line has set mean something to the deck when a formula has them.
+   !> Marks parameters set on the command line as used by the deck if a formula contains them.
    pure subroutine note_use(self, string)
       class(deck_parameters_t), intent(inout) :: self
-      character(*), intent(in) :: string  !! formulas and other text
+      character(*), intent(in) :: string  !! formula or other text
       integer :: first, last, i
       last = 0
       do
@@ -194,7 +195,7 @@ contains
       type(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string
       type(deck_parameter_t), intent(out) :: parameter
-      real(wp), intent(out) :: number                   ! its value; 0 when it is text
+      real(wp), intent(out) :: number                   ! its value; 0 for text
       character(:), allocatable, intent(out) :: wrong
       character(:), allocatable :: typed
       integer :: equals, control
@@ -231,7 +232,7 @@ contains
       end if
    end subroutine new_parameter
 
-   !> The value of a formula.
+   !> Evaluates a formula.
    pure subroutine find_value(self, string, number, wrong)
       type(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string
@@ -240,7 +241,7 @@ contains
       character(:), allocatable :: known
       real(wp), allocatable :: value(:)
       integer :: first, last, i
-      ! The names that the formula has, and of one that does not exist what was meant.
+      ! Collects the names in the formula, and a suggestion for a name that does not exist.
       number = 0.0_wp
       wrong = ''
       if (len_trim(string) > longest_formula) wrong = 'a formula has '//to_text(longest_formula)//' characters at most'
@@ -272,11 +273,11 @@ contains
       end do
    end subroutine find_value
 
-   !> Adds a parameter to those that a formula may use.
+   !> Adds a parameter to the names that a formula may use.
    pure subroutine know(self, i, known, value)
       type(deck_parameters_t), intent(in) :: self
-      integer, intent(in) :: i                           ! in the list
-      character(:), allocatable, intent(inout) :: known  ! between bars
+      integer, intent(in) :: i                           ! position in the list
+      character(:), allocatable, intent(inout) :: known  ! names between bars
       real(wp), allocatable, intent(inout) :: value(:)
       if (known /= '') known = known//'|'
       known = known//self%list(i)%name
@@ -306,7 +307,7 @@ contains
       call self%names%add(parameter%name, i, is_new)
    end subroutine append
 
-   !> A number as decks have it: whole ones without a point, so that they may stand for integers, too.
+   !> A number as text: whole numbers without a decimal point, so that they may serve as integers, too.
    pure function written(number) result(string)
       real(wp), intent(in) :: number
       character(:), allocatable :: string
@@ -317,7 +318,7 @@ contains
       end if
    end function written
 
-   !> Position of a parameter in the list, 0 when there is none.
+   !> Position of a parameter in the list, 0 if there is none.
    pure integer function place(self, name)
       type(deck_parameters_t), intent(in) :: self
       character(*), intent(in) :: name
@@ -325,10 +326,10 @@ contains
       if (len_trim(name) > 0 .and. len_trim(name) <= name_length) place = self%names%find(trim(name))
    end function place
 
-   !> The next plain name in a text: where it begins and ends; 0 when there is none any more.
+   !> First and last character of the next plain name in a text; 0 if there is none.
    pure subroutine next_name(string, from, first, last)
       character(*), intent(in) :: string
-      integer, intent(in) :: from             !! where the search begins
+      integer, intent(in) :: from             !! start of the search
       integer, intent(out) :: first, last
       integer :: length
       first = from
@@ -348,7 +349,7 @@ contains
 
    contains
 
-      !> Letters, digits and underscores from a place on.
+      !> Number of letters, digits and underscores from a position on.
       pure integer function word_length(at)
          integer, intent(in) :: at
          do word_length = 1, len(string) - at

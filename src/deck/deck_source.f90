@@ -1,7 +1,7 @@
-!> The text of a deck, read whole from a file or a pipe and kept: messages quote it, the result file stores it.
+!> The text of a deck, read completely from a file or a pipe and kept: messages quote it, the result file stores it.
 !>
-!> What is read need not be what was typed: included decks stand in their place, values for ${...}. Lines remember
-!> where they come from.
+!> The text may differ from the typed text: included decks replace *INCLUDE, values replace ${...}. The origin of each line is
+!> stored.
 module deck_source
    use errors, only: error_t, fail
    use text, only: to_text
@@ -14,64 +14,66 @@ module deck_source
    public :: most_lines
 
    type :: deck_file_t
-      character(:), allocatable :: name             !! as messages show it
+      character(:), allocatable :: name             !! name in messages
    end type deck_file_t
 
-   !> A replaced part of a line: columns of what was typed, ${...}, and of what is read instead.
+   !> A replaced part of a line: columns of the typed text ${...}, and of its replacement.
    type :: spot_t
       integer :: typed(2) = 0, read(2) = 0          !! first and last
    end type spot_t
 
-   !> A line that is not read as it was typed.
+   !> A line that differs from the typed line.
    type :: typed_line_t
       integer :: line = 0
       character(:), allocatable :: text             !! as typed
       type(spot_t), allocatable :: spot(:)
    end type typed_line_t
 
-   !> A name with its value.
+   !> A parameter with its value.
    type :: deck_parameter_t
       character(:), allocatable :: name             !! as first typed
-      character(:), allocatable :: value            !! as ${name} writes it
+      character(:), allocatable :: value            !! text that replaces ${name}
       logical :: is_number = .true.                 !! false: text
-      logical :: was_set = .false.                  !! on the command line
-      logical :: in_deck = .false.                  !! a *PARAMETER names it, or a ${...} uses it
-      integer :: line = 0                           !! where *PARAMETER names it; 0: nowhere
+      logical :: was_set = .false.                  !! true: set on the command line
+      logical :: in_deck = .false.                  !! true: defined by *PARAMETER, or used by a ${...}
+      integer :: line = 0                           !! line of its *PARAMETER definition; 0: none
    contains
       procedure :: definition
    end type deck_parameter_t
 
-   !> A deck's text and where its lines are.
+   !> Text of a deck and positions of its lines.
    type :: deck_source_t
-      character(:), allocatable :: name             !! of the file, as messages show it
+      character(:), allocatable :: name             !! name of the file in messages
       character(:), allocatable :: text             !! all lines, each ended by a newline
       integer :: n_lines = 0
-      integer, allocatable :: first(:), last(:)     !! positions in `text` of a line's first and last character
-      type(deck_file_t), allocatable :: file(:)     !! the deck, and those that it includes
-      integer, allocatable :: origin(:, :)          !! (2, n_lines) file of a line, and its number there
+      integer, allocatable :: first(:), last(:)     !! positions in `text` of the first and last character of each line
+      type(deck_file_t), allocatable :: file(:)     !! the deck's file, and the included files
+      integer, allocatable :: origin(:, :)          !! (2, n_lines) file of each line, and its number there
       type(typed_line_t), allocatable :: typed(:)   !! in the order of the lines
       type(deck_parameter_t), allocatable :: parameter(:)
-      character(:), allocatable :: expanded         !! the deck as typed, with the included ones in their place
-      character(:), allocatable :: record           !! and with what the command line has set: it gives the same run
+      character(:), allocatable :: expanded         !! the deck as typed, with the included decks inserted
+      character(:), allocatable :: record           !! the expanded deck with the parameters set on the command line: it reproduces
+      !! the run
    contains
       procedure :: line => source_line
       procedure :: line_words, as_typed
    end type deck_source_t
 
-   integer, parameter :: most_lines = 10000000      !! of a deck, with all that it includes: ten million
+   integer, parameter :: most_lines = 10000000      !! of a deck with all included decks
    integer, parameter :: longest_line = 10000000    !! [bytes]
    integer, parameter :: longest_text = 500000000   !! [bytes] of a file
    character(*), parameter :: newline = achar(10), carriage_return = achar(13)
    character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
-   integer, parameter :: chunk = 256 !! characters asked for in one read, which fills the rest with blanks each time
+   integer, parameter :: chunk = 256 !! characters requested in one read, which pads the rest with blanks each time
 
 contains
 
    !> Reads a file.
    subroutine read_source_file(path, source, error)
-      character(*), intent(in) :: path                !! the file, also its name in messages
+      character(*), intent(in) :: path                !! name of the file, also used in messages
       type(deck_source_t), intent(out) :: source      !! empty text on failure
-      type(error_t), allocatable, intent(out) :: error !! the file is missing or cannot be read, or is none; as read_source_unit
+      type(error_t), allocatable, intent(out) :: error !! the file is missing, cannot be read, or is no plain file; or as
+      !! read_source_unit
       integer :: unit, status
       character(200) :: reason
       call check_file(path, error)
@@ -89,19 +91,19 @@ contains
       close (unit, iostat=status)
    end subroutine read_source_file
 
-   !> Reads everything that a formatted sequential unit (such as input_unit) still holds.
+   !> Reads all remaining lines of a formatted sequential unit (such as input_unit).
    subroutine read_source_unit(unit, name, source, error)
       integer, intent(in) :: unit                      !! connected for formatted reading
-      character(*), intent(in) :: name                 !! what messages call the deck
+      character(*), intent(in) :: name                 !! name of the deck in messages
       type(deck_source_t), intent(out) :: source       !! empty text on failure
-      type(error_t), allocatable, intent(out) :: error !! reading failed, or there is too much text
+      type(error_t), allocatable, intent(out) :: error !! reading failed, or the text is too long
       character(:), allocatable :: text, buffer
       integer :: status, n, length, line, lines
       character(200) :: reason
       allocate (character(chunk) :: buffer)
       allocate (character(65536) :: text)
       length = 0
-      line = 0      ! where the present one begins, less 1
+      line = 0      ! position before the present line
       lines = 0
       do
          read (unit, '(a)', advance='no', size=n, iostat=status, iomsg=reason) buffer
@@ -143,10 +145,10 @@ contains
       end subroutine refuse
    end subroutine read_source_unit
 
-   !> Finds the lines of a text.
+   !> Determines the lines of a text.
    pure subroutine source_from_text(text, name, source)
       character(*), intent(in) :: text           !! lines ended by newlines; a carriage return before one is dropped
-      character(*), intent(in) :: name           !! what messages call the deck
+      character(*), intent(in) :: name           !! name of the deck in messages
       type(deck_source_t), intent(out) :: source !! text without byte order mark, every line ended by a newline
       integer :: i, length, first, number
       source%name = name
@@ -188,7 +190,7 @@ contains
       source%record = source%text
    end subroutine source_from_text
 
-   !> One line without its newline; '' when there is no such line.
+   !> One line without its newline; '' if there is no such line.
    pure function source_line(self, number) result(line)
       class(deck_source_t), intent(in) :: self
       integer, intent(in) :: number !! from 1
@@ -197,7 +199,7 @@ contains
       if (number >= 1 .and. number <= self%n_lines) line = self%text(self%first(number):self%last(number))
    end function source_line
 
-   !> The line of a *PARAMETER card that gives the value.
+   !> Line of a *PARAMETER card that defines the parameter.
    pure function definition(self) result(string)
       class(deck_parameter_t), intent(in) :: self
       character(:), allocatable :: string
@@ -205,7 +207,7 @@ contains
       if (.not. self%is_number) string = self%name//' = "'//self%value//'"'
    end function definition
 
-   !> "line 12", with the name of its file where there are several.
+   !> "line 12", with the name of its file if there are several.
    pure function line_words(self, number) result(words)
       class(deck_source_t), intent(in) :: self
       integer, intent(in) :: number !! of the line, from 1
@@ -214,12 +216,12 @@ contains
       if (size(self%file) > 1) words = words//' of '//self%file(self%origin(1, number))%name
    end function line_words
 
-   !> A line and a part of it as they were typed.
+   !> A line, and the columns of a part of it, as typed.
    pure subroutine as_typed(self, number, first, last, line)
       class(deck_source_t), intent(in) :: self
       integer, intent(in) :: number                    !! of the line, from 1
-      integer, intent(inout) :: first, last            !! columns of what is read; of what was typed. A part of what
-      !! stands for ${...} becomes all of it
+      integer, intent(inout) :: first, last            !! in: columns of the assembled line; out: columns of the typed line. A part
+      !! of the replacement of ${...} becomes the whole ${...}
       character(:), allocatable, intent(out) :: line
       integer :: t, i, shift(2)
       line = self%line(number)

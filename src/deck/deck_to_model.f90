@@ -1,8 +1,8 @@
-!> From the text of a deck to the model: the sequence of all readers.
+!> Translation of a deck to the model: the sequence of all readers.
 !>
-!> Everything is read even when errors were found, so that the user sees them all at once. What follows only from
-!> an error already reported (a node that is missing because its line is bad) is not reported again. So nothing is read
-!> of a deck that cannot be put together, because an included deck or a value is missing.
+!> All cards are read even after errors, so that the user sees all errors at once. Errors that only follow from a reported one (a
+!> missing node whose line is bad) are not reported. Nothing is read from a deck that cannot be assembled because an included deck
+!> or a value is missing.
 module deck_to_model
    use model, only: model_t
    use deck_source, only: deck_source_t
@@ -41,8 +41,8 @@ contains
 
    !> Reads and checks a deck.
    subroutine read_deck(source, model, diagnostics, steps_optional, settings)
-      type(deck_source_t), intent(inout) :: source     !! its text as typed; as read
-      type(model_t), intent(out) :: model              !! all components allocated; of use only without errors
+      type(deck_source_t), intent(inout) :: source     !! in: text as typed; out: assembled
+      type(model_t), intent(out) :: model              !! all components allocated; meaningful only without errors
       type(diagnostics_t), intent(out) :: diagnostics  !! diagnostics%n: number of errors
       logical, intent(in), optional :: steps_optional  !! true: a deck without *STEP is no error (default false)
       character(*), intent(in), optional :: settings(:) !! name=value from the command line, for ${name} (default none)
@@ -114,7 +114,7 @@ contains
       call diagnostics%add(last_place(source), 'the deck ends here and has no *STEP')
    end subroutine read_deck
 
-   !> The last line that is not blank, where a deck lacks something; the first one of a deck without lines.
+   !> The last line that is not blank, as the place of an error about missing cards; the first line of a deck without lines.
    pure type(place_t) function last_place(source) result(place)
       type(deck_source_t), intent(in) :: source
       integer :: line
@@ -126,7 +126,7 @@ contains
       end do
    end function last_place
 
-   !> Which things may be missing because the cards that define them have errors.
+   !> Notes which kinds of definitions may be missing because their cards have errors.
    subroutine note_bad_cards(deck, diagnostics, names)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(in) :: diagnostics
@@ -181,7 +181,7 @@ contains
       names%loads_incomplete = .true.
    end subroutine note_bad_cards
 
-   !> Title and job name.
+   !> Reads title and job name.
    subroutine read_heading(deck, model)
       type(deck_t), intent(in) :: deck
       type(model_t), intent(inout) :: model
@@ -207,7 +207,7 @@ contains
 
    contains
 
-      !> One more line of the title.
+      !> Appends a line to the title.
       subroutine append(string)
          character(*), intent(in) :: string
          if (n > 0) then
@@ -219,7 +219,7 @@ contains
       end subroutine append
    end subroutine read_heading
 
-   !> What lengths and forces are measured in.
+   !> Reads the names of the units of length and force.
    subroutine read_units(deck, model)
       type(deck_t), intent(in) :: deck
       type(model_t), intent(inout) :: model

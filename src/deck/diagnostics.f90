@@ -1,4 +1,4 @@
-!> Collects what is wrong with a deck, each message with its place, and prints it as one report.
+!> Collects the errors in a deck, each with its place, and prints them as one report.
 module diagnostics
    use text, only: to_text, plural
    use printable_text, only: printable, shortened, character_end
@@ -27,17 +27,17 @@ module diagnostics
       procedure :: add
    end type diagnostics_t
 
-   integer, parameter :: most_shown = 20 !! what one wants to read at once
+   integer, parameter :: most_shown = 20 !! largest number of errors in a report
    integer, parameter :: longest_message = 1000 !! [bytes]
-   integer, parameter :: longest_line = 160     !! [bytes] of a line of the deck that is shown
-   integer, parameter :: least_before = 60      !! [bytes] of these before the place
+   integer, parameter :: longest_line = 160     !! [bytes] longest part shown of a line of the deck
+   integer, parameter :: least_before = 60      !! [bytes] least part of that line shown before the place of the error
 
 contains
 
    !> Adds an error.
    pure subroutine add(self, place, message)
       class(diagnostics_t), intent(inout) :: self
-      type(place_t), intent(in) :: place  !! what the caret line marks
+      type(place_t), intent(in) :: place  !! place marked by the caret line
       character(*), intent(in) :: message !! one line
       type(diagnostic_t), allocatable :: more(:)
       integer :: i
@@ -55,12 +55,12 @@ contains
       self%item(self%n)%message = shortened(message, longest_message)
    end subroutine add
 
-   !> The report: errors in the order of the deck, each with its line and carets under the place; '' without errors.
+   !> The report: errors in the order of the deck, each with its line and carets below the place; '' without errors.
    !>
-   !> At most 20 are shown, then "and N more"; the last line counts them.
+   !> At most 20 errors are shown, then "and N more"; the last line contains their number.
    pure function diagnostics_report(diagnostics, source, coloured) result(report)
       type(diagnostics_t), intent(in) :: diagnostics
-      type(deck_source_t), intent(in) :: source !! the deck they belong to
+      type(deck_source_t), intent(in) :: source !! the deck that contains the errors
       logical, intent(in), optional :: coloured !! for a terminal; default: false
       character(:), allocatable :: report       !! lines ended by newlines
       integer, allocatable :: order(:)
@@ -79,11 +79,11 @@ contains
       report = report//plural(diagnostics%n, 'error')//' in '//printable(source%name)//new_line('a')
    end function diagnostics_report
 
-   !> One error: file:line:column: message, the line, and carets. Of a long line the part around the place is shown.
+   !> Text of one error: file:line:column: message, the line, and carets. Of a long line the part around the place is shown.
    pure function described(item, source, paint) result(string)
       type(diagnostic_t), intent(in) :: item
       type(deck_source_t), intent(in) :: source
-      logical, intent(in) :: paint !! the message bold, the carets red
+      logical, intent(in) :: paint !! true: the message is bold, the carets are red
       character(:), allocatable :: string
       character(:), allocatable :: line, margin, shown
       character(8) :: number
@@ -124,7 +124,7 @@ contains
          & new_line('a')
    end function described
 
-   !> Blanks that take as much room as a text does when it is printed; its tabs stay.
+   !> Blanks with the printed width of a text; tabs are kept.
    pure function blanked(string) result(blanks)
       character(*), intent(in) :: string        !! UTF-8
       character(:), allocatable :: blanks
@@ -188,7 +188,7 @@ contains
       end do
    end subroutine sort_by_place
 
-   !> True when a place stands before another one; the deck as a whole comes last.
+   !> True if a place is before another one; the deck as a whole comes last.
    pure logical function before(one, other)
       type(place_t), intent(in) :: one, other
       if (one%line == other%line) then

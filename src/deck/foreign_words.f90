@@ -153,7 +153,7 @@ contains
       if (word_index(words, typed) > 0) answer = why
    end subroutine take
 
-   !> The same for words that have this meaning at one place only.
+   !> Sets the answer if a word is one of a list and is used at the given place.
    pure subroutine take_of(answer, place, typed, of, words, why)
       character(:), allocatable, intent(inout) :: answer
       character(*), intent(in) :: place, typed       !! card, parameter or field, and the word given there

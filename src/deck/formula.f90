@@ -1,7 +1,7 @@
-!> The value of a formula in a deck, such as 2*pi*EI/L**2.
+!> Evaluates a formula in a deck, such as 2*pi*EI/L**2.
 !>
-!> Numbers, names, + - * / **, brackets and functions, with the precedence of Fortran: ** first, from the right, then
-!> signs, then * and /, then + and -, from the left. All numbers are real. What has no finite value is an error.
+!> Numbers, names, + - * / **, brackets and functions, with the precedence of Fortran: ** first, from the right, then signs, then *
+!> and /, then + and -, from the left. All numbers are real. A result that is not finite is an error.
 module formula
    use kinds, only: wp, pi, degree
    use printable_text, only: quoted
@@ -13,7 +13,7 @@ module formula
    character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_', digits = '0123456789'
    character(*), parameter :: one_argument = 'sqrt|sin|cos|tan|asin|acos|atan|exp|log|abs|radians|degrees'
    character(*), parameter :: reserved = one_argument//'|min|max|pi'
-   integer, parameter :: deepest = 100 !! brackets, signs and powers inside each other
+   integer, parameter :: deepest = 100 !! largest depth of nested brackets, signs and powers
 
    !> A formula that is being read.
    type :: reading_t
@@ -21,7 +21,7 @@ module formula
       integer :: at = 1, depth = 0
       character(:), allocatable :: known    !! names between bars
       real(wp), allocatable :: value(:)     !! of the known names
-      character(:), allocatable :: wrong    !! the first thing that is wrong; '' while all is well
+      character(:), allocatable :: wrong    !! first error; '' if there is none
    end type reading_t
 
 contains
@@ -29,10 +29,10 @@ contains
    !> Evaluates a formula.
    pure subroutine evaluate(string, known, value, result, wrong)
       character(*), intent(in) :: string                 !! the formula
-      character(*), intent(in) :: known                  !! names that it may use, between bars; case does not count
+      character(*), intent(in) :: known                  !! permitted names, between bars; case is ignored
       real(wp), intent(in) :: value(:)                   !! of these names
-      real(wp), intent(out) :: result                    !! finite; 0 when something is wrong
-      character(:), allocatable, intent(out) :: wrong    !! what is wrong, in words; '' when nothing is
+      real(wp), intent(out) :: result                    !! finite; 0 after an error
+      character(:), allocatable, intent(out) :: wrong    !! description of the error, in words; '' if there is none
       type(reading_t) :: reading
       reading%text = string
       reading%known = known
@@ -51,7 +51,7 @@ contains
       if (is_plain_name) is_plain_name = scan(string(1:1), letters) == 1
    end function is_plain_name
 
-   !> True for names that mean something in every formula: pi and the functions.
+   !> True for names with a meaning in every formula: pi and the functions.
    pure logical function is_reserved(string)
       character(*), intent(in) :: string
       is_reserved = word_index(reserved, string) > 0
@@ -130,7 +130,7 @@ contains
       if (reading%wrong == '') call raise(reading, x, y)
    end subroutine read_power
 
-   !> A number, a name, a function or a sum in brackets.
+   !> Reads a number, a name, a function or a sum in brackets.
    pure recursive subroutine read_operand(reading, x)
       type(reading_t), intent(inout) :: reading
       real(wp), intent(out) :: x
@@ -233,7 +233,7 @@ contains
       if (reading%wrong == '' .and. i > 0) call apply(reading, word_at(one_argument, i), x)
    end subroutine read_function
 
-   !> Replaces x by the function of it.
+   !> Replaces x by the value of a function at x.
    pure subroutine apply(reading, name, x)
       type(reading_t), intent(inout) :: reading
       character(*), intent(in) :: name
@@ -321,7 +321,7 @@ contains
 
    contains
 
-      !> True when exp(a b) is. The product itself may be too large, to either side.
+      !> True if exp(a b) overflows. The product itself may overflow in either direction.
       pure logical function too_large(a, b)
          real(wp), intent(in) :: a, b
          too_large = (a > 0.0_wp .eqv. b > 0.0_wp) .and. abs(a) > 0.0_wp
@@ -334,8 +334,7 @@ contains
       end function too_large
    end subroutine raise
 
-   !> Where the next character is that is no blank; behind the text at its end, and when something is wrong, so that
-   !> every loop ends.
+   !> Position of the next character that is not blank; behind the text at its end and after an error, so that every loop ends.
    pure integer function place(reading)
       type(reading_t), intent(in) :: reading
       do place = reading%at, len(reading%text)
@@ -345,20 +344,20 @@ contains
       place = len(reading%text) + 1
    end function place
 
-   !> The character there; a blank at the end.
+   !> The next character that is not blank; a blank at the end.
    pure character(1) function next(reading)
       type(reading_t), intent(in) :: reading
       next = ''
       if (place(reading) <= len(reading%text)) next = reading%text(place(reading):place(reading))
    end function next
 
-   !> Goes past it.
+   !> Moves behind the next character.
    pure subroutine step(reading)
       type(reading_t), intent(inout) :: reading
       reading%at = place(reading) + 1
    end subroutine step
 
-   !> Goes past a closing bracket, which must stand here.
+   !> Moves behind a closing bracket, which must be the next character.
    pure subroutine close_bracket(reading)
       type(reading_t), intent(inout) :: reading
       if (next(reading) == '') call object(reading, 'a closing bracket is missing')
@@ -366,28 +365,28 @@ contains
       call step(reading)
    end subroutine close_bracket
 
-   !> One level more inside each other.
+   !> Counts one more level of nesting.
    pure subroutine deeper(reading)
       type(reading_t), intent(inout) :: reading
       reading%depth = reading%depth + 1
       if (reading%depth > deepest) call object(reading, 'too many brackets inside each other')
    end subroutine deeper
 
-   !> Notes what is wrong, if nothing was before.
+   !> Stores an error, unless there was one before.
    pure subroutine object(reading, wrong)
       type(reading_t), intent(inout) :: reading
       character(*), intent(in) :: wrong
       if (reading%wrong == '') reading%wrong = wrong
    end subroutine object
 
-   !> Number of letters of a set that a text begins with.
+   !> Number of leading characters of a text that belong to a set.
    pure integer function span_of(string, set)
       character(*), intent(in) :: string, set
       span_of = verify(string, set) - 1
       if (span_of < 0) span_of = len(string)
    end function span_of
 
-   !> "; did you mean X?", or nothing.
+   !> "; did you mean X?", or ''.
    pure function guess(words, typed) result(string)
       character(*), intent(in) :: words, typed
       character(:), allocatable :: string

@@ -1,4 +1,4 @@
-!> Help about one word: a card, an option, a parameter or word of a card, or a word of other programs' decks.
+!> Help on one word: a card, an option, a parameter or word of a card, or a word of other programs' decks.
 module help_topics
    use text, only: squeeze, nearest_word, word_index
    use errors, only: error_t, fail
@@ -110,12 +110,12 @@ contains
       if (index(name, ' ') > 0) name = name(:index(name, ' ') - 1)
    end function option_name
 
-   !> Writes a line about a parameter or field if the topic is one of its values, or its name.
+   !> Writes a line about a parameter or field if the topic is its name or one of its values.
    subroutine write_item(unit, topic, place, item, named, found)
       integer, intent(in) :: unit
       character(*), intent(in) :: topic, place
       type(item_t), intent(in) :: item
-      logical, intent(in) :: named               ! true: the name of the item counts, too
+      logical, intent(in) :: named               ! true: the name of the item is compared, too
       logical, intent(inout) :: found
       logical :: is_it
       is_it = word_index(item%words, topic) > 0
@@ -125,7 +125,7 @@ contains
       found = .true.
    end subroutine write_item
 
-   !> Writes the equivalents of a word of other programs for all places at which their decks have the word.
+   !> Writes the equivalents of a word of other programs, for all places where those programs use the word.
    subroutine write_foreign(unit, topic, table, found)
       integer, intent(in) :: unit
       character(*), intent(in) :: topic

@@ -1,4 +1,4 @@
-!> The chain of whole curves that an imperfection lies on.
+!> Chain of whole curves on which an imperfection is defined.
 module imperfection_chain
    use kinds, only: wp, pi
    use text, only: to_text
@@ -10,23 +10,23 @@ module imperfection_chain
    private
    public :: chain_t, follow_chain
 
-   real(wp), parameter :: largest_corner = 1.0e-4_wp !! [rad] coordinates typed with few digits are no corners
+   real(wp), parameter :: largest_corner = 1.0e-4_wp !! [rad] smaller angles between curves are rounding of typed coordinates
 
-   !> Elements end to end on whole curves.
+   !> Connected elements on whole curves.
    type :: chain_t
       integer, allocatable :: element(:)  !! in order
-      integer, allocatable :: node(:)     !! in order, one more than elements; closed: the last is the first
+      integer, allocatable :: node(:)     !! in order, one more than elements; closed: the last node is the first
       real(wp), allocatable :: knot(:)    !! chain coordinate of the nodes
-      logical :: closed = .false.         !! it ends where it begins
+      logical :: closed = .false.         !! the chain ends at its beginning
    end type chain_t
 
 contains
 
-   !> Checks that the elements are one smooth chain of whole curves.
+   !> Checks that the elements form one smooth chain of whole curves.
    subroutine follow_chain(deck, model, diagnostics, card, element, chain, ok)
       type(deck_t), intent(in) :: deck
       type(model_t), intent(in) :: model                !! with the mesh, and the imperfections of its curves so far
-      type(diagnostics_t), intent(inout) :: diagnostics !! gets what is wrong, at ELSET
+      type(diagnostics_t), intent(inout) :: diagnostics !! receives the errors, at ELSET
       integer, intent(in) :: card                       !! the *IMPERFECTION
       integer, intent(in) :: element(:)                 !! in the order of their set
       type(chain_t), intent(out) :: chain

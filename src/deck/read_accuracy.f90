@@ -1,4 +1,4 @@
-!> *ACCURACY, and what a number of elements that is left out needs.
+!> Reads *ACCURACY, and checks the conditions for an omitted number of elements.
 module read_accuracy
    use kinds, only: wp
    use text, only: same_name, parse_real
@@ -13,16 +13,16 @@ module read_accuracy
    private
    public :: read_accuracy_cards, check_placed
 
-   real(wp), parameter :: widest = 0.01_wp       !! bar over load, where nothing is asked for
-   ! Parts of the error asked for. Of the residual a tenth of what the last correction leaves, see corrector; where it turns out to
-   ! be too much the iteration goes on.
+   real(wp), parameter :: widest = 0.01_wp       !! widest error bar of a load, over the load, if the deck requests no accuracy
+   ! Parts of the requested error. The residual is to be a tenth of the error left by the last correction, see corrector; if the
+   ! tolerance turns out to be too large, the iteration is continued.
    real(wp), parameter :: part_of_residual = 1.0e-3_wp, part_of_place = 0.01_wp
-   real(wp), parameter :: closest = 1.0e-11_wp   !! nearer than that the function of an event is rounding
-   real(wp), parameter :: coarsest = 1.0e-5_wp   !! a tenth of what checks of balance allow
+   real(wp), parameter :: closest = 1.0e-11_wp   !! smallest tolerance of event locations: below it the event function is rounding
+   real(wp), parameter :: coarsest = 1.0e-5_wp   !! largest tolerance of the residual: a tenth of the limit in the balance checks
 
 contains
 
-   !> Sets what error bars and errors the steps ask for. A mesh that the program makes is made for a tolerance in every step.
+   !> Sets the error bars and errors that the steps request. If the program makes the mesh, every step has a tolerance.
    subroutine read_accuracy_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with the monitors
@@ -47,8 +47,9 @@ contains
       if (makes_mesh) call balance_iteration(deck, model)
    end subroutine read_accuracy_cards
 
-   !> A mesh for 1e-3 needs no iteration to 1e-9: what Newton's method and the location of events leave is a small part of what is
-   !> asked for. What the deck says itself stays.
+   !> Adjusts the tolerances of the iteration: for a requested error of 1e-3 no residual of 1e-9 is needed. The errors left by
+   !> Newton's method and by the location of events become a small part of the requested error. Tolerances given by the deck are
+   !> kept.
    subroutine balance_iteration(deck, model)
       type(deck_t), intent(in) :: deck
       type(model_t), intent(inout) :: model
@@ -67,7 +68,7 @@ contains
       end do
    end subroutine balance_iteration
 
-   !> One card.
+   !> Reads one card.
    subroutine read_card(deck, names, diagnostics, card, makes_mesh, step)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -111,11 +112,11 @@ contains
       end subroutine check
    end subroutine read_card
 
-   !> A number of elements can be left out where an element of one order more tells the error: nodes must be free to stand
-   !> anywhere.
+   !> Checks omitted numbers of elements: an error estimate by elements of the next order must exist, and the nodes must be free to
+   !> move along the rod.
    subroutine check_placed(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names           !! with the lines that leave numbers out
+      type(deck_names_t), intent(in) :: names           !! with the lines that omit numbers of elements
       type(model_t), intent(in) :: model                !! read completely, without errors
       type(diagnostics_t), intent(inout) :: diagnostics
       type(layout_t) :: layout
@@ -140,9 +141,9 @@ contains
 
    contains
 
-      !> Why the mesh of a stretch cannot be made for a tolerance; '' where it can.
+      !> Reason why the mesh of a rod segment cannot be made for a tolerance; '' if it can.
       function why_not(e, free) result(why)
-         integer, intent(in) :: e                ! its first element
+         integer, intent(in) :: e                ! first element of the segment
          logical, intent(in) :: free
          character(:), allocatable :: why
          logical :: member(model%mesh%n_nodes)

@@ -1,4 +1,4 @@
-!> *BRANCH: the paths that leave a bifurcation of a step.
+!> Reads *BRANCH: paths that start at a bifurcation of a step.
 module read_branches
    use kinds, only: wp
    use text, only: to_text
@@ -14,21 +14,21 @@ module read_branches
    private
    public :: read_branch_cards
 
-   !> The branches of a step by the name of their card.
+   !> Branches of a step by the names of their cards.
    type :: branch_names_t
       integer :: step = 0
       type(name_list_t) :: list
-      integer, allocatable :: branch(:)    !! by name: the first one in step%branch
-      logical, allocatable :: two_sides(:) !! by name
+      integer, allocatable :: branch(:)    !! by name: index of its first branch in step%branch
+      logical, allocatable :: two_sides(:) !! by name: true if it has two sides
    end type branch_names_t
 
 contains
 
-   !> Reads the branches of all steps; a card without SIDE makes two.
+   !> Reads the branches of all steps; a card without SIDE defines two branches.
    subroutine read_branch_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with the monitors
-      type(model_t), intent(inout) :: model             !! with steps and their stops; gets step%branch
+      type(model_t), intent(inout) :: model             !! with steps and their stops; receives step%branch
       type(diagnostics_t), intent(inout) :: diagnostics
       type(branch_names_t) :: known
       integer :: card, n
@@ -64,7 +64,8 @@ contains
       if (given(deck, card, 'NAME')) branch%name = parameter_text(deck, card, 'NAME')
       branch%bifurcation = parameter_integer(deck, card, 'BIFURCATION')
       branch%mode = parameter_integer(deck, card, 'MODE')
-      if (given(deck, card, 'OF')) call find_parent(deck, diagnostics, card, known, branch%of) ! not yet with this name
+      if (given(deck, card, 'OF')) call find_parent(deck, diagnostics, card, known, branch%of) ! before the name of this card is
+      ! added
       if (given(deck, card, 'INCREMENT')) then
          branch%increment = parameter_real(deck, card, 'INCREMENT')
          call check_increment(deck, diagnostics, card, branch%increment, step)
@@ -101,7 +102,7 @@ contains
       end if
    end subroutine read_branch
 
-   !> The branch that OF names: one above with one side.
+   !> The branch named by OF: a preceding one with a single side.
    subroutine find_parent(deck, diagnostics, card, known, parent)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
@@ -123,7 +124,7 @@ contains
       end if
    end subroutine find_parent
 
-   !> Where the step limits arc lengths, the first one of a branch keeps to that.
+   !> If the step limits arc lengths, the first increment of a branch must be within these limits.
    subroutine check_increment(deck, diagnostics, card, increment, step)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics

@@ -1,4 +1,4 @@
-!> *CONTACT: which nodes may touch which obstacle.
+!> Reads *CONTACT: candidates for contact with an obstacle.
 module read_contact
    use kinds, only: wp
    use text, only: to_text, rounded
@@ -20,11 +20,11 @@ module read_contact
 
 contains
 
-   !> Reads which nodes may touch which obstacle.
+   !> Reads the candidates for contact with each obstacle.
    subroutine read_contact_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with mesh and obstacles
-      type(model_t), intent(inout) :: model             !! gets contact
+      type(model_t), intent(inout) :: model             !! receives contact
       type(diagnostics_t), intent(inout) :: diagnostics
       type(contact_t) :: contact
       integer, allocatable :: touched(:, :)             ! by obstacle and node: line of the *CONTACT
@@ -66,7 +66,7 @@ contains
       end do
    end subroutine read_contact_cards
 
-   !> Some nodes, and those of ends that are released at them where the rod beyond is among them, too.
+   !> The given nodes, and the nodes of element ends released at them if the rod beyond belongs to the nodes, too.
    pure function with_released(model, nodes) result(more)
       type(model_t), intent(in) :: model
       integer, intent(in) :: nodes(:)
@@ -85,7 +85,7 @@ contains
       end do
    end function with_released
 
-   !> Chooses which contacts act along the rods; where POINTS=ALONG asks for what cannot be, that is an error.
+   !> Chooses the contacts that act along the rods; an error is added if POINTS=ALONG is impossible.
    subroutine choose_contact_points(deck, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(model_t), intent(inout) :: model             !! read completely, without errors
@@ -118,7 +118,7 @@ contains
       call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), 'ALONG needs '//needs)
    end subroutine complain_of_points
 
-   !> Nodes of elements, not listed twice, and on the free side of the obstacle.
+   !> Checks that the candidates are nodes of elements, not listed twice, and on the free side of the obstacle.
    subroutine check_candidates(deck, names, model, diagnostics, card, contact, touched)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -143,12 +143,13 @@ contains
       call check_size()
       if (model%obstacle(contact%obstacle)%bilateral) return
       if (pushes_out(deck, model%obstacle(contact%obstacle)%name)) return
-      if (names%obstacle%incomplete .or. names%imperfections_incomplete) return ! either may be in another place
+      if (names%obstacle%incomplete .or. names%imperfections_incomplete) return ! the position of the obstacle or of the nodes may
+      ! be wrong
       call check_start()
 
    contains
 
-      !> The structure begins without stress where its imperfections have put it, so no node may begin behind an obstacle.
+      !> The structure is stress-free at the start with its imperfections, so no node may begin behind an obstacle.
       subroutine check_start()
          character(:), allocatable :: overlap, hint
          real(wp) :: gap, normal(2), bend
@@ -158,7 +159,7 @@ contains
          call obstacle_gap(model%obstacle(contact%obstacle), model%mesh%x_nominal(:, node), gap, normal, bend)
          gap = gap + contact%gap
          if (gap < -deepest_start(model)) then
-            ! Not the imperfection's doing.
+            ! The imperfection is not the cause.
             hint = 'the order of its points'
             if (model%obstacle(contact%obstacle)%kind == obstacle_circle) hint = 'its SIDE'
             if (model%obstacle(contact%obstacle)%kind == obstacle_arc) hint = 'which of its angles comes first'
@@ -169,10 +170,9 @@ contains
          call wrong(overlap)
       end subroutine check_start
 
-      !> Contact is looked for at nodes and along elements that see the obstacle: what bulges towards the structure must not
-      !> be smaller than they are.
+      !> Contact is detected at nodes and along elements: the convex parts of an obstacle must not be smaller than the elements.
       subroutine check_size()
-         real(wp), parameter :: most_turn = 1.0_wp !! [rad] that an obstacle may turn within the length of an element
+         real(wp), parameter :: most_turn = 1.0_wp !! [rad] largest turn of an obstacle within the length of an element
          logical :: candidate(model%mesh%n_nodes)
          integer :: e, longest
          real(wp) :: length(model%mesh%n_elements)
@@ -202,12 +202,12 @@ contains
          end associate
       end subroutine check_size
 
-      !> What a user can do about an element that is too long.
+      !> Advice on an element that is too long.
       function more_elements(e) result(words)
          integer, intent(in) :: e
          character(:), allocatable :: words
          words = 'use more elements'
-         ! Measured were those that carry the output.
+         ! The measured elements only carry the output.
          if (model%mesh%placed(e)) words = 'give a number of elements, so many that none is as long'
       end function more_elements
 
@@ -223,7 +223,7 @@ contains
       end function label
    end subroutine check_candidates
 
-   !> Where reactions are distributed, obstacles must not push between the nodes of the stress-free structure either.
+   !> If reactions are distributed, obstacles must not penetrate the stress-free structure between the nodes either.
    subroutine check_between(deck, model, diagnostics, card, contact)
       type(deck_t), intent(in) :: deck
       type(model_t), intent(in) :: model
@@ -238,7 +238,7 @@ contains
       if (overlap /= '') call complain(deck, diagnostics, card, parameter_place(deck, card, 'NSET'), overlap)
    end subroutine check_between
 
-   !> Along a contact the elements must run one way: arc lengths and regions count along them.
+   !> All elements of a contact must have the same direction along the rod: arc lengths and regions count along them.
    subroutine check_directions(deck, model, diagnostics, card, contact)
       type(deck_t), intent(in) :: deck
       type(model_t), intent(in) :: model
@@ -265,8 +265,8 @@ contains
       end do
    end subroutine check_directions
 
-   !> True for a contact with a foundation that acts at nodes by what the deck says of it: it carries load sideways, or no element
-   !> has both of its nodes in the contact.
+   !> True for a contact with a foundation that the deck requires to act at nodes: coupled ground, or no element with both nodes in
+   !> the contact.
    function stands_at_nodes(model, contact) result(stands)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
@@ -278,8 +278,8 @@ contains
          & .not. any(candidate(model%mesh%node(1, :)) .and. candidate(model%mesh%node(2, :)))
    end function stands_at_nodes
 
-   !> What a contact with a foundation lacks for reactions inside elements; '' when its nodes are those of unbranched chains of
-   !> GE elements.
+   !> Condition for reactions inside elements that a contact with a foundation does not meet; '' if its nodes are those of
+   !> unbranched chains of GE elements.
    function distribution_needs(model, contact) result(reason)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact

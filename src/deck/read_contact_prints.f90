@@ -1,4 +1,4 @@
-!> *CONTACT PRINT: columns of the listing that say where contact begins and ends.
+!> Reads *CONTACT PRINT: columns of the listing with the beginning or end of contact.
 module read_contact_prints
    use model, only: model_t, contact_print_t
    use obstacle_types, only: obstacle_circle, obstacle_arc
@@ -12,11 +12,11 @@ module read_contact_prints
 
 contains
 
-   !> Reads them in the order of the deck.
+   !> Reads the columns in the order of the deck.
    subroutine read_contact_print_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with the obstacles
-      type(model_t), intent(inout) :: model             !! with contacts; gets contact_print
+      type(model_t), intent(inout) :: model             !! with contacts; receives contact_print
       type(diagnostics_t), intent(inout) :: diagnostics
       type(contact_print_t) :: print
       character(:), allocatable :: word

@@ -1,4 +1,4 @@
-!> *FOUNDATION LAW: multi-linear foundations.
+!> Reads *FOUNDATION LAW: piecewise linear force laws of foundations.
 module read_foundation_laws
    use kinds, only: wp
    use model, only: model_t, law_t
@@ -15,8 +15,8 @@ contains
    !> Reads the laws.
    subroutine read_foundation_law_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! gets the laws
-      type(model_t), intent(inout) :: model             !! gets law
+      type(deck_names_t), intent(inout) :: names        !! receives the laws
+      type(model_t), intent(inout) :: model             !! receives law
       type(diagnostics_t), intent(inout) :: diagnostics
       type(law_t) :: law
       integer :: card, position, first, last
@@ -40,7 +40,7 @@ contains
 
    contains
 
-      !> The points of a law; only the first error is told.
+      !> Reads the points of a law; only the first error is reported.
       subroutine read_points(from, to)
          integer, intent(in) :: from, to
          integer :: line

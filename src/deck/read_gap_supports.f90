@@ -1,4 +1,4 @@
-!> *GAP: one-sided supports of nodes. Each becomes a candidate for a line that stands for the stops of the card.
+!> Reads *GAP: one-sided supports of nodes. Each becomes a candidate for a line obstacle that represents the stops of the card.
 module read_gap_supports
    use kinds, only: wp, degree
    use text, only: to_text
@@ -13,15 +13,16 @@ module read_gap_supports
    private
    public :: read_gap_cards
 
-   real(wp), parameter :: grazing = 1.0e-6_wp !! a direction cosine below it is none
+   real(wp), parameter :: grazing = 1.0e-6_wp !! direction cosines below this are zero
 
 contains
 
-   !> Reads the one-sided supports: an obstacle a card, a contact a line.
+   !> Reads the one-sided supports: each card becomes an obstacle, each data line a contact.
    subroutine read_gap_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! with mesh and laws; gets the names as those of obstacles
-      type(model_t), intent(inout) :: model             !! with supports, obstacles and contacts; gets more of both
+      type(deck_names_t), intent(inout) :: names        !! with mesh and laws; receives the names of the cards as those of obstacles
+      type(model_t), intent(inout) :: model             !! with supports, obstacles and contacts; receives new obstacles and
+      !! contacts
       type(diagnostics_t), intent(inout) :: diagnostics
       type(obstacle_t) :: obstacle
       integer :: card, line, position
@@ -66,7 +67,7 @@ contains
       where (abs(d) > 1.0_wp - epsilon(d)) d = sign(1.0_wp, d)
    end function direction
 
-   !> A line: node or set, clearance.
+   !> Reads a data line: node or set, clearance.
    subroutine read_stops(deck, names, diagnostics, card, line, normal, stopped_in, model)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names

@@ -1,4 +1,4 @@
-!> *IMPERFECTION of the model part: shapes on chains of curves, and the nodes they move.
+!> Reads *IMPERFECTION of the model part: shapes on chains of curves, and the resulting positions of the nodes.
 module read_imperfections
    use kinds, only: wp, degree
    use text, only: to_text
@@ -16,11 +16,11 @@ module read_imperfections
 
 contains
 
-   !> Reads all imperfections but buckling modes; sets those of the curves and moves mesh%x.
+   !> Reads all imperfections except buckling modes; assigns them to the curves and moves mesh%x.
    subroutine read_imperfection_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with the mesh
-      type(model_t), intent(inout) :: model             !! gets imperfection, curve%imperfection, mesh%x
+      type(model_t), intent(inout) :: model             !! receives imperfection, curve%imperfection, mesh%x
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, allocatable :: from_card(:)
       integer :: card, set
@@ -45,7 +45,7 @@ contains
       call measure_curves(model%curve, model%imperfection)
    end subroutine read_imperfection_cards
 
-   !> The data lines.
+   !> Reads the data lines.
    subroutine read_shape(deck, names, mesh, diagnostics, card, chain, shape, ok)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -92,8 +92,8 @@ contains
       end select
    end subroutine read_shape
 
-   !> Half waves along a chain for which each point where an element of the given mesh looks at the axis has one: the points of
-   !> its quadrature, of straight elements their nodes. Where numbers of elements are left out meshes may become finer.
+   !> Largest number of half waves along a chain that the mesh resolves: one for each Gauss point of its elements, or for each
+   !> straight element. If numbers of elements are omitted, the program may make finer meshes, and a constant applies.
    pure integer function most_half_waves(names, mesh, chain) result(most)
       type(deck_names_t), intent(in) :: names
       type(mesh_t), intent(in) :: mesh
@@ -103,7 +103,7 @@ contains
       if (any(names%placed_line(mesh%curve(chain%element)) > 0)) most = max(most, most_of_any_mesh)
    end function most_half_waves
 
-   !> SHAPE=NODAL: node or set, offset.
+   !> Reads SHAPE=NODAL: node or set, offset.
    subroutine read_nodal_offsets(deck, names, mesh, diagnostics, card, chain, offset, ok)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -147,7 +147,7 @@ contains
       if (chain%closed) offset(size(offset)) = offset(1)
    end subroutine read_nodal_offsets
 
-   !> Tells the curves of a chain about its imperfection, the last one in the list.
+   !> Assigns to the curves of a chain its imperfection, the last one in the list.
    subroutine mark_curves(model, chain)
       type(model_t), intent(inout) :: model
       type(chain_t), intent(in) :: chain
@@ -160,7 +160,7 @@ contains
       end do
    end subroutine mark_curves
 
-   !> Moves mesh%x; all curves that meet in a node must agree on where it goes.
+   !> Moves mesh%x; all curves that meet at a node must give it the same position.
    subroutine move_nodes(deck, model, diagnostics, from_card)
       type(deck_t), intent(in) :: deck
       type(model_t), intent(inout) :: model

@@ -1,4 +1,4 @@
-!> *CONTACT INTERFERENCE: gaps that close in a step, whatever the structure does.
+!> Reads *CONTACT INTERFERENCE: gaps that close in a step by a prescribed amount.
 module read_interference
    use kinds, only: wp
    use text, only: same_name
@@ -14,14 +14,15 @@ module read_interference
 
 contains
 
-   !> A line: obstacle, value; with SHRINK only the obstacle.
+   !> Reads a line: obstacle, value; with SHRINK only the obstacle.
    subroutine read_interference_line(deck, names, model, diagnostics, line, shrunk_in, load)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
       type(model_t), intent(in) :: model                !! with obstacles and contacts
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: line
-      integer, intent(inout) :: shrunk_in(:)            !! (obstacles) line of the deck that pushes it out already, 0: none
+      integer, intent(inout) :: shrunk_in(:)            !! (obstacles) line of the deck that pushes the obstacle out already, 0:
+      !! none
       type(load_t), intent(inout) :: load
       integer :: card, obstacle
       card = deck%data_line(line)%card
@@ -47,7 +48,7 @@ contains
          call complain(deck, diagnostics, card, field_place(deck, line, 1), message)
       end subroutine wrong
 
-      !> True when buckling modes are imperfections: where the structure then begins is known when they are.
+      !> True if buckling modes are imperfections: the initial positions are then known only after the buckling step.
       logical function modes_to_come()
          integer :: other
          modes_to_come = .false.
@@ -57,7 +58,7 @@ contains
          end do
       end function modes_to_come
 
-      !> True when some candidate begins behind the obstacle.
+      !> True if some candidate begins behind the obstacle.
       logical function penetrated()
          real(wp) :: gap, normal(2), bend
          integer :: c, i
@@ -74,7 +75,7 @@ contains
       end function penetrated
    end subroutine read_interference_line
 
-   !> True when some step pushes out what begins behind the obstacle of this name.
+   !> True if some step pushes out the initial penetration of the obstacle of this name.
    logical function pushes_out(deck, name)
       type(deck_t), intent(in) :: deck
       character(*), intent(in) :: name

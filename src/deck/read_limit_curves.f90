@@ -1,4 +1,4 @@
-!> *LIMIT CURVE: which limit point is followed, and which second parameter varies.
+!> Reads *LIMIT CURVE: the limit point that is followed, and the second parameter that varies.
 module read_limit_curves
    use kinds, only: wp
    use text, only: to_text, same_name
@@ -21,7 +21,7 @@ contains
    subroutine read_limit_curve_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! complete
-      type(model_t), intent(inout) :: model             !! complete; gets step%limit_curve
+      type(model_t), intent(inout) :: model             !! complete; receives step%limit_curve
       type(diagnostics_t), intent(inout) :: diagnostics
       type(limit_curve_t) :: curve
       type(name_list_t) :: known
@@ -52,7 +52,7 @@ contains
       end do
    end subroutine read_limit_curve_cards
 
-   !> What varies, and its value in the model.
+   !> Reads the parameter that varies, and its value in the model.
    subroutine read_parameter(deck, names, model, diagnostics, card, curve, start, ok)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -61,7 +61,7 @@ contains
       integer, intent(in) :: card
       type(limit_curve_t), intent(inout) :: curve
       real(wp), intent(out) :: start
-      logical, intent(out) :: ok ! false: the value is not known because of an error
+      logical, intent(out) :: ok ! false: the value is unknown because of an error
       integer :: set
       start = 1.0_wp
       ok = .false.
@@ -96,7 +96,7 @@ contains
       end select
    end subroutine read_parameter
 
-   !> MODULUS: of a foundation that something may touch.
+   !> Reads MODULUS: of a foundation with a contact.
    subroutine read_modulus(deck, names, model, diagnostics, card, obstacle, start, ok)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -118,7 +118,7 @@ contains
          call without_contact(deck, model, diagnostics, card, obstacle)
    end subroutine read_modulus
 
-   !> GAP: the one of all contacts with the obstacle.
+   !> Reads GAP: the common value of all contacts with the obstacle.
    subroutine read_gap(deck, names, model, diagnostics, card, obstacle, start, ok)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -158,7 +158,7 @@ contains
          trim(model%obstacle(obstacle)%name))
    end subroutine without_contact
 
-   !> EA, EI: of the section given to the set.
+   !> Reads EA, EI: of the section assigned to the set.
    subroutine read_stiffness(deck, names, model, diagnostics, card, curve, start, ok)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -188,7 +188,7 @@ contains
       end if
    end subroutine read_stiffness
 
-   !> IMPERFECTION: the set is a whole chain that has one, from the model part or as a mode in this step.
+   !> Checks IMPERFECTION: the set must be a whole chain with an imperfection, from the model part or as a mode in this step.
    subroutine check_imperfection(deck, names, model, diagnostics, card, element, ok)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -197,7 +197,7 @@ contains
       integer, intent(in) :: card
       integer, intent(in) :: element(:)
       logical, intent(out) :: ok
-      integer :: owner(0:model%mesh%n_elements) ! imperfection of each element; element 0: that of the first one
+      integer :: owner(0:model%mesh%n_elements) ! imperfection of each element; element 0: that of the first element
       integer :: e, i
       ok = names%mesh_incomplete .or. names%imperfections_incomplete
       if (ok) return
@@ -217,7 +217,7 @@ contains
          'these are not the elements of an *IMPERFECTION')
    end subroutine check_imperfection
 
-   !> CONSTANT LOAD: a step before must have left something behind.
+   !> Checks CONSTANT LOAD: a previous step must have left a load.
    subroutine check_constant_load(deck, model, diagnostics, card, ok)
       type(deck_t), intent(in) :: deck
       type(model_t), intent(in) :: model
@@ -237,7 +237,7 @@ contains
       end if
    end subroutine check_constant_load
 
-   !> The data line: first, last, largest, values on the way.
+   !> Reads the data line: first, last, largest, values for additional points.
    subroutine read_increments(deck, diagnostics, card, start, start_known, curve)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics

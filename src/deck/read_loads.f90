@@ -1,4 +1,4 @@
-!> The loads of the steps: all that grows with the load factor.
+!> Reads the loads of the steps, which grow with the load factor.
 module read_loads
    use kinds, only: wp
    use text, only: to_text
@@ -16,19 +16,19 @@ module read_loads
    private
    public :: read_load_cards, is_load_card, load_cards
 
-   !> Every card that is nothing but a load: the list where a new one is put down. (*BOUNDARY in a step is one, too.)
+   !> Keywords of all cards that are loads only; a new load card is added here. (*BOUNDARY in a step is a load, too.)
    character(*), parameter :: load_card(*) = [character(20) :: 'CLOAD', 'POLE LOAD', 'DLOAD', 'TEMPERATURE', 'OBSTACLE MOTION', &
       & 'CONTACT INTERFERENCE']
 
 contains
 
-   !> True for the keyword of one of them.
+   !> True for the keyword of a load card.
    pure logical function is_load_card(keyword)
       character(*), intent(in) :: keyword
       is_load_card = any(load_card == keyword)
    end function is_load_card
 
-   !> All of them, as a message names them: *CLOAD, *DLOAD ...
+   !> All load cards, for messages: *CLOAD, *DLOAD ...
    pure function load_cards() result(list)
       character(:), allocatable :: list
       integer :: i
@@ -42,11 +42,12 @@ contains
    subroutine read_load_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with the mesh and obstacles
-      type(model_t), intent(inout) :: model             !! with sections, supports and contacts; gets step%load
+      type(model_t), intent(inout) :: model             !! with sections, supports and contacts; receives step%load
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: card, line, s
       integer :: prescribed_in(3, model%mesh%n_nodes)   ! line of the deck, for the step being read
-      integer :: shrunk_in(size(model%obstacle))        ! and since the structure was free of stress
+      integer :: shrunk_in(size(model%obstacle))        ! (obstacles) line of the deck, for the steps since the last stress-free
+      ! start
       do s = 1, size(model%step)
          model%step(s)%load = new_load(model%mesh%n_nodes, model%mesh%n_elements, size(model%obstacle))
       end do
@@ -93,7 +94,7 @@ contains
       end do
    end function begins_anew
 
-   !> *CLOAD: node or set, dof, magnitude.
+   !> Reads *CLOAD: node or set, dof, magnitude.
    subroutine read_node_load(deck, names, model, diagnostics, line, load)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -116,7 +117,7 @@ contains
       end do
    end subroutine read_node_load
 
-   !> *POLE LOAD: node or set, magnitude, x, y.
+   !> Reads *POLE LOAD: node or set, magnitude, x, y.
    subroutine read_pole_load(deck, names, model, diagnostics, line, load)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -142,7 +143,7 @@ contains
       end do
    end subroutine read_pole_load
 
-   !> *DLOAD: element or set, type, magnitude, direction.
+   !> Reads *DLOAD: element or set, type, magnitude, direction.
    subroutine read_element_load(deck, names, model, diagnostics, line, load)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -197,7 +198,7 @@ contains
       end do
    end subroutine read_element_load
 
-   !> *TEMPERATURE: element or set, change, gradient.
+   !> Reads *TEMPERATURE: element or set, change, gradient.
    subroutine read_temperature(deck, names, model, diagnostics, line, load)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -219,13 +220,13 @@ contains
                return
             end if
             load%strain(e) = load%strain(e) + alpha * field_real(deck, line, 2)
-            ! Hot on its left an element bends to the right.
+            ! An element that is hotter on its left side bends to the right.
             load%curvature(e) = load%curvature(e) - alpha * field_real(deck, line, 3)
          end associate
       end do
    end subroutine read_temperature
 
-   !> *BOUNDARY in a step: node or set, dof, last dof, value.
+   !> Reads *BOUNDARY in a step: node or set, dof, last dof, value.
    subroutine read_displacement(deck, names, model, diagnostics, line, prescribed_in, load)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -270,7 +271,7 @@ contains
       end do
    end subroutine read_displacement
 
-   !> False, and an error, when a loaded node belongs to no element.
+   !> False if a loaded node belongs to no element; an error is then added.
    logical function is_connected(deck, names, model, diagnostics, line, node)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names

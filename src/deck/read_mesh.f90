@@ -1,4 +1,4 @@
-!> Nodes, elements, generated curves and sets, in the order of the deck: each card uses what stands above it.
+!> Reads nodes, elements, generated curves and sets, in the order of the deck: each card refers to preceding definitions.
 module read_mesh
    use kinds, only: wp
    use errors, only: error_t
@@ -19,14 +19,14 @@ module read_mesh
    private
    public :: read_mesh_cards
 
-   integer, parameter :: output_elements = 64 !! that carry the output of a curve whose number of elements is left out
+   integer, parameter :: output_elements = 64 !! elements that carry the output of a curve whose number of elements is omitted
 
-   !> What a run holds of an element of a line, about: stored resultants, and the system of equations several times.
+   !> Approximate memory of a run for one element of a line: stored resultants, and several copies of the equations.
    real(wp), parameter :: bytes_of_element = 3.5e3_wp
-   !> Entries of the band of a chain when it is factored with pivoting: three unknowns a node, tied to those of its neighbours.
+   !> Entries per node of a chain's band matrix factored with pivoting: three unknowns, coupled with those of neighbouring nodes.
    integer, parameter :: band_entries = 3 * (3 * 5 + 1)
 
-   !> Where labels were defined, for messages about a second definition.
+   !> Lines of the deck that define labels, for messages about a second definition.
    type :: origin_t
       integer, allocatable :: node_line(:), element_line(:) !! line of the deck, by index
    end type origin_t
@@ -36,8 +36,8 @@ contains
    !> Reads all cards of the mesh; fills mesh, curves and node sets of the model.
    subroutine read_mesh_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! gets nodes, elements and sets
-      type(model_t), intent(inout) :: model             !! gets mesh (without sections), curve, node_set
+      type(deck_names_t), intent(inout) :: names        !! receives nodes, elements and sets
+      type(model_t), intent(inout) :: model             !! receives mesh (without sections), curve, node_set
       type(diagnostics_t), intent(inout) :: diagnostics
       type(growing_mesh_t) :: grown
       type(origin_t) :: origin
@@ -121,7 +121,7 @@ contains
       end do
    end subroutine read_elements
 
-   !> *LINE, *ARC and *RING: one curve a data line.
+   !> Reads *LINE, *ARC and *RING: one curve for each data line.
    subroutine read_curves(deck, names, grown, origin, diagnostics, card)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(inout) :: names
@@ -215,22 +215,22 @@ contains
       end do
    end subroutine read_curves
 
-   !> True for a number of elements that there is memory for, and whose equations can be counted.
+   !> True for a number of elements for which there is enough memory, and whose equations can be numbered.
    logical function fits(elements)
       real(wp), intent(in) :: elements
       fits = band_entries * elements <= huge(1)
       if (fits) fits = can_be_had(bytes_of_element * elements)
    end function fits
 
-   !> Nodes and elements on the last curve, from the first to the last node.
+   !> Adds nodes and elements on the last curve, from its first to its last node.
    subroutine mesh_curve(names, grown, origin, ends, s, family, stages, node_set, element_set, deck_line, placed)
       type(deck_names_t), intent(inout) :: names
       type(growing_mesh_t), intent(inout) :: grown
       type(origin_t), intent(inout) :: origin
-      integer, intent(in) :: ends(2)             ! indices of the end nodes, the same one for a ring
+      integer, intent(in) :: ends(2)             ! indices of the end nodes, equal for a ring
       real(wp), intent(in) :: s(0:)              ! ends of the elements on the curve
       integer, intent(in) :: family, stages, node_set, element_set, deck_line
-      logical, intent(in) :: placed              ! the deck does not say how many elements
+      logical, intent(in) :: placed              ! the deck omits the number of elements
       type(imperfection_t) :: none(0)
       integer :: i, from, to
       real(wp) :: x(2), angle, speed
@@ -252,7 +252,7 @@ contains
       end do
    end subroutine mesh_curve
 
-   !> *NSET and *ELSET.
+   !> Reads *NSET and *ELSET.
    subroutine read_set(deck, names, diagnostics, card)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(inout) :: names
@@ -284,7 +284,7 @@ contains
       end do
    end subroutine read_set
 
-   !> One line of a set with GENERATE.
+   !> Reads one line of a set with GENERATE.
    subroutine read_range(deck, names, diagnostics, line, what, set)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(inout) :: names
@@ -319,7 +319,7 @@ contains
       end do
    end subroutine read_range
 
-   !> First and second node of a straight or curved row; 0 and an error when they cannot be used.
+   !> First and second node of a straight or curved row; 0, and an error is added, if they cannot be used.
    subroutine two_nodes(deck, names, grown, diagnostics, line, node, distance)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -357,7 +357,7 @@ contains
       end function two_fields
    end subroutine two_nodes
 
-   !> Index of the node that a field names; 0 and an error when it is not defined.
+   !> Index of the node that a field names; 0, and an error is added, if it is not defined.
    integer function one_node(deck, names, diagnostics, line, field) result(node)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -407,7 +407,7 @@ contains
       list(n) = value
    end subroutine note
 
-   !> Index of the set a card adds to, 0 when it names none.
+   !> Index of the set to which a card adds its nodes or elements, 0 if the card names none.
    integer function set_of_card(deck, names, card, parameter) result(set)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(inout) :: names

@@ -1,4 +1,4 @@
-!> *IMPERFECTION, SHAPE=MODE: buckling modes as the stress-free offset that a step begins with.
+!> Reads *IMPERFECTION, SHAPE=MODE: buckling modes as the stress-free offset at the start of a step.
 module read_mode_imperfections
    use text, only: plural
    use model, only: model_t, mode_offset_t
@@ -13,11 +13,11 @@ module read_mode_imperfections
 
 contains
 
-   !> Reads the modes of all steps, and says which *IMPERFECTION stands in the wrong part of the deck.
+   !> Reads the modes of all steps, and reports each *IMPERFECTION in the wrong part of the deck.
    subroutine read_mode_imperfection_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with mesh and steps
-      type(model_t), intent(inout) :: model             !! with all other imperfections; gets step%mode_offset
+      type(model_t), intent(inout) :: model             !! with all other imperfections; receives step%mode_offset
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: card, s, from_step, set
       type(chain_t) :: chain
@@ -47,13 +47,13 @@ contains
       end subroutine misplaced
    end subroutine read_mode_imperfection_cards
 
-   !> The step that STEP names: an earlier one with *BUCKLE.
+   !> The step named by STEP: an earlier one with *BUCKLE.
    subroutine find_buckling_step(deck, names, diagnostics, card, step)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card
-      integer, intent(out) :: step ! 0: there is none
+      integer, intent(out) :: step ! 0: none
       character(:), allocatable :: name
       integer :: other
       call find_named(deck, names%step, diagnostics, card, value_place(deck, card, 'STEP'), 'step', step)
@@ -77,12 +77,12 @@ contains
       end subroutine wrong
    end subroutine find_buckling_step
 
-   !> The data lines: mode, amplitude.
+   !> Reads the data lines: mode, amplitude.
    subroutine read_modes(deck, diagnostics, card, from_step, n_modes, element, mode_offset)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card, from_step
-      integer, intent(in) :: n_modes    ! of that step; 0: not known because of an error
+      integer, intent(in) :: n_modes    ! number of modes of that step; 0: unknown because of an error
       integer, intent(in) :: element(:)
       type(mode_offset_t), allocatable, intent(inout) :: mode_offset(:)
       integer :: line, mode

@@ -1,4 +1,4 @@
-!> *MONITOR: displacements and reactions of nodes, contact reactions of obstacles.
+!> Reads *MONITOR: displacements and reactions of nodes, contact reactions of obstacles.
 module read_monitors
    use kinds, only: wp
    use text, only: to_text, same_name
@@ -16,8 +16,8 @@ contains
    !> Reads the monitors.
    subroutine read_monitor_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! with the mesh; gets the monitors
-      type(model_t), intent(inout) :: model             !! with supports and contacts; gets monitor
+      type(deck_names_t), intent(inout) :: names        !! with the mesh; receives the monitors
+      type(model_t), intent(inout) :: model             !! with supports and contacts; receives monitor
       type(diagnostics_t), intent(inout) :: diagnostics
       type(monitor_t) :: monitor
       integer :: card, line, position
@@ -54,7 +54,7 @@ contains
       end do
    end subroutine read_monitor_cards
 
-   !> With OBSTACLE: quantity, factor, offset.
+   !> Reads a monitor with OBSTACLE: quantity, factor, offset.
    subroutine read_contact_monitor(deck, names, model, diagnostics, card, monitor)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -91,7 +91,7 @@ contains
       end select
    end subroutine quantity
 
-   !> Nodes of elements; for a reaction, at least one of them supported.
+   !> Checks that the nodes belong to elements; for a reaction, that at least one node is supported.
    subroutine check_monitor(deck, names, model, diagnostics, card, line, monitor)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names

@@ -1,4 +1,4 @@
-!> *OBSTACLE, and *OBSTACLE MOTION of the steps.
+!> Reads *OBSTACLE, and *OBSTACLE MOTION of the steps.
 module read_obstacles
    use kinds, only: wp, degree
    use text, only: to_text
@@ -17,16 +17,16 @@ module read_obstacles
    private
    public :: read_obstacle_cards, read_motion
 
-   real(wp), parameter :: half_turn = 180.0_wp       !! [degrees] most that an arc turns
-   real(wp), parameter :: back = 175.0_wp            !! [degrees] a corner that turns by more goes back
+   real(wp), parameter :: half_turn = 180.0_wp       !! [degrees] largest turn of an arc
+   real(wp), parameter :: back = 175.0_wp            !! [degrees] larger turns at a corner are rejected: the curve would reverse
 
 contains
 
    !> Reads the obstacles.
    subroutine read_obstacle_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! gets the obstacles
-      type(model_t), intent(inout) :: model             !! gets obstacle
+      type(deck_names_t), intent(inout) :: names        !! receives the obstacles
+      type(model_t), intent(inout) :: model             !! receives obstacle
       type(diagnostics_t), intent(inout) :: diagnostics
       type(obstacle_t) :: obstacle
       integer :: card, position
@@ -64,7 +64,7 @@ contains
          if (ok) call check_ground(deck, diagnostics, card, obstacle, ok)
          if (ok) call read_shape(deck, diagnostics, card, obstacle, ok)
          if (.not. ok) then
-            ! Something that gaps can be computed for; they mean nothing.
+            ! A placeholder for which gaps can be computed without further errors.
             names%obstacle%incomplete = .true.
             obstacle%kind = obstacle_line
             obstacle%point = reshape([0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp], [2, 2])
@@ -73,7 +73,7 @@ contains
       end do
    end subroutine read_obstacle_cards
 
-   !> What a ground that carries load sideways needs.
+   !> Checks the requirements of coupled ground.
    subroutine check_ground(deck, diagnostics, card, obstacle, ok)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
@@ -95,7 +95,7 @@ contains
       ok = .false.
    end subroutine check_ground
 
-   !> Kind, place and size.
+   !> Reads kind, position and size.
    subroutine read_shape(deck, diagnostics, card, obstacle, ok)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
@@ -144,7 +144,7 @@ contains
       end subroutine read_centre
    end subroutine read_shape
 
-   !> Both angles of an arc.
+   !> Reads both angles of an arc.
    subroutine read_arc(deck, diagnostics, card, obstacle, ok)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
@@ -168,7 +168,7 @@ contains
       end if
    end subroutine read_arc
 
-   !> The points of a polyline or spline, neighbours at different places.
+   !> Reads the points of a polyline or spline; neighbouring points must be different.
    subroutine read_points(deck, diagnostics, card, point, ok)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
@@ -188,7 +188,7 @@ contains
       end do
    end subroutine read_points
 
-   !> The rounding of a polyline's corners.
+   !> Reads the corner radius of a polyline.
    subroutine read_polyline(deck, diagnostics, card, obstacle, ok)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
@@ -208,7 +208,7 @@ contains
       widest = widest_corner_radius(obstacle%point)
       obstacle%radius = default_corner_radius(obstacle%point)
       if (given(deck, card, 'RADIUS')) obstacle%radius = parameter_real(deck, card, 'RADIUS')
-      ok = obstacle%radius / (1.0_wp + 4 * epsilon(widest)) <= widest ! which is huge without corners
+      ok = obstacle%radius / (1.0_wp + 4 * epsilon(widest)) <= widest ! widest is huge without corners
       if (ok) then
          obstacle%curve = polyline_curve(obstacle%point, min(obstacle%radius, widest))
       else
@@ -217,7 +217,7 @@ contains
       end if
    end subroutine read_polyline
 
-   !> A number with 4 digits, not above x.
+   !> The number x rounded down to 4 significant digits.
    real(wp) function rounded_down(x)
       real(wp), intent(in) :: x
       character(16) :: buffer
@@ -225,7 +225,7 @@ contains
       read (buffer, *) rounded_down
    end function rounded_down
 
-   !> A line of *OBSTACLE MOTION: obstacle, dx, dy.
+   !> Reads a line of *OBSTACLE MOTION: obstacle, dx, dy.
    subroutine read_motion(deck, names, diagnostics, line, load)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names

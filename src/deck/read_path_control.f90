@@ -1,4 +1,4 @@
-!> *STOP, *LOCATE, *TURNING POINTS and *FIELD OUTPUT, and what a step needs to be followed at all.
+!> Reads *STOP, *LOCATE, *TURNING POINTS and *FIELD OUTPUT, and checks that each step can be followed.
 module read_path_control
    use kinds, only: wp
    use text, only: same_name
@@ -14,11 +14,11 @@ module read_path_control
 
 contains
 
-   !> Reads where steps stop, which points they locate, and which fields they store.
+   !> Reads the stops of the steps, the points that they locate, and the fields that they store.
    subroutine read_path_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with the monitors
-      type(model_t), intent(inout) :: model             !! with contacts; gets step%stop, locate, turning, field_...
+      type(model_t), intent(inout) :: model             !! with contacts; receives step%stop, locate, turning, field_...
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: card, line
       do card = 1, deck%n_cards
@@ -42,13 +42,13 @@ contains
       end do
    end subroutine read_path_cards
 
-   !> A line of *STOP or *BRANCH: quantity, sense, value.
+   !> Reads a line of *STOP or *BRANCH: quantity, sense, value.
    subroutine read_bound(deck, names, diagnostics, line, stop)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names                !! with the monitors
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: line                            !! index of the data line
-      type(threshold_t), allocatable, intent(inout) :: stop(:) !! gets one more, unless the quantity is not defined
+      type(threshold_t), allocatable, intent(inout) :: stop(:) !! receives one more threshold, unless the quantity is undefined
       type(threshold_t) :: threshold
       logical :: ok
       call read_quantity(deck, names, diagnostics, line, threshold%monitor, ok)
@@ -58,7 +58,7 @@ contains
       stop = [stop, threshold]
    end subroutine read_bound
 
-   !> A line of *LOCATE: quantity, value, ...
+   !> Reads a line of *LOCATE: quantity, value, ...
    subroutine read_values(deck, names, diagnostics, line, step)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -76,7 +76,7 @@ contains
       end do
    end subroutine read_values
 
-   !> The first field of a line: LOAD or a monitor.
+   !> Reads the first field of a line: LOAD or a monitor.
    subroutine read_quantity(deck, names, diagnostics, line, monitor, ok)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -92,7 +92,7 @@ contains
       ok = monitor > 0
    end subroutine read_quantity
 
-   !> A line of *TURNING POINTS: monitors.
+   !> Reads a line of *TURNING POINTS: monitors.
    subroutine read_turning(deck, names, diagnostics, line, step)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -120,7 +120,7 @@ contains
       end do
    end subroutine read_turning
 
-   !> A line of *FIELD OUTPUT.
+   !> Reads a line of *FIELD OUTPUT.
    subroutine read_fields(deck, model, names, diagnostics, line, step)
       type(deck_t), intent(in) :: deck
       type(model_t), intent(in) :: model
@@ -152,12 +152,12 @@ contains
       end subroutine needs_contact
    end subroutine read_fields
 
-   !> Each step needs something to scale, something to control, and an end. A LOAD step without *STOP gets the bound
-   !> load factor 1.
+   !> Checks that each step has a load to be scaled, a controlled quantity, and an end. A LOAD step without *STOP ends at load
+   !> factor 1.
    subroutine check_steps(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
-      type(model_t), intent(inout) :: model             !! read completely; gets the stop at load factor 1
+      type(model_t), intent(inout) :: model             !! read completely; receives the stop at load factor 1
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: s
       do s = 1, size(model%step)
@@ -215,7 +215,7 @@ contains
 
    contains
 
-      !> The monitor of displacement control must be able to move.
+      !> Checks that the monitor of displacement control can change.
       subroutine check_control()
          associate (monitor => model%monitor(model%step(s)%monitor))
             if (monitor%quantity /= quantity_displacement .or. size(monitor%node) == 0) return

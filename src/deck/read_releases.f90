@@ -1,5 +1,5 @@
-!> *RELEASE: ends of elements that go their own way at a node. They get a node of their own, which follows the first one in what is
-!> not released.
+!> Reads *RELEASE: element ends that are partly released from a node. They get a node of their own, which follows the first node in
+!> the components that are not released.
 module read_releases
    use kinds, only: wp
    use text, only: to_text
@@ -16,14 +16,14 @@ module read_releases
 
 contains
 
-   !> Reads the releases. Chains of elements are cut there, so all that wants chains whole is read before.
+   !> Reads the releases. They divide chains of elements, so that cards that need whole chains must be read before.
    subroutine read_release_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! with mesh; gets the new nodes
-      type(model_t), intent(inout) :: model             !! gets nodes, tie, joint_spring, release
+      type(deck_names_t), intent(inout) :: names        !! with mesh; receives the new nodes
+      type(model_t), intent(inout) :: model             !! receives nodes, tie, joint_spring, release
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, allocatable :: nodes(:), elements(:)
-      logical, allocatable :: released(:, :)            ! (2, elements) ends that an earlier line has taken
+      logical, allocatable :: released(:, :)            ! (2, elements) ends that are released by an earlier line
       logical :: free(3)
       integer :: card, line, i, set
       call complete_joints(model)
@@ -51,7 +51,7 @@ contains
 
    contains
 
-      !> Which components a line releases.
+      !> Reads the components that a line releases.
       subroutine read_range(line, free)
          integer, intent(in) :: line
          logical, intent(out) :: free(3)
@@ -70,7 +70,7 @@ contains
          end if
       end subroutine read_range
 
-      !> The ends of some elements at a node, which stay together.
+      !> Releases the ends of some elements at a node, which remain connected to each other.
       subroutine release_ends(line, node, elements)
          integer, intent(in) :: line, node, elements(:)
          logical :: chosen(2, model%mesh%n_elements)
@@ -83,7 +83,7 @@ contains
          if (size(elements) > 0) call release(line, node, chosen)
       end subroutine release_ends
 
-      !> All ends at a node but the first, each on its own.
+      !> Releases all ends at a node except the first one, each separately.
       subroutine release_all(line, node)
          integer, intent(in) :: line, node
          logical :: chosen(2, model%mesh%n_elements)
@@ -103,7 +103,7 @@ contains
             '; a joint needs a second one')
       end subroutine release_all
 
-      !> Gives chosen ends at a node a node of their own.
+      !> Gives the chosen ends at a node a node of their own.
       subroutine release(line, node, chosen)
          integer, intent(in) :: line, node
          logical, intent(in) :: chosen(:, :)

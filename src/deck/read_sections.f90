@@ -1,4 +1,4 @@
-!> *MATERIAL, *ELASTIC, *DENSITY, *EXPANSION and *BEAM SECTION: what every element is made of.
+!> Reads *MATERIAL, *ELASTIC, *DENSITY, *EXPANSION and *BEAM SECTION: the material and section of every element.
 module read_sections
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
    use kinds, only: wp, pi
@@ -16,16 +16,16 @@ module read_sections
 
    type :: material_t
       real(wp) :: e = 1.0_wp, nu = 0.0_wp, rho = 0.0_wp, alpha = 0.0_wp
-      integer :: card = 0, elastic_card = 0, density_card = 0, expansion_card = 0 !! where they stand, 0: not given
+      integer :: card = 0, elastic_card = 0, density_card = 0, expansion_card = 0 !! positions of the cards, 0: not given
    end type material_t
 
 contains
 
-   !> Reads materials and sections; every element must get one section.
+   !> Reads materials and sections; every element must have one section.
    subroutine read_section_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! gets the materials
-      type(model_t), intent(inout) :: model             !! gets section and mesh%section
+      type(deck_names_t), intent(inout) :: names        !! receives the materials
+      type(model_t), intent(inout) :: model             !! receives section and mesh%section
       type(diagnostics_t), intent(inout) :: diagnostics
       type(material_t), allocatable :: material(:)
       call read_materials(deck, names, diagnostics, material)
@@ -182,7 +182,7 @@ contains
       section%expansion = material%alpha
    end subroutine section_of_material
 
-   !> SECTION=STIFFNESS, INEXTENSIBLE: the numbers as they are.
+   !> Reads SECTION=STIFFNESS, INEXTENSIBLE: given stiffnesses.
    subroutine section_of_stiffness(deck, card, section)
       type(deck_t), intent(in) :: deck
       integer, intent(in) :: card
@@ -203,7 +203,7 @@ contains
       section%expansion = field_real(deck, line, before + 4)
    end subroutine section_of_stiffness
 
-   !> Is there an element without a section?
+   !> Reports elements without a section.
    subroutine check_complete(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -214,7 +214,7 @@ contains
       n = count(model%mesh%section == 0)
       if (n == 0) return
       e = findloc(model%mesh%section, 0, 1)
-      ! The line that defines the first of them.
+      ! The line that defines the first of these elements.
       place = place_t(names%element_line(e), 1, line_end(deck%source, names%element_line(e)))
       if (n == 1) then
          call diagnostics%add(place, 'element '//to_text(model%mesh%element_label(e))//' has no *BEAM SECTION')

@@ -1,4 +1,4 @@
-!> *STEP, *STATIC, *BUCKLE and *CONTROLS: what each step is, and how it is followed.
+!> Reads *STEP, *STATIC, *BUCKLE and *CONTROLS: kind, method and controls of each step.
 module read_steps
    use kinds, only: wp
    use text, only: to_text, plural, parse_integer, parse_real
@@ -19,11 +19,11 @@ contains
    !> Reads names, methods and controls of all steps.
    subroutine read_step_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! with the monitors; gets the steps
-      type(model_t), intent(inout) :: model             !! with monitors; gets step without loads and path control
+      type(deck_names_t), intent(inout) :: names        !! with the monitors; receives the steps
+      type(model_t), intent(inout) :: model             !! with monitors; receives step without loads and path control
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: card, s
-      integer, allocatable :: step_card(:), static_card(:), buckle_card(:) ! by step; 0: not there
+      integer, allocatable :: step_card(:), static_card(:), buckle_card(:) ! by step: position of the card; 0: none
       allocate (step_card(0))
       do card = 1, deck%n_cards
          if (deck%card(card)%keyword == 'STEP') step_card = [step_card, card]
@@ -62,7 +62,7 @@ contains
       end do
    end subroutine read_step_cards
 
-   !> A buckling step has loads, and nothing that belongs to a path.
+   !> Checks a buckling step: it must have loads, and no card about a path.
    subroutine check_buckling_step(deck, diagnostics, s)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
@@ -79,7 +79,7 @@ contains
       end do
    end subroutine check_buckling_step
 
-   !> Name and defaults of a step.
+   !> Sets name and defaults of a step.
    subroutine begin_step(deck, names, diagnostics, card, step)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(inout) :: names
@@ -102,7 +102,7 @@ contains
       allocate (step%stop(0), step%locate(0), step%turning(0), step%branch(0), step%limit_curve(0), step%mode_offset(0))
    end subroutine begin_step
 
-   !> *STATIC: method, monitor, increments.
+   !> Reads *STATIC: method, monitor, increments.
    subroutine read_static(deck, names, model, diagnostics, card, step)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
@@ -166,7 +166,7 @@ contains
       end if
    end subroutine read_static
 
-   !> *BUCKLE: how many modes.
+   !> Reads *BUCKLE: number of modes.
    subroutine read_buckle(deck, names, fixed, diagnostics, card, n_modes)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names

@@ -1,4 +1,4 @@
-!> *BOUNDARY in the model part: which degrees of freedom are held. The same card in a step prescribes them. *SPRING.
+!> Reads *BOUNDARY in the model part: fixed degrees of freedom (in a step the card prescribes their values); and *SPRING.
 module read_supports
    use kinds, only: wp
    use text, only: parse_integer, to_text
@@ -11,7 +11,7 @@ module read_supports
    private
    public :: read_support_cards, read_spring_cards, read_dofs, dof_number
 
-   integer, parameter :: dof_number(3) = [1, 2, 6] !! how the deck counts x, y and rotation
+   integer, parameter :: dof_number(3) = [1, 2, 6] !! numbers of x, y and rotation in the deck
 
 contains
 
@@ -19,7 +19,7 @@ contains
    subroutine read_support_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with the mesh
-      type(model_t), intent(inout) :: model             !! gets fixed
+      type(model_t), intent(inout) :: model             !! receives fixed
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, allocatable :: nodes(:)
       integer :: card, line, i
@@ -44,7 +44,7 @@ contains
    subroutine read_spring_cards(deck, names, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names           !! with the mesh
-      type(model_t), intent(inout) :: model             !! with the supports; gets spring and joint_spring
+      type(model_t), intent(inout) :: model             !! with the supports; receives spring and joint_spring
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, allocatable :: nodes(:), other(:)
       integer :: card, line, i, dof
@@ -97,7 +97,7 @@ contains
       end do
    end subroutine read_spring_cards
 
-   !> The degrees of freedom of a line of *BOUNDARY; none, and an error, when they make no sense.
+   !> Degrees of freedom of a line of *BOUNDARY; none, and an error is added, if they are invalid.
    subroutine read_dofs(deck, diagnostics, line, dofs)
       type(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics

@@ -1,4 +1,4 @@
-!> *MPC and *EQUATION: nodes and degrees of freedom that follow others.
+!> Reads *MPC and *EQUATION: nodes and degrees of freedom that follow others.
 module read_ties
    use kinds, only: wp
    use text, only: to_text
@@ -13,7 +13,7 @@ module read_ties
    private
    public :: read_tie_cards, order_ties
 
-   !> Where a tie of the model comes from; 0: a *RELEASE, which cannot be wrong any more.
+   !> Card that defines a tie of the model; 0: a *RELEASE, which is already checked.
    type, public :: tie_origin_t
       integer :: card = 0, line = 0
    end type tie_origin_t
@@ -23,8 +23,8 @@ contains
    !> Reads the ties in the order of the deck.
    subroutine read_tie_cards(deck, names, model, origin, diagnostics)
       type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! with the mesh; nodes that others follow need no element
-      type(model_t), intent(inout) :: model             !! with the releases; gets more of tie
+      type(deck_names_t), intent(inout) :: names        !! with the mesh; nodes that others follow need not belong to an element
+      type(model_t), intent(inout) :: model             !! with the releases; receives further ties
       type(tie_origin_t), allocatable, intent(out) :: origin(:) !! (ties)
       type(diagnostics_t), intent(inout) :: diagnostics
       integer :: card, line
@@ -44,7 +44,7 @@ contains
 
    contains
 
-      !> A line of *MPC: nodes, and the node that they follow.
+      !> Reads a line of *MPC: nodes, and the node that they follow.
       subroutine read_pair(card, line, kind)
          integer, intent(in) :: card, line
          character(*), intent(in) :: kind
@@ -54,7 +54,7 @@ contains
          call find_nodes(deck, names, diagnostics, line, 1, nodes)
          call find_nodes(deck, names, diagnostics, line, 2, of)
          if (size(of) == 0) return
-         ! What carries rigid bars or links, and what follows them or in all, need no elements.
+         ! Nodes with rigid bars or links, and nodes that follow others in all components, need not belong to an element.
          if (kind == 'BEAM' .or. kind == 'LINK') names%connected(of(1)) = .true.
          if (kind /= 'PIN') names%connected(nodes) = .true.
          do i = 1, size(nodes)
@@ -71,7 +71,7 @@ contains
                      label(lead)//' are at the same place, and a link between them has no length; TYPE=PIN joins them')
                   return
                end if
-               ! A pin that turns on its own carries the link as a rigid bar.
+               ! An additional pinned node with a rotation of its own carries the link as a rigid bar.
                call copy_node(names, model%mesh, lead)
                do k = 1, 2
                   tie = follower(model%mesh%n_nodes, k, lead)
@@ -90,7 +90,7 @@ contains
          end do
       end subroutine read_pair
 
-      !> A tie of a component to the same one of another node.
+      !> A tie of a component to the same component of another node.
       pure type(tie_t) function follower(node, component, of) result(tie)
          integer, intent(in) :: node, component, of
          tie%node = node
@@ -100,7 +100,7 @@ contains
          tie%factor = [1.0_wp]
       end function follower
 
-      !> A card of *EQUATION: its first term follows the others.
+      !> Reads a card of *EQUATION: its first term follows the others.
       subroutine read_equation(card)
          integer, intent(in) :: card
          integer, allocatable :: nodes(:)
@@ -159,7 +159,7 @@ contains
          origin = [origin, tie_origin_t(card, line)]
       end subroutine add
 
-      !> Words for the place of a tie.
+      !> Words for the place of a tie in the deck.
       function from(origin) result(words)
          type(tie_origin_t), intent(in) :: origin
          character(:), allocatable :: words
@@ -167,7 +167,7 @@ contains
          if (origin%card > 0) words = ', from line '//to_text(deck%data_line(origin%line)%line)
       end function from
 
-      !> False, and an error, for a node without an element that nothing else gives a meaning.
+      !> False for a node that belongs to no element and has no other use; an error is then added.
       logical function is_there(card, line, field, node)
          integer, intent(in) :: card, line, field, node
          is_there = names%mesh_incomplete
@@ -183,11 +183,12 @@ contains
       end function label
    end subroutine read_tie_cards
 
-   !> Puts ties in the order in which values can be found; those of supported degrees of freedom and circles are errors.
+   !> Orders ties so that their values can be computed one after the other; ties of supported degrees of freedom and circular ties
+   !> are errors.
    subroutine order_ties(deck, names, origin, model, diagnostics)
       type(deck_t), intent(in) :: deck
       type(deck_names_t), intent(in) :: names
-      type(tie_origin_t), intent(in) :: origin(:)       !! (ties) as they are
+      type(tie_origin_t), intent(in) :: origin(:)       !! (ties) in the present order
       type(model_t), intent(inout) :: model             !! with ties and supports
       type(diagnostics_t), intent(inout) :: diagnostics
       logical :: waits(3, model%mesh%n_nodes)
@@ -226,7 +227,7 @@ contains
 
    contains
 
-      !> True when the value of a tie can be found.
+      !> True if the value of a tie can be computed.
       pure logical function ready(tie)
          type(tie_t), intent(in) :: tie
          integer :: k
@@ -242,7 +243,7 @@ contains
          character(*), intent(in) :: message
          integer :: card
          if (origin(i)%card == 0) then
-            ! A node of a release that has no line of its own.
+            ! A node of a release, which has no line of its own in the deck.
             do card = 1, deck%n_cards - 1
                if (deck%card(card)%keyword == 'RELEASE') exit
             end do

@@ -11,7 +11,7 @@ contains
 
    !> Appends the cards of a step to the table, in the order of the manual.
    pure subroutine add_step_cards(table)
-      type(card_spec_t), allocatable, intent(inout) :: table(:) !! holds the cards of the model part
+      type(card_spec_t), allocatable, intent(inout) :: table(:) !! contains the cards of the model part
       call step_cards(table)
       call load_cards(table)
       call path_cards(table)

@@ -12,7 +12,7 @@ module imperfect_mesh
 
 contains
 
-   !> Measures the curves and moves the nodes on those with an imperfection to where these are now.
+   !> Measures the curves, and moves nodes to their curves where these have an imperfection.
    subroutine move_to_curves(model)
       type(model_t), intent(inout) :: model    !! its imperfections set; mesh%x is brought up to date
       real(wp) :: angle, speed
@@ -33,12 +33,12 @@ contains
       end associate
    end subroutine move_to_curves
 
-   !> Adds buckling modes as imperfections. Every node of a chain goes by the sum of its modes, across the chain; where the
-   !> chain's ends move the whole nominal chain goes along (turned and scaled), so that chains stay joined.
+   !> Adds buckling modes as imperfections. Every node of a chain moves by the sum of the modes' normal components. Where the
+   !> chain's ends move, the whole nominal chain moves with them (rotated and scaled), so that chains remain connected.
    subroutine add_mode_offsets(model, offsets, mode, error)
       type(model_t), intent(inout) :: model
       type(mode_offset_t), intent(in) :: offsets(:)
-      real(wp), intent(in) :: mode(:, :, :)    !! (3, nodes, offsets) the mode of each, its largest translation 1
+      real(wp), intent(in) :: mode(:, :, :)    !! (3, nodes, offsets) mode of each offset, largest translation 1
       type(error_t), allocatable, intent(out) :: error !! a mode that does not bend its chain; chains that overlap or come apart
       type(imperfection_t) :: shape
       real(wp), allocatable :: knot(:), w(:), goal(:, :)
@@ -121,7 +121,7 @@ contains
       end associate
    end subroutine move_chain
 
-   !> How far to the left of the nominal chain its nodes are to go.
+   !> Distances of the nodes' new positions from the nominal chain, > 0 to the left.
    function normal_distances(model, element, goal) result(w)
       type(model_t), intent(in) :: model
       integer, intent(in) :: element(:)
@@ -136,7 +136,7 @@ contains
       end do
    end function normal_distances
 
-   !> All curves must agree on where a common node is.
+   !> Checks that all curves that meet at a node give it the same position.
    subroutine check_joints(model, error)
       type(model_t), intent(in) :: model
       type(error_t), allocatable, intent(out) :: error

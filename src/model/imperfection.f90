@@ -1,4 +1,4 @@
-!> Stress-free offset of the axis from the perfect geometry: value and derivatives of every shape; nodal and random splines.
+!> Stress-free offset of the axis from the perfect geometry: value and derivatives of all shapes; nodal and random splines.
 module imperfection
    use kinds, only: wp, pi
    use model, only: imperfection_t, shape_sine, shape_cosine, shape_clamped, shape_nodal
@@ -60,12 +60,13 @@ contains
       if (present(dddw)) dddw = third
    end subroutine imperfection_value
 
-   !> The spline through nodal offsets. A rod that lies straight has forces where the third derivative of its imperfection jumps:
-   !> this one's does not, and the pressure is continuous.
+   !> Spline through nodal offsets. In a rod that lies straight, forces act where the third derivative of its imperfection jumps;
+   !> that of this spline is continuous, and so is the pressure.
    subroutine nodal_imperfection(knot, offset, closed, imperfection)
       real(wp), intent(in) :: knot(:)                   !! chain coordinates of the nodes, from 0 to its length
       real(wp), intent(in) :: offset(:)                 !! at the nodes; closed: the last one equals the first
-      logical, intent(in) :: closed                     !! the chain ends where it begins: a period, else its ends are odd
+      logical, intent(in) :: closed                     !! true: the chain ends at its beginning, and the spline is periodic; false:
+      !! the spline is odd at both ends
       type(imperfection_t), intent(out) :: imperfection !! ready for imperfection_value
       real(wp) :: slope(size(knot), 1), bend(size(knot), 1)
       imperfection%shape = shape_nodal
@@ -77,7 +78,7 @@ contains
       imperfection%bend = bend(:, 1)
    end subroutine nodal_imperfection
 
-   !> An imperfection so many times as large.
+   !> Multiplies an imperfection by a factor.
    pure subroutine scale_imperfection(imperfection, factor)
       type(imperfection_t), intent(inout) :: imperfection
       real(wp), intent(in) :: factor
@@ -92,7 +93,7 @@ contains
    pure subroutine random_offsets(seed, amplitude, closed, offset)
       integer, intent(in) :: seed          !! the same seed gives the same offsets
       real(wp), intent(in) :: amplitude    !! largest offset, positive
-      logical, intent(in) :: closed        !! the chain ends where it begins
+      logical, intent(in) :: closed        !! true: the chain ends at its beginning
       real(wp), intent(out) :: offset(:)   !! one a node of the chain, 2 or more
       type(random_t) :: generator
       real(wp) :: number

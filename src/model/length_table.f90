@@ -1,19 +1,20 @@
-!> How much longer a curve is than its nominal coordinate tells: the excess, a smooth function of the coordinate, as
-!> polynomials on panels that are short enough to be good to rounding.
+!> Excess of a curve's true length over its nominal coordinate, a smooth function of this coordinate, as polynomials on panels short
+!> enough for an accuracy of rounding.
 !>
-!> The excess of an imperfect rod is small, so lengths of short pieces, its differences, lose nothing to rounding.
+!> The excess of an imperfect rod is small, so that lengths of short pieces, as differences of it, have no additional rounding
+!> error.
 module length_table
    use kinds, only: wp, pi
    implicit none
    private
    public :: length_table_t, new_length_table, add_panel, close_table, panel_places, table_value, table_excess, table_points
 
-   integer, parameter :: table_points = 8 !! Chebyshev's points in a panel
+   integer, parameter :: table_points = 8 !! Chebyshev points of a panel
 
    type :: length_table_t
-      real(wp) :: curvature = 0.0_wp          !! of the nominal curve that it is for
-      integer :: n = 0                        !! panels so far
-      real(wp), allocatable :: at(:)          !! (panels + 1) where they begin and end; with room until the table is closed
+      real(wp) :: curvature = 0.0_wp          !! curvature of the nominal curve
+      integer :: n = 0                        !! number of panels so far
+      real(wp), allocatable :: at(:)          !! (panels + 1) ends of the panels; with spare room until the table is closed
       real(wp), allocatable :: excess(:, :)   !! (points + 1, panels) coefficients of x^0, x^1, ..., x from -1 to 1 in a panel
    end type length_table_t
 
@@ -27,14 +28,14 @@ contains
       allocate (table%at(17), table%excess(table_points + 1, 16), source=0.0_wp)
    end function new_length_table
 
-   !> Gives the room up that the last panel has left: from here on the table answers.
+   !> Removes the spare room behind the last panel; afterwards the table can be evaluated.
    pure subroutine close_table(table)
       type(length_table_t), intent(inout) :: table
       table%at = table%at(:table%n + 1)
       table%excess = table%excess(:, :table%n)
    end subroutine close_table
 
-   !> Where a panel wants to know the rate d(excess)/ds.
+   !> Coordinates of a panel at which the rate d(excess)/ds is required.
    pure function panel_places(from, to) result(s)
       real(wp), intent(in) :: from, to
       real(wp) :: s(table_points)
@@ -42,17 +43,17 @@ contains
       s = 0.5_wp * (from + to) + 0.5_wp * (to - from) * [(cos(pi * (i - 0.5_wp) / table_points), i=1, table_points)]
    end function panel_places
 
-   !> Adds the panel from where the table ends if the polynomial through the rates is good to rounding.
+   !> Appends a panel at the end of the table if the polynomial through the rates is accurate to rounding.
    pure subroutine add_panel(table, to, rate, last_try, added)
       type(length_table_t), intent(inout) :: table
-      real(wp), intent(in) :: to              !! where it is to end
+      real(wp), intent(in) :: to              !! end of the panel
       real(wp), intent(in) :: rate(:)         !! (points) at panel_places
-      logical, intent(in) :: last_try         !! true: however good it is
+      logical, intent(in) :: last_try         !! true: the panel is added whatever its accuracy
       logical, intent(out) :: added
       real(wp) :: c(0:table_points + 1), d(0:table_points), half, noise
       real(wp), allocatable :: longer(:), more(:, :)
       integer :: k, i, n
-      ! Chebyshev's coefficients of the rate, then of its integral.
+      ! Chebyshev coefficients of the rate, then of its integral.
       c = 0.0_wp
       do k = 0, table_points - 1
          c(k) = sum(rate * [(cos(k * pi * (i - 0.5_wp) / table_points), i=1, table_points)]) * 2.0_wp / table_points
@@ -60,7 +61,7 @@ contains
       c(0) = 0.5_wp * c(0)
       n = table%n + 1
       half = 0.5_wp * (to - table%at(n))
-      ! As small as that, the last ones are the rounding of a length, or of the places times the slope of the rate.
+      ! Below this size the last coefficients are the rounding of a length, or of the coordinates times the slope of the rate.
       noise = 1.0_wp + maxval(abs(rate)) + abs(to) / half * sum([(k**2 * abs(c(k)), k=1, table_points - 1)])
       added = last_try .or. maxval(abs(c(table_points - 2:table_points - 1))) <= epsilon(c) * noise
       if (.not. added) return
@@ -68,7 +69,7 @@ contains
       do k = 2, table_points
          d(k) = half * (c(k - 1) - c(k + 1)) / (2 * k)
       end do
-      ! It goes on where the last panel ends.
+      ! The excess is continuous at the end of the previous panel.
       d(0) = sum(d(1::2)) - sum(d(2::2))
       if (n > 1) d(0) = d(0) + sum(table%excess(:, n - 1))
       if (n == size(table%at)) then
@@ -83,7 +84,7 @@ contains
       table%excess(:, n) = powers(d)
    end subroutine add_panel
 
-   !> Coefficients of powers from Chebyshev's.
+   !> Coefficients of powers from Chebyshev coefficients.
    pure function powers(d) result(a)
       real(wp), intent(in) :: d(0:)
       real(wp) :: a(0:ubound(d, 1))
@@ -102,7 +103,7 @@ contains
       end do
    end function powers
 
-   !> Excess and its derivative; beyond the ends of the table it goes on straight.
+   !> Excess and its derivative; beyond the ends of the table the excess is continued linearly.
    pure subroutine table_value(table, s, excess, rate)
       type(length_table_t), intent(in) :: table
       real(wp), intent(in) :: s
@@ -121,7 +122,7 @@ contains
       excess = excess + rate * (s - inside)
    end subroutine table_value
 
-   !> The excess alone.
+   !> The excess without its derivative.
    pure real(wp) function table_excess(table, s) result(excess)
       type(length_table_t), intent(in) :: table
       real(wp), intent(in) :: s
@@ -138,7 +139,7 @@ contains
       end do
    end function table_excess
 
-   !> The panel of a place that is not beyond the ends, and the place in it.
+   !> Panel that contains a coordinate inside the table, and the position in this panel.
    pure subroutine find_in_panel(table, s, panel, x)
       type(length_table_t), intent(in) :: table
       real(wp), intent(in) :: s
@@ -147,7 +148,7 @@ contains
       integer :: right, middle
       panel = 1
       right = size(table%at)
-      ! Where all panels are alike it is this one.
+      ! If all panels have the same length, the first guess is right.
       middle = min(1 + int((s - table%at(1)) / (table%at(right) - table%at(1)) * (right - 1)), right - 1)
       if (table%at(middle) > s) then
          right = middle

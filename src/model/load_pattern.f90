@@ -1,7 +1,8 @@
-!> A load pattern: all that grows with the load factor of one step, or what the steps before left behind.
+!> A load pattern: all loads that grow with the load factor of one step, or the constant loads left by the previous steps.
 !>
-!> What does not depend on the state are values at nodes, on elements and on obstacles; one more of them is one more component here.
-!> What depends on the state is an extension of point_load_t. Adding, scaling and other meshes are done here for all of them.
+!> Loads that do not depend on the state are values at nodes, on elements and on obstacles; a new kind of them is a new component of
+!> this type. Loads that depend on the state are extensions of point_load_t. Addition, scaling and transfer to other meshes are
+!> implemented here for all of them.
 module load_pattern
    use kinds, only: wp
    use point_load, only: point_load_t, point_load_item_t
@@ -13,12 +14,12 @@ module load_pattern
       real(wp), allocatable :: node_force(:, :)   !! (3, n_nodes) forces and moment
       real(wp), allocatable :: line_force(:, :)   !! (2, n_elements) dead, global axes, per unit stress-free length
       real(wp), allocatable :: pressure(:)        !! (n_elements) follower, per deformed length, to the left of the element
-      real(wp), allocatable :: strain(:)          !! (n_elements) that heat would give a free element
-      real(wp), allocatable :: curvature(:)       !! (n_elements) and its change of curvature, per unit stress-free length
+      real(wp), allocatable :: strain(:)          !! (n_elements) free thermal strain
+      real(wp), allocatable :: curvature(:)       !! (n_elements) free thermal change of curvature, per unit stress-free length
       real(wp), allocatable :: displacement(:, :) !! (3, n_nodes) prescribed values of fixed degrees of freedom
-      real(wp), allocatable :: motion(:, :)       !! (2, n_obstacles) how far the obstacles move
-      real(wp), allocatable :: closing(:)         !! (n_obstacles) how much the gaps to them close
-      real(wp), allocatable :: resolved(:)        !! (n_obstacles) the part of what penetrates at the start that is pushed out
+      real(wp), allocatable :: motion(:, :)       !! (2, n_obstacles) displacement of the obstacles
+      real(wp), allocatable :: closing(:)         !! (n_obstacles) decrease of the gaps
+      real(wp), allocatable :: resolved(:)        !! (n_obstacles) part of the initial penetration that is pushed out
       type(point_load_item_t), allocatable :: point(:) !! not allocated: none
    contains
       procedure :: add
@@ -80,11 +81,11 @@ contains
       call scaled%add(factor, self)
    end function scaled
 
-   !> The pattern on another mesh: what acts at nodes stays with them, what acts on elements with the rod.
+   !> The pattern on another mesh: loads at nodes stay with the nodes, loads on elements with the rod.
    function mapped(self, node, element)
       class(load_t), intent(in) :: self
-      integer, intent(in) :: node(:)             !! (new nodes) the node of `self`, 0: none, nothing acts there
-      integer, intent(in) :: element(:)          !! (new elements) an element of `self` on the same stretch
+      integer, intent(in) :: node(:)             !! (new nodes) the node of `self`; 0: a node without loads
+      integer, intent(in) :: element(:)          !! (new elements) an element of `self` on the same rod segment
       type(load_t) :: mapped
       class(point_load_t), allocatable :: point
       integer :: i
@@ -108,7 +109,7 @@ contains
       end do
    end function mapped
 
-   !> Takes over one more load of a node.
+   !> Adds a load on a node that depends on the state.
    subroutine add_point(self, point)
       class(load_t), intent(inout) :: self
       class(point_load_t), allocatable, intent(inout) :: point !! not allocated afterwards
@@ -122,7 +123,7 @@ contains
       call move_alloc(list, self%point)
    end subroutine add_point
 
-   !> Number of loads of nodes that depend on the state.
+   !> Number of loads on nodes that depend on the state.
    pure integer function n_points(self)
       class(load_t), intent(in) :: self
       n_points = 0
@@ -141,7 +142,7 @@ contains
       end do
    end function does_anything
 
-   !> True when something acts on a node: it is no node like others of the rod.
+   !> True if a load or prescribed displacement acts on the node, which is then no ordinary node of the rod.
    pure logical function acts_at(self, node)
       class(load_t), intent(in) :: self
       integer, intent(in) :: node
@@ -149,7 +150,7 @@ contains
          & any(abs(self%displacement(1:2, node)) > 0.0_wp)
    end function acts_at
 
-   !> True when something may turn a node.
+   !> True if a load or prescribed displacement may rotate the node.
    pure logical function turns(self, node)
       class(load_t), intent(in) :: self
       integer, intent(in) :: node
@@ -160,7 +161,7 @@ contains
       end do
    end function turns
 
-   !> True when something acts along some elements that can bend them.
+   !> True if loads along any of the elements can bend them.
    pure logical function bends(self, first, last)
       class(load_t), intent(in) :: self
       integer, intent(in) :: first, last
@@ -168,7 +169,7 @@ contains
          & any(abs(self%curvature(first:last)) > 0.0_wp)
    end function bends
 
-   !> True when the same acts along two elements.
+   !> True if the loads along two elements are equal.
    pure logical function same_on(self, a, b)
       class(load_t), intent(in) :: self
       integer, intent(in) :: a, b

@@ -1,7 +1,8 @@
-!> How many elements a rod wants, and where: what the nodes of a mesh that the program makes are placed by.
+!> Number of elements required along a rod and their distribution, from which the program places the nodes of its meshes.
 !>
-!> A demand is a density, constant between places on the rod, and says nothing of where spans end: these take from it what lies
-!> between their ends. Whatever asks for another mesh (error estimates, spans that are born, grow or merge) asks by it.
+!> A mesh density is piecewise constant along the rod and independent of the ends of contact spans: a span takes the number of
+!> elements between its ends from the density. Error estimates and spans that appear, grow or merge request another mesh by changing
+!> the density.
 module mesh_density
    use kinds, only: wp
    use rod_layout, only: layout_t
@@ -9,20 +10,21 @@ module mesh_density
    private
    public :: mesh_density_t, new_demands, between, equal_shares, as_mirrored, with_smooth_density, even_out, in_whole_parts
 
-   !> Of one stretch.
+   !> Mesh density of one rod segment.
    type :: mesh_density_t
-      real(wp), allocatable :: at(:)        !! (pieces + 1) coordinates along it, rising, from 0 to its length
-      real(wp), allocatable :: elements(:)  !! (pieces) wanted in each, >= 0, no whole numbers
+      real(wp), allocatable :: at(:)        !! (pieces + 1) coordinates along the segment, increasing, from 0 to its length
+      real(wp), allocatable :: elements(:)  !! (pieces) required number of elements in each, >= 0, not necessarily whole
    end type mesh_density_t
 
-   real(wp), parameter :: first_elements = 2.0_wp !! of a stretch: the fewest that can tell of each other
-   real(wp), parameter :: steepest = 4.0_wp       !! ratio of the lengths of neighbours
-   real(wp), parameter :: rounding = 1.0e-9_wp    !! of a stretch, that places may differ by and be the same
-   real(wp), parameter :: part = 1.0_wp / 64.0_wp !! of an element, the least that a demand tells apart; exact in any sum
+   real(wp), parameter :: first_elements = 2.0_wp !! initial elements of a segment: the fewest whose errors can be compared with
+   !! each other
+   real(wp), parameter :: steepest = 4.0_wp       !! largest ratio of the lengths of neighbouring elements
+   real(wp), parameter :: rounding = 1.0e-9_wp    !! part of a segment's length: positions closer than this are equal
+   real(wp), parameter :: part = 1.0_wp / 64.0_wp !! of an element: resolution of the density; sums of it are exact
 
 contains
 
-   !> What a mesh begins with, before any error is known: the deck's elements where it says how many.
+   !> Initial mesh density, before any error is known: the deck's elements if their number is given.
    function new_demands(layout) result(demand)
       type(layout_t), intent(in) :: layout
       type(mesh_density_t) :: demand(size(layout%rod_segment))
@@ -40,7 +42,7 @@ contains
       end do
    end function new_demands
 
-   !> The elements wanted between two places, parts counted.
+   !> Required number of elements between two positions, not necessarily whole.
    pure real(wp) function between(demand, from, to) result(n)
       type(mesh_density_t), intent(in) :: demand
       real(wp), intent(in) :: from, to
@@ -54,7 +56,7 @@ contains
       end do
    end function between
 
-   !> The n + 1 ends of n elements between two places, each with the same share of the demand there.
+   !> The n + 1 ends of n elements between two positions, such that the density's integral is the same on each.
    pure function equal_shares(demand, from, to, n) result(at)
       type(mesh_density_t), intent(in) :: demand
       real(wp), intent(in) :: from, to
@@ -83,15 +85,16 @@ contains
          end do
          passed = passed + piece
       end do
-      ! What rounding has left.
+      ! Elements that rounding has left over.
       do while (k < n)
          at(k + 1) = at(k) + (to - at(k)) / (n - k + 1)
          k = k + 1
       end do
    end function equal_shares
 
-   !> The same, nowhere so much less than beside it that neighbours would differ by more than a factor in length; but no more than
-   !> lengths that grow by this factor, from the one beside on, take to fill a piece: beside a span that has all but gone.
+   !> Raises a density where it is so much lower than beside that neighbouring elements would differ in length by more than a factor
+   !> (steepest). A piece receives no more elements than needed to fill it with lengths that grow by this factor, which matters
+   !> beside a span that has almost vanished.
    pure function with_smooth_density(demand) result(smooth)
       type(mesh_density_t), intent(in) :: demand
       type(mesh_density_t) :: smooth
@@ -109,10 +112,10 @@ contains
 
    contains
 
-      !> How many elements a piece wants beside one with some.
+      !> Number of elements that a piece needs beside another one with a given number.
       pure real(wp) function beside(length, next, elements) result(wanted)
-         real(wp), intent(in) :: length, next   !! of the pieces
-         real(wp), intent(in) :: elements       !! of the other one
+         real(wp), intent(in) :: length, next   !! lengths of the pieces
+         real(wp), intent(in) :: elements       !! number of elements of the other piece
          wanted = 0.0_wp
          if (.not. next > 0.0_wp) return
          wanted = length * elements / (steepest * next)
@@ -120,11 +123,11 @@ contains
       end function beside
    end function with_smooth_density
 
-   !> No more in parts of a few pieces, and in such as are shorter than a piece beside them, but for the longest part, than lengths
-   !> want that fall by a factor from piece to piece, from the element next to the part on.
+   !> Limits the density in parts of few pieces, and in parts shorter than a neighbouring piece, except the longest part: no more
+   !> than for element lengths that fall by a factor (steepest) from piece to piece, beginning at the element next to the part.
    pure subroutine even_out(demand, begins, few)
       type(mesh_density_t), intent(inout) :: demand
-      logical, intent(in) :: begins(:)         !! (pieces + 1) where parts do, and the end
+      logical, intent(in) :: begins(:)         !! (pieces + 1) true: a part begins here, or ends at the last piece
       integer, intent(in) :: few
       logical :: least(size(demand%elements))
       real(wp) :: density, longest
@@ -153,15 +156,17 @@ contains
       end associate
    end subroutine even_out
 
-   !> The same, pieces that are each other's mirror images at one place, and with the larger number of both where these differ by no
-   !> more than they are known. Of the stretches the first is the image of the last, and so on.
+   !> Makes the densities of a symmetric structure symmetric: pieces that are mirror images get the mean position of their ends, and
+   !> the larger number of elements if both differ by no more than the accuracy of these numbers. The first segment is the image of
+   !> the last, and so on.
    !>
-   !> A symmetric structure that a support at one of its ends holds is measured from that end: shares of its two halves are not the
-   !> same, and a mesh that is not its own image would be an imperfection.
+   !> If a symmetric structure is supported at one end, displacements count from that end, and the error contributions of its halves
+   !> differ. An unsymmetric mesh would act as an imperfection.
    pure function as_mirrored(demand, known, near) result(even)
       type(mesh_density_t), intent(in) :: demand(:)
-      real(wp), intent(in) :: known             !! factor by which numbers of elements are known, >= 1
-      real(wp), intent(in), optional :: near    !! of a stretch, what ends of pieces may be off by and be images; else rounding
+      real(wp), intent(in) :: known             !! factor by which the numbers of elements are uncertain, >= 1
+      real(wp), intent(in), optional :: near    !! part of a segment's length by which ends of mirror images may differ; default:
+      !! rounding
       type(mesh_density_t) :: even(size(demand))
       real(wp), allocatable :: mirrored(:)
       real(wp) :: off
@@ -185,8 +190,9 @@ contains
       end do
    end function as_mirrored
 
-   !> The same in whole parts of an element. Pieces that are alike but for rounding want the same to the last bit: symmetric
-   !> structures keep symmetric meshes, where rounding would grow from mesh to mesh to an imperfection of its own.
+   !> Rounds a density to multiples of a fraction of an element. Pieces that are equal up to rounding then have exactly equal
+   !> densities: symmetric structures keep symmetric meshes. Otherwise rounding would grow from mesh to mesh and act as an
+   !> imperfection.
    elemental function in_whole_parts(demand) result(rounded)
       type(mesh_density_t), intent(in) :: demand
       type(mesh_density_t) :: rounded

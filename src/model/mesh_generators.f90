@@ -1,4 +1,4 @@
-!> Rows of elements on a line, an arc or a ring: the curve, where its nodes lie, and the growing mesh they go to.
+!> Rows of elements on a line, an arc or a ring: the curve, the positions of its nodes, and the mesh to which they are added.
 module mesh_generators
    use kinds, only: wp, pi
    use errors, only: error_t, fail
@@ -11,7 +11,7 @@ module mesh_generators
 
    real(wp), parameter :: radius_tolerance = 1.0e-6_wp !! relative difference of the two radii of an arc
 
-   !> Nodes, elements and curves as the deck defines them, with room to spare.
+   !> Nodes, elements and curves as the deck defines them, in arrays with spare room.
    type :: growing_mesh_t
       type(mesh_t) :: mesh                   !! n_nodes and n_elements count; the arrays may be larger
       type(curve_t), allocatable :: curve(:)
@@ -39,11 +39,11 @@ contains
 
    !> The arc between two points about a centre.
    !>
-   !> The centre may be a little off: it is moved along the chord so that the arc goes through both points exactly.
+   !> A centre slightly off is moved along the chord so that the arc passes exactly through both points.
    subroutine arc_curve(first, last, centre, anticlockwise, curve, error)
       real(wp), intent(in) :: first(2), last(2)        !! its ends
-      real(wp), intent(in) :: centre(2)                !! equally far from both, to 1e-6 of the radius
-      logical, intent(in) :: anticlockwise             !! the way round
+      real(wp), intent(in) :: centre(2)                !! at equal distance from both points, to 1e-6 of the radius
+      logical, intent(in) :: anticlockwise             !! sense of the arc
       type(curve_t), intent(out) :: curve              !! as declared on failure
       type(error_t), allocatable, intent(out) :: error !! no such arc
       real(wp) :: chord(2), c(2), a(2), b(2), radius(2), sweep
@@ -79,7 +79,7 @@ contains
 
    !> The closed circle through a point, anticlockwise.
    pure type(curve_t) function ring_curve(point, centre) result(curve)
-      real(wp), intent(in) :: point(2)  !! where it begins and ends
+      real(wp), intent(in) :: point(2)  !! start and end of the circle
       real(wp), intent(in) :: centre(2) !! not the same point
       real(wp) :: a(2)
       a = point - centre
@@ -93,7 +93,7 @@ contains
    pure function graded_division(length, n, grading) result(s)
       real(wp), intent(in) :: length  !! of the curve
       integer, intent(in) :: n        !! number of elements, 1 or more
-      real(wp), intent(in) :: grading !! last element length over the first one, positive; 1 when n = 1
+      real(wp), intent(in) :: grading !! last element length over the first one, positive; 1 if n = 1
       real(wp) :: s(0:n)
       real(wp) :: half_step
       integer :: i
@@ -101,7 +101,7 @@ contains
       if (n > 1) half_step = 0.5_wp * log(grading) / (n - 1)
       do i = 0, n
          if (abs(half_step) > 0.0_wp) then
-            ! (q^i - 1)/(q^n - 1) with q = exp(2 half_step), without cancellation when q is nearly 1.
+            ! (q^i - 1)/(q^n - 1) with q = exp(2 half_step), without cancellation if q is nearly 1.
             s(i) = length * exp((i - n) * half_step) * (sinh(i * half_step) / sinh(n * half_step))
          else
             s(i) = length * (real(i, wp) / n)
@@ -169,7 +169,7 @@ contains
       self%curve(self%n_curves) = curve
    end subroutine add_curve
 
-   !> Hands over mesh and curves with arrays of their true size; sections are 0, x_nominal = x.
+   !> Returns mesh and curves in arrays of their true size; sections are 0, x_nominal = x.
    pure subroutine take(self, mesh, curve)
       class(growing_mesh_t), intent(inout) :: self   !! empty afterwards
       type(mesh_t), intent(out) :: mesh
@@ -204,7 +204,8 @@ contains
       self%n_curves = 0
    end subroutine take
 
-   !> Makes room for n entries; doubles, so that appending costs the same however large the mesh is.
+   !> Provides room for n entries; the size is doubled, so that the cost of appending an entry does not depend on the size of the
+   !> mesh.
    pure subroutine enlarge_list(list, n)
       integer, allocatable, intent(inout) :: list(:)
       integer, intent(in) :: n

@@ -1,7 +1,7 @@
-!> The problem as the deck states it: nothing here changes while a path is followed.
+!> The model that the deck describes; it does not change while a path is followed.
 !>
-!> Lengths, forces and moments are in whatever consistent units the deck uses. Node degrees of freedom are
-!> always (u, v, rotation): components 1, 2, 3 of every nodal array; rotations are positive anticlockwise.
+!> Lengths, forces and moments have the deck's consistent units. Degrees of freedom of a node are always (u, v, rotation):
+!> components 1, 2, 3 of every nodal array; rotations are positive anticlockwise.
 module model
    use kinds, only: wp, name_length
    use obstacle_types, only: obstacle_t
@@ -34,7 +34,7 @@ module model
       & method_spherical = 4, method_linearised = 5, method_minimum_residual = 6, method_variable_load = 7, &
       & method_generalised = 8, method_largest = 9
 
-   ! What a limit curve varies (named in the deck by words); see limit_curve_t.
+   ! Parameters of limit curves (named in the deck by words); see limit_curve_t.
    integer, parameter :: parameter_modulus = 1, parameter_gap = 2, parameter_imperfection = 3, parameter_ea = 4, &
       & parameter_ei = 5, parameter_constant_load = 6
 
@@ -61,10 +61,10 @@ module model
       real(wp), allocatable :: phase(:)       !! p_k [rad] (sine, cosine)
       real(wp), allocatable :: knot(:)        !! chain coordinate of the nodal values (nodal)
       real(wp), allocatable :: slope(:), bend(:) !! first and second derivatives at the knots (nodal)
-      type(length_table_t), allocatable :: table(:) !! for each curvature that its curves have; see measure_curves
+      type(length_table_t), allocatable :: table(:) !! one for each curvature of its nominal curves; see measure_curves
    end type imperfection_t
 
-   !> Nodes, elements and the stress-free geometry they lie on.
+   !> Nodes, elements and the stress-free geometry on which they lie.
    type :: mesh_t
       integer :: n_nodes = 0, n_elements = 0
       integer, allocatable :: node_label(:)     !! the deck's number of each node
@@ -77,12 +77,12 @@ module model
       integer, allocatable :: section(:)        !! (n_elements) index into model%section
       integer, allocatable :: curve(:)          !! (n_elements) index into model%curve, 0: straight between its nodes
       real(wp), allocatable :: s(:, :)          !! (2, n_elements) coordinate of both ends on the nominal curve
-      logical, allocatable :: placed(:)         !! (n_elements) the deck does not say how many there are: these only carry its
-      !! output, the program makes a mesh of its own
+      logical, allocatable :: placed(:)         !! (n_elements) true: the deck leaves the number of elements open; these elements
+      !! only carry its output, and the program makes its own mesh
    end type mesh_t
 
    type :: section_t
-      character(name_length) :: name = ''       !! the element set it was given to
+      character(name_length) :: name = ''       !! element set of the section
       real(wp) :: ea = 0.0_wp, ei = 0.0_wp      !! axial [force] and bending [force length^2] stiffness
       logical :: inextensible = .false.         !! 1/EA is zero: ea is not used
       real(wp) :: ga = 0.0_wp                   !! shear stiffness [force]; not used when shear_rigid
@@ -91,15 +91,14 @@ module model
       real(wp) :: expansion = 0.0_wp            !! strain per unit of temperature
    end type section_t
 
-   !> A displacement or rotation that follows others, u = sum of factor u_k + [(R - 1) arm], R a turn by the rotation of `turner`.
+   !> A displacement or rotation that follows others, u = sum of factor u_k + [(R - 1) arm], R the rotation matrix of node `turner`.
    !>
-   !> Later ties may follow what earlier ones make of a node, never the other way round: they are in the order in which their
-   !> values can be found.
+   !> A tie may follow nodes tied by earlier ties, but not by later ones: the values can be computed in the order of the ties.
    type :: tie_t
-      integer :: node = 0, component = 0        !! what follows
-      integer, allocatable :: of(:), part(:)    !! (terms) nodes that it follows, and which component of each
+      integer :: node = 0, component = 0        !! node and component that follow
+      integer, allocatable :: of(:), part(:)    !! (terms) nodes and components that are followed
       real(wp), allocatable :: factor(:)        !! (terms)
-      integer :: turner = 0                     !! node whose rotation swings the arm, 0: there is none
+      integer :: turner = 0                     !! node whose rotation rotates the arm, 0: none
       real(wp) :: arm(2) = 0.0_wp               !! stress-free [length]; counts for components 1 and 2
    end type tie_t
 
@@ -110,11 +109,11 @@ module model
       real(wp) :: stiffness = 0.0_wp
    end type joint_spring_t
 
-   !> Ends of elements that go their own way at a node: they share a node of their own.
+   !> Element ends at a node that do not follow all its displacements: they have a node of their own.
    type :: release_t
-      integer :: node = 0                       !! the deck's
-      integer :: own = 0                        !! that of the released ends
-      logical :: free(3) = .false.              !! components that are not the same
+      integer :: node = 0                       !! node of the deck
+      integer :: own = 0                        !! node of the released ends
+      logical :: free(3) = .false.              !! components that are independent
    end type release_t
 
    type :: node_set_t
@@ -122,7 +121,7 @@ module model
       integer, allocatable :: node(:)           !! node indices (not labels), in the deck's order
    end type node_set_t
 
-   !> How the reaction of a foundation grows with the penetration: linear from point to point, the first one (0, 0).
+   !> Reaction of a foundation as a function of the penetration: piecewise linear, first point (0, 0).
    type :: law_t
       character(name_length) :: name = ''
       real(wp), allocatable :: penetration(:), force(:) !! rising; force per unit area
@@ -133,28 +132,29 @@ module model
       integer :: obstacle = 0
       integer, allocatable :: node(:)           !! node indices, in the deck's order
       real(wp) :: gap = 0.0_wp                  !! added to the geometric gap (half depth: negative)
-      logical :: along = .false.                !! rigid: points and lines anywhere along the rod, by contact spans
-      logical :: distributed = .false.          !! foundation: reactions act all along the elements, not at the nodes
-      logical :: spans = .false.                !! contact points and lines anywhere along the rods (contact_spans)
-      character(:), allocatable :: needs        !! what it lacks to act along the rod, where it acts at nodes although the deck has
-      !! not asked for that; not allocated: nothing
+      logical :: along = .false.                !! rigid obstacle: contact spans are possible, at points and lines anywhere along
+      !! the rod (choose_spans)
+      logical :: distributed = .false.          !! foundation: reactions act along the elements, not at the nodes
+      logical :: spans = .false.                !! contact spans are used at present; false: contact at nodes, or with a foundation
+      character(:), allocatable :: needs        !! property that is missing for contact along the rod, if contact acts at nodes
+      !! although the deck does not request this; not allocated: none
    end type contact_t
 
-   !> A column of the listing: where a stretch of contact with an obstacle begins or ends.
+   !> A column of the listing: beginning or end of a contact region with an obstacle.
    type :: contact_print_t
       integer :: obstacle = 0
-      logical :: at_end = .false.               !! its end, not its beginning
+      logical :: at_end = .false.               !! true: its end; false: its beginning
       logical :: angle = .false.                !! as an angle about the obstacle's centre [degrees], not as an arc length
-      integer :: region = 1                     !! the k-th stretch along the rods
+      integer :: region = 1                     !! number of the region along the rods
    end type contact_print_t
 
    type :: monitor_t
       character(name_length) :: name = ''
       integer :: quantity = quantity_displacement
-      integer :: component = 1                  !! 1, 2, 3: u, v, rotation, or the reaction that belongs to it
-      !! (contact: in x, in y, normal)
-      integer :: obstacle = 0                   !! contact: whose reactions are summed
-      integer, allocatable :: node(:)           !! displacement: the mean over the nodes; reaction: the sum
+      integer :: component = 1                  !! 1, 2, 3: u, v, rotation, or the corresponding reaction (contact: in x, in y,
+      !! normal)
+      integer :: obstacle = 0                   !! contact: obstacle whose reactions are summed
+      integer, allocatable :: node(:)           !! displacement: nodes whose mean is taken; reaction: nodes whose sum is taken
       real(wp) :: factor = 1.0_wp, offset = 0.0_wp !! value = offset + factor * quantity
    end type monitor_t
 
@@ -165,45 +165,46 @@ module model
       logical :: rising = .true.                !! stop only: passes upwards (ABOVE) or downwards (BELOW)
    end type threshold_t
 
-   !> A path that leaves another one at a bifurcation.
+   !> A path that starts at a bifurcation of another path.
    type :: branch_t
       character(name_length) :: name = ''
-      integer :: of = 0                         !! 0: leaves the step's own path, else index into step%branch (smaller than its own)
-      integer :: bifurcation = 1                !! at the k-th BP of that path within the step
-      integer :: mode = 1                       !! along this null vector (multiple bifurcations have several)
-      integer :: side = 1                       !! 1 along the null vector, -1 against it
+      integer :: of = 0                         !! 0: starts from the step's own path, else index into step%branch (smaller than its
+      !! own)
+      integer :: bifurcation = 1                !! number of the bifurcation (BP) on that path within the step
+      integer :: mode = 1                       !! number of the null vector (multiple bifurcations have several)
+      integer :: side = 1                       !! 1: along the null vector, -1: against it
       integer :: max_points = 0
-      real(wp) :: increment = 0.0_wp            !! arc length tried first; 0: the program's choice (branches)
+      real(wp) :: increment = 0.0_wp            !! first arc length; 0: chosen by the program (branches)
       type(threshold_t), allocatable :: stop(:)
    end type branch_t
 
    !> A buckling mode as stress-free offset: normal component of the mode, scaled to `amplitude` where it is largest.
    type :: mode_offset_t
-      integer :: step = 0                       !! the buckling step that finds it, an earlier one
+      integer :: step = 0                       !! buckling step that computes the mode, an earlier one
       integer :: mode = 0
-      real(wp) :: amplitude = 0.0_wp            !! its sign counts
+      real(wp) :: amplitude = 0.0_wp            !! with sign
       integer, allocatable :: element(:)        !! one chain of generated curves, in order
-      integer :: line = 0                       !! of the deck, that of its card
+      integer :: line = 0                       !! line of its card in the deck
    end type mode_offset_t
 
    !> "Follow the k-th limit point of this step while a second parameter varies."
    type :: limit_curve_t
       character(name_length) :: name = ''
-      integer :: limit_point = 1                !! the k-th LP of the step's own path
+      integer :: limit_point = 1                !! number of the limit point (LP) on the step's own path
       integer :: parameter = parameter_modulus
-      integer :: obstacle = 0                   !! modulus, gap (that of all its contacts): index into model%obstacle
+      integer :: obstacle = 0                   !! modulus, gap (of all its contacts): index into model%obstacle
       character(name_length) :: set = ''        !! imperfection (factor on its amplitudes), EA, EI: the element set of its card
-      integer, allocatable :: element(:)        !! and the elements of that set
-      logical :: logarithmic = .false.          !! increments are decades
-      logical :: to_rigid = .false.             !! modulus: at the end the obstacle is made rigid for one more point
-      real(wp) :: increment = 0.0_wp            !! first one, its sign counts
+      integer, allocatable :: element(:)        !! elements of that set
+      logical :: logarithmic = .false.          !! true: increments are decades
+      logical :: to_rigid = .false.             !! modulus: true: at the end one more point with a rigid obstacle is computed
+      real(wp) :: increment = 0.0_wp            !! first increment, with sign
       real(wp) :: last = 0.0_wp                 !! value of the parameter at which the curve ends
-      real(wp) :: largest = 0.0_wp              !! increment
-      real(wp), allocatable :: at(:)            !! values of the parameter that get a point of their own
+      real(wp) :: largest = 0.0_wp              !! largest increment
+      real(wp), allocatable :: at(:)            !! values of the parameter at which a point is computed
       integer :: max_points = 0
    end type limit_curve_t
 
-   !> One *STEP: constant loads are what the steps before left behind.
+   !> One *STEP. Constant loads are those left by the previous steps.
    type :: step_t
       character(name_length) :: name = ''
       type(load_t) :: load                      !! proportional part
@@ -211,38 +212,41 @@ module model
       integer :: monitor = 0                    !! displacement control: index into model%monitor
       real(wp) :: increment = 0.0_wp            !! first increment of the load factor (displacement control: of the monitor)
       real(wp) :: smallest = 0.0_wp, largest = 0.0_wp !! limits of the increment; arc-length methods: of the arc length [-]
-      logical :: smallest_given = .false.       !! by the deck
-      integer :: n_modes = 0                    !! > 0: a buckling step, which finds so many modes and follows no path
-      integer :: tangent_updates = huge(1)      !! of an increment after its predictor: huge full Newton, 0 modified, 1 updated once
+      logical :: smallest_given = .false.       !! true: the deck gives the smallest increment
+      integer :: n_modes = 0                    !! > 0: a buckling step, which computes this number of modes and follows no path
+      integer :: tangent_updates = huge(1)      !! new tangents in an increment after the predictor: huge: full Newton, 0: modified
+      !! Newton, 1: one update
       logical :: paper_loop = .false.           !! contact by the loop of the paper's Fig. 2
       real(wp) :: tolerance = 0.0_wp            !! relative residual (defaults are in the card table only)
-      real(wp) :: sharper = 1.0_wp              !! part of it that errors asked for need, as far as rounding allows
-      logical :: tolerance_given = .false.      !! the deck says it: nothing else changes it
+      real(wp) :: sharper = 1.0_wp              !! part of the tolerance needed for the requested errors, as far as rounding allows
+      logical :: tolerance_given = .false.      !! true: the deck gives the tolerance, which is then never changed
       real(wp) :: locate_tolerance = 0.0_wp     !! relative, of located events
       integer :: max_iterations = 0
       integer :: desired_iterations = 0
       integer :: max_points = 0
-      logical :: error_bars = .true.            !! at critical points and the end
-      logical :: bars_everywhere = .false.      !! at all points
+      logical :: error_bars = .true.            !! true: error bars at critical points and the end of the step
+      logical :: bars_everywhere = .false.      !! true: error bars at all points
       real(wp) :: widest_bar = 0.0_wp           !! over the size of the value: wider ones fail the run
-      real(wp) :: asked = 0.0_wp                !! relative error that meshes are made for: at critical points and the end,
-      real(wp) :: asked_of_path = 0.0_wp        !! and at the points between; 0: nothing is asked for
-      integer, allocatable :: asked_of(:)       !! of these monitors, 0: the load factor
+      real(wp) :: asked = 0.0_wp                !! requested relative error for which meshes are made: at critical points and the
+      !! end,
+      real(wp) :: asked_of_path = 0.0_wp        !! and at the other points; 0: no error is requested
+      integer, allocatable :: asked_of(:)       !! monitors to which the requested error applies, 0: the load factor
       type(threshold_t), allocatable :: stop(:)
       type(threshold_t), allocatable :: locate(:)
       integer, allocatable :: turning(:)        !! monitors whose turning points are located
       type(branch_t), allocatable :: branch(:)
       type(limit_curve_t), allocatable :: limit_curve(:)
       type(mode_offset_t), allocatable :: mode_offset(:) !! not empty: the step starts from the stress-free structure with these
-      integer :: field_every = 0                !! store fields at every n-th point, 0: never
+      !! imperfections
+      integer :: field_every = 0                !! fields are stored at every n-th point, 0: never
       logical :: field_displacement = .false., field_section_forces = .false.
       logical :: field_reaction = .false., field_gap = .false.
    end type step_t
 
    type :: model_t
       character(:), allocatable :: title        !! heading lines, newline separated
-      character(:), allocatable :: job          !! from *HEADING, JOB=; '' when not given
-      character(:), allocatable :: length_unit, force_unit !! from *UNITS, for labels only; '' or unallocated when not given
+      character(:), allocatable :: job          !! from *HEADING, JOB=; '' if not given
+      character(:), allocatable :: length_unit, force_unit !! from *UNITS, for labels only; '' or unallocated if not given
       type(mesh_t) :: mesh
       type(curve_t), allocatable :: curve(:)
       type(imperfection_t), allocatable :: imperfection(:)
@@ -263,7 +267,7 @@ module model
 
 contains
 
-   !> Gives a model that says nothing about joints empty lists of them.
+   !> Allocates empty lists of joints if the model has none.
    pure subroutine complete_joints(model)
       type(model_t), intent(inout) :: model
       if (.not. allocated(model%tie)) allocate (model%tie(0))
@@ -271,7 +275,7 @@ contains
       if (.not. allocated(model%release)) allocate (model%release(0))
    end subroutine complete_joints
 
-   !> True when some step moves an obstacle.
+   !> True if some step moves an obstacle.
    pure logical function obstacles_move(model)
       type(model_t), intent(in) :: model
       integer :: s

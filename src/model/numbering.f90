@@ -13,8 +13,8 @@ module numbering
 
 contains
 
-   !> Numbers the nodes of a mesh; unconnected parts follow each other. Supports come late: eliminating from the free end
-   !> towards the support keeps large pivots, the other way round they fall with the cube of the length.
+   !> Numbers the nodes of a mesh; unconnected parts follow each other. Supported nodes come late: elimination from the free end
+   !> towards the support has large pivots, while in the other direction the pivots fall with the cube of the length.
    function new_numbering(mesh, supported, pair) result(numbering)
       type(mesh_t), intent(in) :: mesh
       logical, intent(in) :: supported(:)    !! (nodes)
@@ -93,7 +93,7 @@ contains
       end subroutine add_edge
    end subroutine build_adjacency
 
-   !> A node at an end of the part that `seed` belongs to: the last one of two breadth-first sweeps.
+   !> A node at an end of the connected part that contains `seed`: the last node of two breadth-first sweeps.
    integer function end_of_part(start, neighbour, seed, n) result(last)
       integer, intent(in) :: start(:), neighbour(:), seed, n
       integer, allocatable :: mark(:), queue(:)
@@ -108,12 +108,12 @@ contains
       end do
    end function end_of_part
 
-   !> Breadth-first order from a root, nodes of few neighbours first.
+   !> Breadth-first order from a root, nodes with few neighbours first.
    subroutine number_part(start, neighbour, root, level, order, placed)
       integer, intent(in) :: start(:), neighbour(:), root
       integer, intent(inout) :: level(:)    !! (nodes) non-zero for nodes already placed
       integer, intent(inout) :: order(:)    !! (nodes) nodes in their order
-      integer, intent(inout) :: placed      !! how many are placed
+      integer, intent(inout) :: placed      !! number of nodes placed
       integer :: head, first, i, j, node, next
       placed = placed + 1
       order(placed) = root

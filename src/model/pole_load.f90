@@ -1,5 +1,5 @@
-!> A force of given size whose line of action passes through a fixed point, its pole: a cable to an anchor. Its potential is
-!> its size times the distance.
+!> A force of constant magnitude whose line of action passes through a fixed point, its pole: a cable to an anchor. Its potential is
+!> its magnitude times the distance.
 module pole_load
    use kinds, only: wp
    use point_load, only: point_load_t

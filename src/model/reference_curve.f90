@@ -53,12 +53,13 @@ contains
       turn = (along * ddw + curve%curvature * dw**2) / square
       bend = (curve%curvature + turn) / sqrt(square)
       if (.not. present(rate)) return
-      growth = dw * (ddw - curve%curvature * along) / square ! of the speed by s, over the speed
+      growth = dw * (ddw - curve%curvature * along) / square ! growth of the speed with s, over the speed
       rate = ((along * dddw + curve%curvature * dw * ddw) / square - 2 * turn * growth - (curve%curvature + turn) * growth) / square
    end subroutine curve_bend
 
-   !> Tables of the lengths along all curves, from which curve_length and curve_abscissa answer: whenever curves or imperfections
-   !> are new. One serves all curves of an imperfection that have the same curvature; an element may go beyond its curve.
+   !> Computes tables of the lengths along all curves for curve_length and curve_abscissa; to be called after every change of curves
+   !> or imperfections. One table serves all curves of an imperfection with the same curvature; an element may extend beyond its
+   !> curve.
    pure subroutine measure_curves(curve, imperfections)
       type(curve_t), intent(inout) :: curve(:)
       type(imperfection_t), intent(inout) :: imperfections(:)
@@ -83,12 +84,12 @@ contains
       end do
    end subroutine measure_curves
 
-   !> The table of an imperfection on a nominal curve.
+   !> Length table of an imperfection on a nominal curve.
    pure function measured(imperfection, curvature) result(table)
       type(imperfection_t), intent(in) :: imperfection
       real(wp), intent(in) :: curvature
       type(length_table_t) :: table
-      integer, parameter :: halvings = 20       ! as good as it gets at a cusp
+      integer, parameter :: halvings = 20       ! limit of refinement, reached at a cusp only
       real(wp) :: from, to, end, width, shortest, s(table_points), rate(table_points)
       integer :: k, i, pieces
       logical :: added
@@ -112,7 +113,7 @@ contains
                width = to - from
                from = to
                to = from + 2.0_wp * width
-               ! No rest shorter than that.
+               ! The last panel is not to be shorter than half of the others.
                if (end - to < 0.5_wp * width) to = end
             else
                to = 0.5_wp * (from + to)
@@ -162,18 +163,18 @@ contains
             call table_value(table, curve%offset + s, after, rate)
             step = ((length - (s - from)) - (after - before)) / (1.0_wp + rate)
             s = s + step
-            ! The next one would be the square of this one.
+            ! The error after this step is of the order of its square.
             if (abs(step) <= 0.1_wp * sqrt(epsilon(s)) * abs(length)) exit
          end do
       end associate
    end function curve_abscissa
 
-   !> True when one curve goes on as another one from a common point: the same line or circle and the same imperfection, so
-   !> that either may be continued with the other's coordinates.
+   !> True if one curve continues another one from a common point: the same line or circle and the same imperfection, so that either
+   !> curve may be extended with the other's coordinates.
    pure logical function curve_goes_on(first, at_first, second, at_second) result(goes_on)
       type(curve_t), intent(in) :: first, second
-      real(wp), intent(in) :: at_first, at_second  !! the point's coordinate on each of them
-      real(wp), parameter :: same = 1.0e-6_wp      !! as good as coordinates of six digits make an arc
+      real(wp), intent(in) :: at_first, at_second  !! coordinate of the point on each curve
+      real(wp), parameter :: same = 1.0e-6_wp      !! accuracy of an arc from coordinates with six digits
       real(wp) :: turn, span
       span = max(first%length, second%length)
       turn = second%angle + second%curvature * at_second - first%angle - first%curvature * at_first

@@ -1,4 +1,4 @@
-!> The model of a deck on another mesh: nodes anywhere along its free stretches, everything else where the deck has it.
+!> The model of a deck on another mesh: nodes anywhere along its free rod segments, all other data as in the deck.
 module remeshed_model
    use kinds, only: wp
    use model, only: model_t, curve_t, mesh_t, contact_t, imperfection_t, complete_joints
@@ -8,21 +8,22 @@ module remeshed_model
    private
    public :: division_t, new_remeshed_model
 
-   !> Where the nodes of a mesh stand on one stretch.
+   !> Positions of the nodes of a mesh on one rod segment.
    type :: division_t
-      real(wp), allocatable :: at(:)   !! (elements + 1) coordinates along it, rising, from 0 to its length
+      real(wp), allocatable :: at(:)   !! (elements + 1) coordinates along the segment, increasing, from 0 to its length
    end type division_t
 
 contains
 
-   !> Nodes: the deck's breakpoints in its order, then those inside stretch by stretch. Elements: stretch by stretch, in order; each
-   !> has curve, coordinates and label of the deck's element that holds its first end, and may go beyond that one's curve.
-   !> Node sets and monitors keep their breakpoints only, contacts have all nodes of the stretches they cover. Elements named by
-   !> steps (limit curves, modes as imperfections) stay those of the deck.
+   !> Nodes: the segment boundaries in the deck's order, then the inner nodes segment by segment. Elements: segment by segment, in
+   !> order; each has curve, coordinates and label of the deck's element that contains its first end, and may extend beyond the
+   !> curve of that element. Node sets and monitors keep their segment boundaries only, contacts have all nodes of the segments that
+   !> they cover. Elements named by steps (limit curves, modes as imperfections) remain those of the deck.
    function new_remeshed_model(deck, layout, division) result(model)
       type(model_t), intent(in) :: deck
       type(layout_t), intent(in) :: layout       !! of the deck
-      type(division_t), intent(in) :: division(:) !! (stretches) where they are not free with all of the deck's nodes
+      type(division_t), intent(in) :: division(:) !! (rod segments) node positions; segments that are not free have all of the
+      !! deck's nodes
       type(model_t) :: model
       integer, allocatable :: mesh_node(:), deck_node(:), deck_element(:), first(:)
       integer :: i, k
@@ -74,7 +75,7 @@ contains
 
    contains
 
-      !> Those of a list of the deck's nodes that the mesh has.
+      !> Nodes of the new mesh that correspond to a list of the deck's nodes; others are left out.
       pure function there(node)
          integer, intent(in) :: node(:)
          integer, allocatable :: there(:)
@@ -82,15 +83,15 @@ contains
       end function there
    end function new_remeshed_model
 
-   !> Nodes and elements.
+   !> Sets nodes and elements of the mesh.
    subroutine lay_mesh(deck, layout, division, mesh, mesh_node, first, deck_element)
       type(model_t), intent(in) :: deck
       type(layout_t), intent(in) :: layout
       type(division_t), intent(in) :: division(:)
       type(mesh_t), intent(out) :: mesh
-      integer, allocatable, intent(out) :: mesh_node(:)    !! (deck's nodes) of its breakpoints, 0: none
-      integer, allocatable, intent(out) :: first(:)        !! (stretches) node before the first one inside
-      integer, allocatable, intent(out) :: deck_element(:) !! (elements) that of the deck which holds the first end
+      integer, allocatable, intent(out) :: mesh_node(:)    !! (deck's nodes) new node of each segment boundary, 0: none
+      integer, allocatable, intent(out) :: first(:)        !! (rod segments) number of the node before its first inner node
+      integer, allocatable, intent(out) :: deck_element(:) !! (elements) deck's element that contains the first end
       integer :: i, j, k, n, e, node
       allocate (mesh_node(deck%mesh%n_nodes), source=0)
       n = 0
@@ -129,7 +130,7 @@ contains
                if (i == size(at) - 1) node = mesh_node(rod%node(2))
                mesh%node(2, e) = node
                mesh%s(:, e) = at(i:i + 1) - layout%origin(deck_element(e))
-               ! To the last bit at the deck's nodes.
+               ! At the deck's nodes the coordinate is exactly that of the deck.
                if (abs(at(i) - rod%at(k)) <= 0.0_wp) mesh%s(1, e) = deck%mesh%s(1, deck_element(e))
                if (abs(at(i + 1) - rod%at(k + 1)) <= 0.0_wp) mesh%s(2, e) = deck%mesh%s(2, deck_element(e))
                if (i < size(at) - 1) call place_node(deck, layout, j, at(i + 1), mesh, node)
@@ -144,7 +145,7 @@ contains
       mesh%placed = deck%mesh%placed(deck_element)
    end subroutine lay_mesh
 
-   !> Stress-free place of a node inside a stretch; its label is that of the deck's node next to it.
+   !> Stress-free position of a node inside a segment; its label is that of the nearest node of the deck.
    subroutine place_node(deck, layout, rod_segment, at, mesh, node)
       type(model_t), intent(in) :: deck
       type(layout_t), intent(in) :: layout
@@ -181,14 +182,14 @@ contains
       end associate
    end subroutine place_node
 
-   !> Nodes of a contact: first the one where a closed chain begins, next after the deck's first node; then stretch by stretch in
-   !> order; then single ones in the deck's order.
+   !> Nodes of a contact: first the node at which a closed chain begins, next after the deck's first node; then segment by segment
+   !> in order; then single nodes in the deck's order.
    function contact_nodes(deck, layout, division, contact, mesh_node, first) result(list)
       type(model_t), intent(in) :: deck
       type(layout_t), intent(in) :: layout
       type(division_t), intent(in) :: division(:)
       type(contact_t), intent(in) :: contact      !! of the deck
-      integer, intent(in) :: mesh_node(:), first(:) !! as of lay_mesh
+      integer, intent(in) :: mesh_node(:), first(:) !! as returned by lay_mesh
       integer, allocatable :: list(:)
       logical :: member(deck%mesh%n_nodes), listed(deck%mesh%n_nodes), covered(size(division))
       integer :: i, j, n, start
@@ -199,7 +200,7 @@ contains
       n = count(layout%breakpoint(contact%node))
       if (.not. deck%obstacle(contact%obstacle)%at_nodes) then
          do j = 1, size(division)
-            ! Breakpoints stand where the cover ends: its first element says it.
+            ! Coverage ends at segment boundaries only, so the first element shows whether the contact covers a segment.
             covered(j) = all(member(deck%mesh%node(:, layout%rod_segment(j)%element(1))))
             if (covered(j)) n = n + size(division(j)%at) - 2
          end do
@@ -228,7 +229,7 @@ contains
 
    contains
 
-      !> The first node at or after a coordinate of stretch j.
+      !> The first node at or after a coordinate of segment j.
       subroutine begin(ends, at, from)
          integer, intent(in) :: ends(2)
          real(wp), intent(in) :: at(:), from
@@ -242,7 +243,7 @@ contains
          end if
       end subroutine begin
 
-      !> A breakpoint, once.
+      !> Adds a segment boundary, unless it is in the list.
       subroutine add(node)
          integer, intent(in) :: node
          if (listed(node) .or. mesh_node(node) == 0) return

@@ -1,8 +1,8 @@
-!> The rods that the deck's mesh stands for, whatever mesh is used: stretches between breakpoints.
+!> Rods of the deck's mesh, independent of the mesh that is used: rod segments between segment boundaries.
 !>
-!> Along a stretch section, element type, loads and obstacles are the same and the stress-free axis is smooth, so a node has no
-!> reason to stand in one place rather than in another. Breakpoints are the deck's nodes where that ends, or where something acts
-!> on a point of the rod.
+!> Along a rod segment section, element type, loads and obstacles are constant and the stress-free axis is smooth, so that nodes may
+!> be placed anywhere. Segment boundaries (`breakpoint`) are the deck's nodes at which one of these changes, or at which something
+!> acts on a point of the rod.
 module rod_layout
    use kinds, only: wp
    use model, only: model_t
@@ -12,34 +12,36 @@ module rod_layout
    private
    public :: layout_t, rod_segment_t, new_layout, stretch_element, stretch_place
 
-   !> A rod between two breakpoints.
+   !> A rod between two segment boundaries.
    type :: rod_segment_t
-      integer :: node(2) = 0                  !! the deck's nodes at its ends, one and the same when it is closed
-      integer, allocatable :: element(:)      !! the deck's elements along it, in order, all in its sense
-      real(wp), allocatable :: at(:)          !! (elements + 1) coordinates of the deck's nodes along it: nominal length from 0
-      real(wp) :: length = 0.0_wp             !! the last of them
-      logical :: free = .false.               !! nodes may stand anywhere; else those of the deck stay
-      logical :: placed = .false.             !! the deck does not say how many elements it has
+      integer :: node(2) = 0                  !! the deck's nodes at its ends, the same node for a closed segment
+      integer, allocatable :: element(:)      !! the deck's elements along the segment, in order and in its direction
+      real(wp), allocatable :: at(:)          !! (elements + 1) coordinates of the deck's nodes along the segment: nominal length
+      !! from 0
+      real(wp) :: length = 0.0_wp             !! last of these coordinates
+      logical :: free = .false.               !! true: nodes may be anywhere; false: the deck's nodes are kept
+      logical :: placed = .false.             !! true: the deck leaves its number of elements open
    end type rod_segment_t
 
-   !> All rods.
+   !> All rod segments.
    type :: layout_t
       type(rod_segment_t), allocatable :: rod_segment(:)
-      integer, allocatable :: stretch_of(:)   !! (deck's elements)
-      real(wp), allocatable :: origin(:)      !! (deck's elements) coordinate along the stretch less the nominal one of the element
-      integer, allocatable :: node_stretch(:) !! (deck's nodes) a stretch that holds it, 0: none does
-      real(wp), allocatable :: node_at(:)     !! (deck's nodes) and its coordinate there
-      logical, allocatable :: breakpoint(:)   !! (deck's nodes)
+      integer, allocatable :: stretch_of(:)   !! (deck's elements) rod segment of each
+      real(wp), allocatable :: origin(:)      !! (deck's elements) coordinate along the segment minus the nominal coordinate of the
+      !! element
+      integer, allocatable :: node_stretch(:) !! (deck's nodes) a rod segment that contains the node, 0: none
+      real(wp), allocatable :: node_at(:)     !! (deck's nodes) coordinate of the node along that segment
+      logical, allocatable :: breakpoint(:)   !! (deck's nodes) true: segment boundary
    end type layout_t
 
 contains
 
-   !> The layout of the model of a deck. Stretches come in the order of the deck's elements that they begin with, closed chains
-   !> without any breakpoint last; these are cut at their first node.
+   !> The layout of a deck's model. Segments are in the order of their first elements, closed chains without any segment boundary
+   !> last; these are cut at their first node.
    function new_layout(model) result(layout)
       type(model_t), intent(in) :: model
       type(layout_t) :: layout
-      integer, allocatable :: beside(:, :)   ! (2, nodes) the element that ends there, and the one that begins
+      integer, allocatable :: beside(:, :)   ! (2, nodes) element that ends at the node, and element that begins there
       logical, allocatable :: kept(:)
       type(rod_segment_t), allocatable :: rod_segment(:)
       integer :: e, node, n
@@ -48,7 +50,7 @@ contains
          kept = elements_that_stay(model)
          allocate (layout%stretch_of(mesh%n_elements), layout%node_stretch(mesh%n_nodes), source=0)
          allocate (layout%origin(mesh%n_elements), layout%node_at(mesh%n_nodes), source=0.0_wp)
-         ! As many as elements at most, and mostly far fewer.
+         ! The number of elements is an upper bound, mostly far too large.
          allocate (rod_segment(count(layout%breakpoint(mesh%node(1, :))) + count(.not. layout%breakpoint)))
          n = 0
          do e = 1, mesh%n_elements
@@ -73,7 +75,7 @@ contains
 
    contains
 
-      !> One stretch from the element that it begins with to the next breakpoint.
+      !> Follows one segment from its first element to the next segment boundary.
       subroutine follow(first)
          integer, intent(in) :: first
          integer :: at, k, length
@@ -96,7 +98,7 @@ contains
                new%element(k) = at
                layout%stretch_of(at) = n
                layout%origin(at) = new%at(k) - mesh%s(1, at)
-               ! The same one all along a curve, not one that differs by rounding.
+               ! The same value all along a curve, without differences by rounding.
                if (k > 1) then
                   associate (before => new%element(k - 1))
                      if (mesh%curve(at) == mesh%curve(before) .and. abs(mesh%s(1, at) - mesh%s(2, before)) <= 0.0_wp) &
@@ -113,12 +115,12 @@ contains
       end subroutine follow
    end function new_layout
 
-   !> Nodes where a stretch ends; what stands beside all others.
+   !> Determines the segment boundaries, and the two elements at each other node.
    subroutine find_breakpoints(model, beside, breakpoint)
       type(model_t), intent(in) :: model
       integer, allocatable, intent(out) :: beside(:, :)     !! (2, nodes) as in new_layout
       logical, allocatable, intent(out) :: breakpoint(:)    !! (nodes)
-      integer :: ends(2, model%mesh%n_nodes)                ! how many elements end and begin there
+      integer :: ends(2, model%mesh%n_nodes)                ! numbers of elements that end and begin at the node
       logical, allocatable :: member(:), covered(:)
       integer :: e, i, k
       associate (mesh => model%mesh)
@@ -162,7 +164,7 @@ contains
       end associate
    end subroutine find_breakpoints
 
-   !> True for a node that a tie or a spring to another node has to do with.
+   !> True for a node with a tie, or with a spring to another node.
    pure logical function joined(model, node)
       type(model_t), intent(in) :: model
       integer, intent(in) :: node
@@ -177,10 +179,10 @@ contains
       joined = .false.
    end function joined
 
-   !> True where one element goes on as the next one: the same in all but its nodes.
+   !> True if one element continues another one: all properties except the nodes are equal.
    pure logical function goes_on(model, a, b)
       type(model_t), intent(in) :: model
-      integer, intent(in) :: a, b             !! the element that ends at a node, and the one that begins there
+      integer, intent(in) :: a, b             !! element that ends at a node, and element that begins there
       integer :: k
       associate (mesh => model%mesh)
          goes_on = min(mesh%curve(a), mesh%curve(b)) > 0 .and. mesh%family(a) == mesh%family(b) .and. &
@@ -194,8 +196,8 @@ contains
       end associate
    end function goes_on
 
-   !> Elements whose nodes stay: all but GE of two and more stages on curves, and where something acts at the nodes: contact that
-   !> the deck wants there, and foundations that couple them.
+   !> Elements whose nodes are kept: all except GE elements of two or more stages on curves, and those at whose nodes forces act:
+   !> contact at nodes requested by the deck, and foundations that couple nodes.
    function elements_that_stay(model) result(kept)
       type(model_t), intent(in) :: model
       logical, allocatable :: kept(:)         !! (elements)
@@ -216,10 +218,10 @@ contains
       end associate
    end function elements_that_stay
 
-   !> The place in a stretch's list of the deck's element that holds a coordinate. At a node it is the element that begins there.
+   !> Index in a segment's list of the deck's element that contains a coordinate; at a node the element that begins there.
    pure integer function stretch_element(rod_segment, at) result(k)
       type(rod_segment_t), intent(in) :: rod_segment
-      real(wp), intent(in) :: at              !! beyond the ends: the element there
+      real(wp), intent(in) :: at              !! coordinate; beyond the ends the element at the end is returned
       integer :: last, middle
       k = 1
       last = size(rod_segment%element)
@@ -233,12 +235,12 @@ contains
       end do
    end function stretch_element
 
-   !> The curve of the deck's element that holds a coordinate, and the nominal coordinate there.
+   !> Curve of the deck's element that contains a coordinate, and the nominal coordinate there.
    pure subroutine stretch_place(model, layout, rod_segment, at, curve, s)
       type(model_t), intent(in) :: model      !! of the deck
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: rod_segment
-      real(wp), intent(in) :: at              !! 0 to its length
+      real(wp), intent(in) :: at              !! 0 to the segment's length
       integer, intent(out) :: curve           !! 0: the element is straight between its nodes
       real(wp), intent(out) :: s
       integer :: e, k
@@ -247,7 +249,7 @@ contains
          e = rod%element(k)
          curve = model%mesh%curve(e)
          s = at - layout%origin(e)
-         ! To the last bit at the deck's nodes.
+         ! At the deck's nodes the coordinate is exactly that of the deck.
          if (abs(at - rod%at(k)) <= 0.0_wp) s = model%mesh%s(1, e)
          if (abs(at - rod%at(k + 1)) <= 0.0_wp) s = model%mesh%s(2, e)
       end associate

@@ -1,7 +1,7 @@
-!> Which nodes the unknowns of tied nodes belong to, ties followed to their ends.
+!> Nodes whose unknowns determine those of tied nodes, with chains of ties resolved.
 !>
-!> What follows other nodes is no unknown of its own. Its forces act on the nodes that it follows, so these are neighbours in the
-!> band like the two ends of an element.
+!> A component that follows other nodes is no unknown of its own. Its forces act on the nodes that it follows, so these nodes are
+!> neighbours in the band, as the two ends of an element are.
 module tie_pattern
    use model, only: mesh_t, tie_t, joint_spring_t
    implicit none
@@ -10,14 +10,15 @@ module tie_pattern
 
    type :: tie_pattern_t
       logical, allocatable :: tied(:, :)    !! (3, nodes) components that follow others
-      logical, allocatable :: follows(:)    !! (nodes) some component does
-      integer, allocatable :: first(:)      !! (nodes + 1) place in `of` of the list of a node
-      integer, allocatable :: of(:)         !! the list of a node that follows: itself, then all that it follows; of others: empty
+      logical, allocatable :: follows(:)    !! (nodes) true: some component follows others
+      integer, allocatable :: first(:)      !! (nodes + 1) first position of each node's list in `of`
+      integer, allocatable :: of(:)         !! list of a node that follows others: the node itself and all nodes that it follows;
+      !! other nodes have an empty list
    end type tie_pattern_t
 
 contains
 
-   !> The pattern of ties that are in order (see tie_t).
+   !> Pattern of ties that have been checked and ordered (see tie_t).
    function new_tie_pattern(tie, n_nodes) result(pattern)
       type(tie_t), intent(in) :: tie(:)
       integer, intent(in) :: n_nodes
@@ -25,7 +26,7 @@ contains
       type :: list_t
          integer, allocatable :: node(:)
       end type list_t
-      type(list_t), allocatable :: list(:)  ! (ties) that of the node of each, at the first tie of the node
+      type(list_t), allocatable :: list(:)  ! (ties) list of the tied node, at the first tie of the node
       integer :: at(n_nodes), i, k, n
       allocate (pattern%tied(3, n_nodes), source=.false.)
       allocate (list(size(tie)))
@@ -56,7 +57,7 @@ contains
 
    contains
 
-      !> Adds a node, or what this one follows, to a list.
+      !> Adds a node, or the nodes that it follows, to a list.
       subroutine join(to, node)
          integer, intent(in) :: to, node
          integer, allocatable :: more(:)
@@ -69,7 +70,7 @@ contains
       end subroutine join
    end function new_tie_pattern
 
-   !> Pairs of nodes that are neighbours in the band beyond those of the elements.
+   !> Pairs of nodes that are neighbours in the band in addition to those of the elements.
    function coupled_pairs(mesh, pattern, spring) result(pair)
       type(mesh_t), intent(in) :: mesh
       type(tie_pattern_t), intent(in) :: pattern
@@ -90,7 +91,7 @@ contains
 
    contains
 
-      !> Some nodes, and all that they follow.
+      !> The given nodes and all nodes that they follow.
       function members(nodes) result(all_of)
          integer, intent(in) :: nodes(:)
          integer, allocatable :: all_of(:)
@@ -101,7 +102,7 @@ contains
          end do
       end function members
 
-      !> Every node of a group with every other one.
+      !> Couples every node of a group with every other one.
       subroutine couple(group)
          integer, intent(in) :: group(:)
          integer :: more(2, size(group)**2 / 2), a, b, n

@@ -29,11 +29,11 @@ contains
       integer :: m
       worst = 0.0_wp
       if (any(system%fixed)) worst = maxval(abs(system%value), mask=system%fixed) / problem%size
-      ! The distance that a rolling rod has yet to roll changes no force.
+      ! The remaining distance of a rolling rod from its prescribed position changes no force.
       if (system%roll_at > 0) worst = max(worst, abs(system%roll_by) / problem%size)
       if (any(state%active .and. .not. system%soft .and. system%unknown == 0 .and. problem%candidates%contact_span == 0)) &
          & worst = huge(1.0_wp)
-      ! The distance of an interface point from its position enters the forces by its square.
+      ! The distance of an interface point from its position affects the forces only by its square.
       if (size(problem%mark) > 0) then
          do m = 1, size(problem%mark)
             call mark_spring(problem, state, m, spring, force, rate, normal)

@@ -1,7 +1,7 @@
 !> Newton's method from a linearised state to a point of the path:
 !>
 !>   solve (solve_step) -> add (follow_step) -> residual (measure) -> small? (is_small) -> contact conditions (finish)
-!>   -> not yet: the same or a new tangent (renew_tangent), and again
+!>   -> if not satisfied: repeat with the same or a new tangent (renew_tangent)
 module newton_iteration
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -23,7 +23,7 @@ module newton_iteration
    private
    public :: iterate, solve_step, move
 
-   real(wp), parameter :: large_correction = 1.0e-4_wp !! of the increment
+   real(wp), parameter :: large_correction = 1.0e-4_wp !! part of the increment
 
    !> Data passed from one iteration to the next.
    type :: newton_t
@@ -41,7 +41,7 @@ module newton_iteration
       ! The last step.
       integer :: number = 0                    !! number of the iteration
       type(contact_step_t) :: step
-      real(wp) :: gone = 0.0_wp                !! largest movement of a touchdown point over the length of a span beside it
+      real(wp) :: gone = 0.0_wp                !! largest movement of a touchdown point, over the length of a span beside the point
       real(wp) :: correction = 0.0_wp          !! squared metric of the correction, on that step's nodes
       real(wp) :: largest = 0.0_wp             !! largest translation of a node; huge if only the contact set changed
       real(wp) :: forces_left = 0.0_wp         !! residual of forces and elements from which the next step starts
@@ -56,18 +56,18 @@ module newton_iteration
       ! Contact that moves.
       logical :: searching = .false.           !! foundation elements determine their contact themselves
       logical :: told_again = .false.          !! segments of such elements were determined again at convergence
-      logical :: seeking = .false.             !! touchdown points may be far from their positions
-      logical :: blamed = .false.              !! too stiff foundations are the reason of the failure
+      logical :: seeking = .false.             !! touchdown points may be far from their final positions
+      logical :: blamed = .false.              !! foundations that are too stiff are the reason of the failure
    end type newton_t
 
    integer, parameter :: settling_grip = 20     !! factor on the allowed iterations while foundations change their contact
-   real(wp), parameter :: far = 0.01_wp         !! part of a span: a touchdown point that moves by more has not arrived
+   real(wp), parameter :: far = 0.01_wp         !! part of a span: a touchdown point that moves by more has not reached its position
    integer, parameter :: stalled = 4            !! factor on the allowed iterations without a smaller residual: the iteration cycles
    real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long
    real(wp), parameter :: far_from_balance = 0.1_wp !! lower bound of the residual before the step in this comparison
    integer, parameter :: settling_iterations = 5 !! up to this iteration the last correction must be small, too
    real(wp), parameter :: of_root = 0.3_wp !! times the root of the tolerated error, so that the remainder is a tenth of that error
-   real(wp), parameter :: noticed = 0.1_wp      !! part of the tolerance: rounding errors of forces above require stored pressures
+   real(wp), parameter :: noticed = 0.1_wp      !! part of the tolerance: larger rounding errors of forces require stored pressures
    ! A step from a stress-free start on a foundation has no scale as long as the second-order strains rotation^2/2 cause no forces.
    real(wp), parameter :: negligible = 0.01_wp
 

@@ -2,7 +2,7 @@
 !>
 !> A structure that loses its last contact in an iteration has almost no stiffness, and the next step is arbitrarily long. Along
 !> that step the work of the unbalanced forces changes its sign where the foundations support the structure again; from there
-!> Newton's method converges. The search is made only if a step raises the residual strongly.
+!> Newton's method converges. The search is made only if a step strongly raises the residual.
 module step_search
    use kinds, only: wp
    use problem, only: problem_t
@@ -14,7 +14,7 @@ module step_search
 
 contains
 
-   !> Moves the state back along its last step, to where the work along the step changes its sign.
+   !> Moves the state back along its last step, to the point where the work along the step changes its sign.
    subroutine shorten_step(problem, origin, from, x, work_at_start, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: origin        !! last converged point
@@ -52,7 +52,8 @@ contains
             low = part
             work_low = work
          end if
-         ! The place where foundations begin to push is unknown by orders of magnitude: tenths first, then secants and bisection.
+         ! The point where foundations begin to push is unknown by orders of magnitude: steps to a tenth first, then secants and
+         ! bisection.
          if (low <= 0.0_wp .or. work_high > 1.0e10_wp * abs(work_low)) then
             part = max(0.1_wp * high, 0.5_wp * (low + high))
             if (low <= 0.0_wp) part = 0.1_wp * high

@@ -1,8 +1,8 @@
-!> Places of touchdown points along their rods, as functions of the unknowns: what their errors are told by.
+!> Positions of touchdown points along their rods, as functions of the unknowns, for their error estimates.
 !>
-!> A touchdown point is where the moment does not jump, or where a point contact has the obstacle's direction (touchdown_points).
-!> The derivatives are differences of that, taken with the points held, as they are in the equations. A point that keeps a
-!> breakpoint's node rolls beside it.
+!> A touchdown point lies where the moment does not jump, or where a point contact has the obstacle's direction (touchdown_points).
+!> The derivatives of its position are differences of this condition, taken with the touchdown points fixed, as in the equations. A
+!> point contact at a segment boundary keeps its node; its force moves beside the node (rolling contact).
 module contact_places
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -19,7 +19,7 @@ module contact_places
 
 contains
 
-   !> Candidates that are touchdown points and go along the rod, or roll beside their node.
+   !> Candidates that are touchdown points and move along the rod, or roll beside their node.
    pure function moving_ends(problem) result(ends)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: ends(:)
@@ -28,7 +28,7 @@ contains
          & .or. problem%candidates%rolls(c)), c=1, problem%candidates%n)])
    end function moving_ends
 
-   !> Stress-free arc lengths along the chains of their contacts.
+   !> Stress-free arc lengths of touchdown points along the chains of their contacts.
    function places_at(problem, state, ends) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -42,7 +42,7 @@ contains
       end do
    end function places_at
 
-   !> The same where a state, not far from another one and on the nodes of that, has them.
+   !> Positions in a state `after` that is close to `before` and has the same nodes.
    function places_after(problem, before, after, ends) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, after
@@ -54,7 +54,7 @@ contains
       at = at + way(ends)
    end function places_after
 
-   !> Derivatives of the places. Node axes.
+   !> Derivatives of the positions by the unknowns (node axes) and the load factor.
    subroutine place_gradients(problem, state, system, ends, by_unknown, by_load)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -93,7 +93,7 @@ contains
    contains
 
       function places_moved(y) result(at)
-         real(wp), intent(in) :: y               !! change of the load factor; x that of the unknowns
+         real(wp), intent(in) :: y               !! change of the load factor; x: change of the unknowns
          real(wp) :: at(size(ends))
          type(state_t) :: moved
          moved = state
@@ -102,11 +102,11 @@ contains
       end function places_moved
    end subroutine place_gradients
 
-   !> How far the places of a line's ends go with moments that are out of balance at both sides of them.
+   !> Distances by which the ends of line contacts move if unbalanced moments act on both sides of these ends.
    function moment_places(problem, state, force, ends) result(way)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: force(:, :)        !! (6, elements) on their nodes
+      real(wp), intent(in) :: force(:, :)        !! (6, elements) forces and moments of the elements on their nodes
       integer, intent(in) :: ends(:)
       real(wp) :: way(size(ends)), slope(problem%candidates%n), jump
       integer :: k
@@ -123,7 +123,7 @@ contains
       end do
    end function moment_places
 
-   !> The place of a touchdown point, whose bar is to be told.
+   !> Position of a touchdown point, prepared for its error bar.
    type(place_bar_t) function named_place(problem, candidate, at) result(place)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -133,7 +133,7 @@ contains
       place%at = at
    end function named_place
 
-   !> True for the end of a line, false for its beginning, or a point.
+   !> True for the end of a line contact; false for its beginning, or for a point contact.
    pure logical function is_last(problem, candidate)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate

@@ -1,8 +1,8 @@
-!> Sums of the forces that obstacles push contact spans with, as functions of the unknowns.
+!> Sums of the contact forces on contact spans, as functions of the unknowns.
 !>
-!> They are made of the forces in elements beside touchdown points and along lines, and of reactions at breakpoints of the rod:
-!> the derivatives are differences, taken with the touchdown points held, as they are in the equations. What acts along a line
-!> cancels but for the cuts at its ends: of the forces of elements on their nodes those count in the sum.
+!> Each sum consists of forces in elements beside touchdown points and along line contacts, and of reactions at segment boundaries.
+!> Its derivatives are differences, taken with the touchdown points fixed, as in the equations. The pressure along a line contact
+!> cancels except for the section forces at both ends of the line: only these element end forces enter the sum.
 module contact_totals
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -17,7 +17,7 @@ module contact_totals
 
 contains
 
-   !> True for a monitor of contact spans alone.
+   !> True if the monitor contains forces of contact spans only.
    pure logical function contact_sum_known(problem, state, m) result(known)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -30,7 +30,7 @@ contains
       end associate
    end function contact_sum_known
 
-   !> What the sum changes by when the elements close their own defects.
+   !> Change of the sum due to eliminating the internal residuals of the elements.
    real(wp) function contact_sum_defect(problem, state, system, m) result(defect)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -41,8 +41,8 @@ contains
       defect = sum_after(problem, state, system, m, none, 0.0_wp) - stored_sum(problem, state, m)
    end function contact_sum_defect
 
-   !> Derivatives of the sum by the unknowns, the load factor, what is out of balance where contact holds a node, and the forces
-   !> of elements on their nodes, the unknowns held. Node axes.
+   !> Derivatives of the sum by the unknowns, the load factor, the unbalanced forces at nodes fixed by contact, and the end forces
+   !> of elements with fixed unknowns. Node axes.
    subroutine contact_sum_gradient(problem, state, system, m, by_unknown, by_load, by_force, by_element)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -83,7 +83,7 @@ contains
          end do
          step = size_step * max(abs(state%load_factor), 1.0_wp)
          by_load = (sum_after(problem, state, system, m, x, step) - base) / step
-         ! Reactions where a breakpoint is held: what is out of balance on their own unknowns.
+         ! Reactions at fixed segment boundaries: unbalanced forces on their own unknowns.
          none = 0.0_wp
          do c = 1, list%n
             if (list%contact_span(c) == 0 .or. system%unknown(c) == 0) cycle
@@ -103,8 +103,8 @@ contains
 
    contains
 
-      !> What an element's forces on its nodes are of the sum, the unknowns held. Of cuts and lines all cancels but the cuts of free
-      !> elements beside touchdown points, and of conforming ones at other ends of their line.
+      !> Contribution of an element's end forces to the sum, with fixed unknowns. All section forces cancel except those of free
+      !> elements beside touchdown points, and those of conforming elements at the other ends of their line contact.
       subroutine set_own_part(e)
          integer, intent(in) :: e
          integer :: i, d, c
@@ -125,7 +125,8 @@ contains
          end associate
       end subroutine set_own_part
 
-      !> The shift of a touched node whose work is the monitor's share of a force on it. Node axes: it does not turn the node.
+      !> Displacement of a contact node whose work with a force on the node is the contribution of this force to the monitor. Node
+      !> axes; the rotation of the node is zero.
       function shift(c) result(along)
          integer, intent(in) :: c
          real(wp) :: along(3), normal(2), gap, bend
@@ -134,7 +135,7 @@ contains
             if (monitor%component < 3) then
                along(monitor%component) = monitor%factor
             else
-               ! Densities along a line are not those of cuts.
+               ! The sum of pressures along a line contact is not that of the section forces at its ends.
                if (.not. problem%candidates%moves(c)) return
                call candidate_gap(problem, state, c, gap, normal, bend)
                along(1:2) = monitor%factor * normal
@@ -146,7 +147,7 @@ contains
       end function shift
    end subroutine contact_sum_gradient
 
-   !> The monitor's sum as the state has it.
+   !> The monitor's sum from the forces stored in the state.
    real(wp) function stored_sum(problem, state, m) result(value)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

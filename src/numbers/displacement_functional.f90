@@ -81,8 +81,8 @@ contains
       change = watched%change(x, y)
    end function monitor_change
 
-   !> True for a monitor that loads leave open: it changes, by more than the equilibrium is known to, with how far a rod rolls that
-   !> may (rolling_rods). Forces do not.
+   !> True for a displacement monitor that the loads leave undetermined: if a rod may roll (rolling_rods), the monitor changes over
+   !> the range of rolling by more than the tolerance of equilibrium. Force monitors do not change by rolling.
    logical function left_open(problem, m, state, system)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: m                  !! index into model%monitor

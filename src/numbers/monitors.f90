@@ -16,7 +16,7 @@ module monitors
 
 contains
 
-   !> All monitors at a converged state, the system assembled there.
+   !> Values of all monitors at a converged state at which the system is assembled.
    function monitor_values(problem, state, system) result(values)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -46,14 +46,14 @@ contains
                end if
             else
                do i = 1, size(monitor%node)
-                  ! What holds a node makes it a breakpoint.
+                  ! A supported node is a segment boundary, and so a node of every mesh.
                   node = problem%mesh_node(monitor%node(i))
                   if (node == 0) cycle
                   if (.not. problem%model%fixed(monitor%component, node)) then
                      total = total - problem%spring(monitor%component, node) * state%u(monitor%component, node)
                      cycle
                   end if
-                  ! Internal minus external force is what the support adds.
+                  ! The support reaction is the internal minus the external force.
                   total = total + system%raw(dof(problem, node, monitor%component))
                end do
             end if
@@ -103,7 +103,7 @@ contains
 
    contains
 
-      !> The rate of what an obstacle pushes contact spans with, by a difference along the path.
+      !> Derivative of an obstacle's forces on contact spans along the path, as a difference.
       real(wp) function span_rate(component, obstacle) result(rate)
          integer, intent(in) :: component, obstacle
          type(state_t) :: ahead, here
@@ -114,7 +114,7 @@ contains
          ahead = state
          call apply_increment(problem, system, 0.0_wp * system%tangent, 0.0_wp, here)
          call apply_increment(problem, system, step * system%tangent, step, ahead)
-         ! What holds a node at a breakpoint is an unknown of its own.
+         ! The reaction at a fixed segment boundary is an unknown of its own.
          do c = 1, problem%candidates%n
             if (problem%candidates%contact_span(c) == 0 .or. system%unknown(c) == 0) cycle
             ahead%reaction(c) = ahead%reaction(c) + step * reaction_rate(problem, system, c)
@@ -124,7 +124,7 @@ contains
          rate = sum(totals(component, :, 2) - totals(component, :, 1), mask=problem%model%contact%obstacle == obstacle) / step
       end function span_rate
 
-      !> How the direction of a contact's force changes: its node goes along the obstacle, which may move.
+      !> Change of direction of a contact force: the node moves along the obstacle, which may move itself.
       real(wp) function turning(candidate)
          integer, intent(in) :: candidate
          real(wp) :: step(3), along(2)
@@ -137,7 +137,7 @@ contains
       end function turning
    end function monitor_rate
 
-   !> What a unit of normal reaction adds to a monitor of contact reactions.
+   !> Contribution of a unit normal reaction to a monitor of contact reactions.
    pure real(wp) function share(monitor, normal)
       type(monitor_t), intent(in) :: monitor
       real(wp), intent(in) :: normal(2)

@@ -1,6 +1,6 @@
-!> Relative curvature as a functional: how much more a rod is curved at a point contact than its obstacle, per unit stress-free
-!> length, positive where the rod bends away. As the path constraint it leads to osculation, relative curvature zero: there the
-!> contact has no stiffness against rotation, and free spans beside it may be about to buckle, so that neither the load nor
+!> Relative curvature as a functional: curvature of the rod minus that of the obstacle at a point contact, per unit stress-free
+!> length, positive where the rod bends away. As the path constraint it leads to osculation, where the relative curvature is zero:
+!> there the contact has no rotational stiffness, and free spans beside it may be about to buckle, so that neither the load nor
 !> displacements are parameters of the path.
 module relative_curvature
    use kinds, only: wp
@@ -14,16 +14,18 @@ module relative_curvature
    private
    public :: new_relative_curvature
 
-   real(wp), parameter :: little = 1.0e-6_wp    !! of the size, or rad: forces and moments are linear in these
+   real(wp), parameter :: little = 1.0e-6_wp    !! small change for differences, over the size or in rad: forces and moments are
+   !! linear for such changes
 
 contains
 
-   !> The row at a state, by differences: displacements, and what the elements beside the point answer to them.
+   !> Gradient of the relative curvature by differences: nodal displacements and the resulting end forces of the elements beside the
+   !> point.
    function new_relative_curvature(problem, state, system, candidate) result(curvature)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled there
-      integer, intent(in) :: candidate          !! of a point contact
+      integer, intent(in) :: candidate          !! candidate of a point contact
       type(functional_t) :: curvature
       type(state_t) :: other
       real(wp) :: step, by_node(3, problem%model%mesh%n_nodes) !! global axes
@@ -64,8 +66,9 @@ contains
 
       !> Forces and moments of the elements beside the point.
       subroutine answer(node, column, step)
-         integer, intent(in) :: node             !! that is moved; 0: none
-         integer, intent(in) :: column           !! by which of its displacements; 7: by closing defects, 8: by the load factor
+         integer, intent(in) :: node             !! node that is displaced; 0: none
+         integer, intent(in) :: column           !! component of its displacement; 7: elimination of internal residuals, 8: load
+         !! factor
          real(wp), intent(in) :: step
          integer :: s, e, z, c
          do s = 1, 2

@@ -1,7 +1,7 @@
-!> Sums of the forces that stops at single nodes push with, as functions of the unknowns.
+!> Sums of the forces of stops at single nodes, as functions of the unknowns.
 !>
-!> A rigid stop pushes with what is out of balance on the unknown that it holds, as a support does; an elastic one with its own
-!> law, as a spring does. Neither has anything between nodes that errs.
+!> The force of a rigid stop is the unbalanced force on the unknown that it fixes, as for a support; that of an elastic stop follows
+!> from its law, as for a spring. Neither has a discretisation error between nodes.
 module stop_forces
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -13,15 +13,15 @@ module stop_forces
 
 contains
 
-   !> True for a candidate that stands at a node the deck names, on every mesh.
+   !> True for a stop at a node that the deck names; the node exists on every mesh.
    pure elemental logical function is_stop(problem, c)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c                   !! candidate
       is_stop = problem%model%obstacle(problem%candidates%obstacle(c))%at_nodes
    end function is_stop
 
-   !> Derivatives of a monitored sum by the unknowns, by the load factor, both by the laws of elastic stops alone, and by what is
-   !> out of balance. Node axes.
+   !> Derivatives of a monitored sum by the unknowns and by the load factor, both through the laws of elastic stops only, and by the
+   !> unbalanced forces. Node axes.
    subroutine stop_force_gradient(problem, state, system, m, by_unknown, by_load, by_force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -56,7 +56,7 @@ contains
       end do
    end subroutine stop_force_gradient
 
-   !> What the sum changes by when the stored reactions become those of the equations.
+   !> Change of the sum if the stored reactions are replaced by those of the equations.
    real(wp) function stop_force_defect(problem, state, system, m) result(defect)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -77,7 +77,7 @@ contains
       end do
    end function stop_force_defect
 
-   !> True for a stop of the monitor that pushes.
+   !> True for an active stop of the monitor.
    pure logical function counts(problem, state, m, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -85,7 +85,7 @@ contains
       counts = problem%candidates%obstacle(c) == problem%deck%monitor(m)%obstacle .and. state%active(c)
    end function counts
 
-   !> Share of a reaction in the monitor: along an axis, or all of it.
+   !> Factor of a reaction in the monitor: its component along an axis, or the whole reaction.
    pure real(wp) function weight_of(problem, system, m, c) result(weight)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -1,9 +1,9 @@
 !> Curves that divide the plane: consecutive straight, circular and quintic pieces with common tangents, continued straight beyond
 !> both ends.
 !>
-!> The nearest point is found with a tree of circles around the pieces: only pieces that may contain it are examined, so the cost
-!> grows with the logarithm of their number, and no search depends on a previous one. A quintic piece turns by so little that its
-!> nearest point is unique; Newton's method, kept inside a bracket, finds this point.
+!> The nearest point is found with a tree of circles around the pieces. Only pieces that may contain the nearest point are examined,
+!> so the cost grows with the logarithm of the number of pieces, and no search depends on a previous one. A quintic piece turns by
+!> so little that its nearest point is unique; Newton's method, kept inside a bracket, finds this point.
 module obstacle_curve
    use kinds, only: wp
    use gauss_tableau, only: gauss_points
@@ -79,7 +79,7 @@ contains
       type(piece_t), allocatable :: pieces(:)
       real(wp) :: leg(2, 5), d(2, 0:5), h, turn
       integer :: i, k, n
-      ! The curve turns by no more than the legs of its control polygon.
+      ! The curve turns by no more than the sides of its control polygon.
       leg = legs(c)
       turn = sum([(abs(angle_between(leg(:, k), leg(:, k + 1))), k=1, 4)])
       n = 2 + int(turn / (0.5_wp * piece_turn))
@@ -94,7 +94,7 @@ contains
       end do
    end function quintic_pieces
 
-   !> Legs of the control polygon of a quintic, times 5: the coefficients of its derivative in Bernstein's polynomials.
+   !> Sides of the control polygon of a quintic, times 5: the coefficients of its derivative in Bernstein polynomials.
    pure function legs(c) result(leg)
       real(wp), intent(in) :: c(2, 6)
       real(wp) :: leg(2, 5)
@@ -217,7 +217,7 @@ contains
             call keep_nearer(x, candidate, foot, best)
             cycle
          end if
-         ! The nearer child comes first, for its result often excludes the other one.
+         ! The nearer child is examined first: its result often excludes the other one.
          least = [least_square(2 * k), least_square(2 * k + 1)]
          near = merge(1, 2, least(1) <= least(2))
          stack(top + 1:top + 2) = 2 * k - 1 + [3 - near, near]
@@ -282,7 +282,7 @@ contains
          t = dot_product(x - piece%c(:, 1), piece%c(:, 2)) / dot_product(piece%c(:, 2), piece%c(:, 2))
          t = min(max(t, 0.0_wp), 1.0_wp)
       case (shape_arc)
-         ! Angles count from the middle of the arc, so that the jump of atan2 is opposite.
+         ! Angles count from the middle of the arc, so that the jump of atan2 is on the opposite side of the circle.
          d = x - piece%centre
          first = [cos(piece%angle + 0.5_wp * piece%turn), sin(piece%angle + 0.5_wp * piece%turn)]
          t = 0.5_wp
@@ -466,7 +466,7 @@ contains
       real(wp), intent(in) :: length
       type(foot_t), allocatable :: foot(:)
       real(wp), allocatable :: s(:), turn(:)  ! from the first sample on
-      integer, allocatable :: least(:)        ! samples that may have turned least within the length, one after the other
+      integer, allocatable :: least(:)        ! candidates for the least turn within the length, in order
       integer :: k, first, last
       foot = feet(curve)
       allocate (s(size(foot)), turn(size(foot)), least(size(foot)))
@@ -494,9 +494,10 @@ contains
       end do
    end function sharpest_turn
 
-   !> True when the curve and its straight continuations meet themselves: then it does not divide the plane in two.
+   !> True if the curve with its straight continuations intersects itself, so that it does not divide the plane in two.
    !>
-   !> A tree of boxes around the segments says which of them can meet: the cost grows hardly faster than their number.
+   !> A tree of boxes around the segments excludes pairs that cannot intersect: the cost is almost proportional to the number of
+   !> segments.
    pure logical function crosses_itself(curve) result(crosses)
       type(obstacle_curve_t), intent(in) :: curve
       real(wp), parameter :: far = 1.0e4_wp !! length of the continuations, over the size of the curve
@@ -535,7 +536,7 @@ contains
          top = top - 1
          if (any(box(1:2, a) > box(3:4, b)) .or. any(box(1:2, b) > box(3:4, a))) cycle
          if (a >= leaves) then
-            ! Both are segments. Neighbours have their common point.
+            ! Both nodes are single segments. Neighbouring segments share a point, which is no intersection.
             if (b - a < 2) cycle
             i = a - leaves + 1
             crosses = segments_meet(p(:, i), p(:, i + 1), p(:, i + b - a), p(:, i + b - a + 1))

@@ -43,7 +43,7 @@ contains
             bend = -bend
          end if
       case default
-         ! The normal of the curve, not the direction from its point, which is undetermined for a small gap.
+         ! The normal is taken from the curve: the direction from the nearest point to x is undetermined for a small gap.
          foot = nearest_point(obstacle%curve, x)
          normal = [-foot%tangent(2), foot%tangent(1)]
          gap = dot_product(x - foot%point, normal)
@@ -54,8 +54,8 @@ contains
       end select
    end subroutine obstacle_gap
 
-   !> Change of a point's gap by a motion, with normal and curvature after the motion. For lines and circles the error is the
-   !> rounding of the motion, not that of positions, which a stiff foundation would multiply.
+   !> Change of a point's gap by a motion, with normal and curvature after the motion. For lines and circles the change has the
+   !> rounding error of the motion, not that of positions, which a stiff foundation would multiply.
    pure subroutine moved_gap(obstacle, home, motion, at_home, change, normal, bend)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: home(2), motion(2)

@@ -27,7 +27,7 @@ module obstacle_track
       integer :: piece = 0                   !! piece of a curve, as in foot_t
    end type track_t
 
-   real(wp), parameter :: at_joint = 1.0e-6_wp !! part of a length of the track: its end this close to a joint is at the joint
+   real(wp), parameter :: at_joint = 1.0e-6_wp !! part of an interval of the track: an end this close to a joint is at the joint
 
 contains
 
@@ -100,8 +100,8 @@ contains
       ahead = ahead - round * anint(ahead / round)
    end function track_ahead
 
-   !> A point on the piece that contains a length of the track with given ends, for the argument `near` of track_at: ends at a joint
-   !> may be points of either piece.
+   !> A point on the piece that contains the track interval between two given points, for the argument `near` of track_at: end
+   !> points at a joint may belong to either piece.
    pure type(track_t) function track_between(obstacle, offset, first, last) result(between)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -119,7 +119,7 @@ contains
       between%piece = i
    end function track_between
 
-   !> True if the track's curvature jumps between two of its points: a rod cannot follow the track there, because its moment would
+   !> True if the track's curvature jumps between two of its points. A rod cannot follow the track there, because its moment would
    !> jump.
    pure logical function jump_between(obstacle, offset, first, last)
       type(obstacle_t), intent(in) :: obstacle
@@ -138,8 +138,8 @@ contains
       end do
    end function jump_between
 
-   !> A point of the track as a point of the piece beyond the nearer joint with a jump of curvature, or of this piece's
-   !> continuation; the point itself if no such joint is within reach.
+   !> A track point as a point of the piece (or straight continuation) beyond the nearer joint with a jump of curvature; the point
+   !> itself if no such joint is within reach.
    pure type(track_t) function across_joint(obstacle, offset, track, reach) result(other)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -165,7 +165,8 @@ contains
       other%sigma = track%sigma
    end function across_joint
 
-   !> Joints of a length of the track, as parts of this length from its first point: increasing, without joints at its ends.
+   !> Joints inside an interval of the track, as increasing fractions of the interval's length from its first point; joints at the
+   !> ends are left out.
    pure function joint_shares(obstacle, offset, first, last) result(share)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
@@ -302,7 +303,7 @@ contains
       real(wp), intent(in) :: offset
       integer, intent(in) :: i
       real(wp), intent(in) :: sigma
-      ! Newton's method converges quadratically: the step after one of this size is below rounding.
+      ! Newton's method converges quadratically: after a step smaller than this the remaining error is below rounding.
       real(wp), parameter :: last_step = 1.0e-9_wp
       real(wp) :: local, step, x(2), d(2), dd(2)
       integer :: iteration

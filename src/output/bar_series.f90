@@ -1,4 +1,4 @@
-!> The growing datasets of monitors, and of error bars beside the values that they belong to.
+!> Growing datasets of the monitors, and of the error bars of load factor and monitors.
 module bar_series
    use kinds, only: wp
    use model, only: model_t
@@ -12,37 +12,37 @@ module bar_series
    private
    public :: bar_series_t, open_bars, append_bars, open_monitor_series
 
-   !> Numbers of the datasets in their set; 0: the file has none. Error bars of load factor and monitors, and these values
-   !> corrected.
+   !> Numbers of the datasets in their set; 0: the file has no such dataset. Error bars of load factor and monitors, and the
+   !> corrected values.
    type :: bar_series_t
       integer :: error = 0, corrected = 0
       integer, allocatable :: monitor_error(:), monitor_corrected(:)
    end type bar_series_t
 
-   integer, parameter :: number(0) = 0            ! a row is one number
+   integer, parameter :: number(0) = 0            ! a row is a single number
 
 contains
 
-   !> Creates the datasets of error bars beside those of the values.
+   !> Creates the datasets of error bars next to those of the values.
    subroutine open_bars(id, set, file, model, group, few)
       type(bar_series_t), intent(out) :: id
       type(series_set_t), intent(inout) :: set
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
-      character(*), intent(in) :: group           !! that of the points
-      logical, intent(in) :: few                  !! hardly more than ten rows will come
+      character(*), intent(in) :: group           !! group of the points
+      logical, intent(in) :: few                  !! true: hardly more than ten rows are expected
       call series_real(set, file, id%error, group//'/error', number, '1', bar_description, few=few)
       call series_real(set, file, id%corrected, group//'/corrected', number, '1', corrected_description, few=few)
       call open_monitor_series(id%monitor_error, set, file, model, group//'/monitor_error', few=few)
       call open_monitor_series(id%monitor_corrected, set, file, model, group//'/monitor_corrected', few=few)
    end subroutine open_bars
 
-   !> Adds the error bars of one point, where they have datasets.
+   !> Appends the error bars of one point, if they have datasets.
    subroutine append_bars(set, id, load_factor, monitor, bars)
       type(series_set_t), intent(inout) :: set
       type(bar_series_t), intent(in) :: id
       real(wp), intent(in) :: load_factor, monitor(:)
-      type(error_bars_t), intent(in), optional :: bars !! what is not allocated counts as absent
+      type(error_bars_t), intent(in), optional :: bars !! if not allocated, they count as absent
       type(error_bar_t) :: none
       integer :: i
       if (id%error == 0) return
@@ -77,7 +77,7 @@ contains
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       character(*), intent(in) :: group           !! full path of the group to create
-      logical, intent(in) :: few                  !! hardly more than ten rows will come
+      logical, intent(in) :: few                  !! true: hardly more than ten rows are expected
       integer :: i
       call hdf5_group(file, group)
       allocate (id(size(model%monitor)))

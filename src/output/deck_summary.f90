@@ -1,4 +1,4 @@
-!> What the program understood of the deck, in words: the first part of the listing.
+!> Summary of the deck as the program has understood it: the first part of the listing.
 module deck_summary
    use kinds, only: wp, degree
    use model, only: model_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t, contact_t, method_load, &
@@ -15,7 +15,7 @@ module deck_summary
    private
    public :: write_deck_summary
 
-   integer, parameter :: margin = 14              !! width of the words at the left
+   integer, parameter :: margin = 14              !! width of the left column of words
 
 contains
 
@@ -25,7 +25,7 @@ contains
       type(model_t), intent(in) :: model
       character(*), intent(in) :: version         !! of the program
       character(*), intent(in) :: deck            !! name of the deck, or <stdin>
-      character(*), intent(in) :: results         !! name of the result file; blank: none
+      character(*), intent(in) :: results         !! name of the result file; blank: no file
       real(wp), intent(in) :: load_sum(:, :)      !! (3, steps) of all loads: force in x and y, moment about the origin
       character(:), allocatable :: text
       integer :: i
@@ -69,7 +69,7 @@ contains
       flush (unit)
    end subroutine write_deck_summary
 
-   !> One line with a word at its left.
+   !> Writes one line with a word in the left column.
    subroutine line(unit, word, text)
       integer, intent(in) :: unit
       character(*), intent(in) :: word, text
@@ -80,7 +80,7 @@ contains
       end if
    end subroutine line
 
-   !> The heading of the deck, line by line.
+   !> Writes the heading of the deck, line by line.
    subroutine write_title(unit, title)
       integer, intent(in) :: unit
       character(*), intent(in) :: title
@@ -94,7 +94,7 @@ contains
       end do
    end subroutine write_title
 
-   !> Nodes with the space they take, elements by family.
+   !> Writes the nodes with their extent in space, and the elements by family.
    subroutine write_mesh(unit, model)
       integer, intent(in) :: unit
       type(model_t), intent(in) :: model
@@ -127,7 +127,7 @@ contains
       call write_lines(unit, support_lines(model))
    end subroutine write_supports
 
-   !> Lines without a word at their left.
+   !> Writes lines with an empty left column.
    subroutine write_lines(unit, lines)
       integer, intent(in) :: unit
       type(words_t), intent(in) :: lines(:)
@@ -219,7 +219,7 @@ contains
       if (allocated(contact%needs)) text = text//': along the rod it needs '//contact%needs
    end function contact_text
 
-   !> A step: what it is, then a line for each of the things it does on the way and afterwards.
+   !> Writes a step: its kind, then one line for each further action along the path and afterwards.
    subroutine write_step(unit, model, step, number)
       integer, intent(in) :: unit, number
       type(model_t), intent(in) :: model
@@ -275,7 +275,7 @@ contains
       text = text//', tolerance '//brief(step%tolerance)
    end function control_text
 
-   !> Where a step stops, and what it locates on the way.
+   !> Ends of a step, and the points that it locates.
    pure function end_text(model, step) result(text)
       type(model_t), intent(in) :: model
       type(step_t), intent(in) :: step
@@ -306,7 +306,7 @@ contains
       end do
    end function stop_text
 
-   !> A mode that the step begins with.
+   !> Buckling mode used as the imperfection of a step.
    pure function mode_offset_text(model, mode_offset) result(text)
       type(model_t), intent(in) :: model
       type(mode_offset_t), intent(in) :: mode_offset

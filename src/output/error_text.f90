@@ -1,4 +1,4 @@
-!> How an error bar is told: in files by numbers, in tables by text.
+!> Representation of error bars: numbers in files, text in tables.
 module error_text
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan, ieee_positive_inf
    use kinds, only: wp
@@ -15,7 +15,7 @@ module error_text
 
 contains
 
-   !> A bar as files have it: not a number where there is no estimate, infinity where the mesh is too coarse to tell.
+   !> Error bar for files: NaN without an estimate, infinity if the mesh is too coarse for a bound.
    elemental real(wp) function stored_bar(bar) result(error)
       type(error_bar_t), intent(in) :: bar
       error = ieee_value(error, ieee_quiet_nan)
@@ -24,7 +24,7 @@ contains
       if (.not. bar%bounded) error = ieee_value(error, ieee_positive_inf)
    end function stored_bar
 
-   !> A value less its estimated error; not a number where there is no estimate.
+   !> Value minus its estimated error; NaN without an estimate.
    elemental real(wp) function stored_correction(value, bar) result(corrected)
       real(wp), intent(in) :: value
       type(error_bar_t), intent(in) :: bar
@@ -33,7 +33,7 @@ contains
    end function stored_correction
 
 
-   !> A bar as tables have it.
+   !> Error bar for tables.
    pure function bar_text(bar) result(text)
       type(error_bar_t), intent(in) :: bar
       character(:), allocatable :: text
@@ -46,7 +46,7 @@ contains
       end if
    end function bar_text
 
-   !> What stands behind a value whose bar has no column: nothing as long as it has bounds.
+   !> Text behind a value whose bar has no column: empty if the error is bounded.
    pure function unbounded_text(bar) result(text)
       type(error_bar_t), intent(in) :: bar
       character(:), allocatable :: text
@@ -54,7 +54,7 @@ contains
       if (bar%estimated .and. .not. bar%bounded) text = ' '//bar_text(bar)
    end function unbounded_text
 
-   !> A value less its estimated error as tables have it; blank where no bar holds it.
+   !> Value minus its estimated error, for tables; blank if the error is not bounded.
    pure function corrected_text(value, bar) result(text)
       real(wp), intent(in) :: value
       type(error_bar_t), intent(in) :: bar

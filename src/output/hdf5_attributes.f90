@@ -1,4 +1,4 @@
-!> Attributes of groups and datasets in a result file. A failure stays in the file: see hdf5_file.
+!> Attributes of groups and datasets in a result file. A failure is stored in the file, see hdf5_file.
 module hdf5_attributes
    use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_char, c_null_char
    use hdf5, only: hid_t, hsize_t, h5oopen_f, h5oclose_f, h5acreate_f, h5aopen_f, h5aexists_f, h5awrite_f, h5aclose_f, &
@@ -22,7 +22,7 @@ contains
    subroutine hdf5_describe(dataset, units, description, status)
       integer(hid_t), intent(in) :: dataset
       character(*), intent(in) :: units, description
-      integer, intent(out) :: status            !! negative when it failed
+      integer, intent(out) :: status            !! negative if it failed
       call put_text(dataset, 'units', units, status)
       if (status >= 0) call put_text(dataset, 'description', description, status)
    end subroutine hdf5_describe
@@ -97,8 +97,8 @@ contains
       if (status < 0) call hdf5_failed(file, 'write attribute '//name//' of '//object)
    end subroutine attribute_data
 
-   !> Text attribute of variable length: Python readers get a str from it, and it may be longer than the 64 kB
-   !> that fit into an object's header (the deck).
+   !> Text attribute of variable length: Python readers get a str from it, and it may be longer than the 64 kB that fit into an
+   !> object's header, as the deck's text may be.
    subroutine put_text(place, name, value, status)
       integer(hid_t), intent(in) :: place
       character(*), intent(in) :: name, value

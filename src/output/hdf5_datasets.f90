@@ -1,4 +1,4 @@
-!> Datasets of fixed size in a result file. A failure stays in the file: see hdf5_file.
+!> Datasets of fixed size in a result file. A failure is stored in the file, see hdf5_file.
 module hdf5_datasets
    use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_null_char
    use hdf5, only: hid_t, hsize_t, size_t, h5sclose_f, h5dcreate_f, h5dwrite_f, h5dclose_f, h5tcopy_f, h5tclose_f, &
@@ -12,7 +12,7 @@ module hdf5_datasets
    private
    public :: hdf5_write, hdf5_overwrite, hdf5_text_type, padded
 
-   integer(hsize_t), parameter :: part_of_row = 2048_hsize_t !! of hdf5_overwrite
+   integer(hsize_t), parameter :: part_of_row = 2048_hsize_t !! [integers] chunk length of the datasets of hdf5_overwrite
 
    !> hdf5_write(file, name, value, units, description): a dataset of fixed size. `name` is its full path,
    !> the group must exist.
@@ -27,14 +27,14 @@ contains
    subroutine hdf5_text_type(length, text_type, status)
       integer, intent(in) :: length             !! bytes, at least 1
       integer(hid_t), intent(out) :: text_type
-      integer, intent(out) :: status            !! negative when it failed
+      integer, intent(out) :: status            !! negative if it failed
       call h5tcopy_f(h5t_fortran_s1, text_type, status)
       if (status >= 0) call h5tset_size_f(text_type, int(length, size_t), status)
       if (status >= 0) call h5tset_strpad_f(text_type, h5t_str_nullpad_f, status)
       if (status >= 0) call h5tset_cset_f(text_type, h5t_cset_utf8_f, status)
    end subroutine hdf5_text_type
 
-   !> Text with its trailing blanks replaced by null characters, cut or filled to a length.
+   !> Text whose trailing blanks are replaced by null characters, cut or padded to a length.
    pure function padded(text, length) result(field)
       character(*), intent(in) :: text
       integer, intent(in) :: length
@@ -130,7 +130,8 @@ contains
       call write_data(file, name, h5t_native_integer, dims, c_loc(value), units, description)
    end subroutine write_integers
 
-   !> A row of integers whose length changes when it is written again: it stays where it is, and leaves no gaps in the file.
+   !> Writes a row of integers whose length may change if it is written again; the dataset keeps its place and leaves no gaps in the
+   !> file.
    subroutine hdf5_overwrite(file, name, value, description)
       type(hdf5_file_t), intent(inout) :: file
       character(*), intent(in) :: name, description

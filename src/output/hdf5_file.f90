@@ -1,14 +1,14 @@
 !> A thin layer over the HDF5 library for writing one file.
 !>
-!> The library writes into memory. A flush writes what is there as a whole beside the file of that name and lets it take that file's
-!> place, so whatever ends the program, and whenever: there is what the last flush left, or before the first one what there was
-!> before. Nobody who reads the file can meet a half-written one, and nothing is locked for readers. Of two runs that write the same
-!> file the second one is refused: a lock lies beside the file as long as it is open.
+!> The library writes into memory. A flush writes the whole contents to a temporary file, which then replaces the result file. If
+!> the program is ended at any moment, the file has the contents of the last flush, or the former contents before the first flush.
+!> Readers never see a partly written file and need no lock. If two runs write the same file, the second one is refused: a lock file
+!> exists next to the result file while it is open.
 !>
-!> Handles start invalid and every call is guarded by "if still ok": after the first failure nothing more is done,
-!> the first error text is kept, and the caller asks for it once (`hdf5_error`). Closing the file closes whatever is
+!> Handles are initially invalid, and every call first checks that no failure has occurred: after the first failure all calls do
+!> nothing, the first message is kept, and the caller obtains it with `hdf5_error`. Closing the file closes all objects that are
 !> open in it.
-!> Array shapes are given the Fortran way; a reader in C or Python sees them reversed.
+!> Array shapes are given in Fortran's order; a reader in C or Python sees them reversed.
 module hdf5_file
    use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_ptr
    use hdf5, only: hid_t, size_t, h5dont_atexit_f, h5open_f, h5eset_auto_f, h5f_acc_trunc_f, h5f_close_strong_f, &
@@ -29,32 +29,34 @@ module hdf5_file
 
    integer(hid_t), parameter :: no_handle = -1_hid_t
    integer(size_t), parameter :: memory_step = 131072_size_t  !! bytes by which the file grows in memory
-   real(wp), parameter :: little_memory = 16.0e6_wp   !! bytes: the library fails for want of memory when these cannot be had
+   real(wp), parameter :: little_memory = 16.0e6_wp   !! bytes: if this memory is not available, the library fails
 
-   !> An open result file. A default-initialised one is closed and not ok: calls on it do nothing.
+   !> An open result file. With its default values it is closed and not ok: calls on it do nothing.
    type :: hdf5_file_t
       private
       integer(hid_t), public :: handle = no_handle
-      character(:), allocatable :: path         !! as it was given
-      character(:), allocatable :: target       !! the file that it leads to
-      integer :: lock = -1                      !! beside it, while the file is open
-      type(file_mark_t) :: mark                 !! what the last flush left there
-      logical :: flushed = .false.              !! there was one
-      logical :: meddled = .false.              !! and somebody else removed or changed it
+      character(:), allocatable :: path         !! file name given by the caller
+      character(:), allocatable :: target       !! file name with symbolic links resolved
+      integer :: lock = -1                      !! descriptor of the lock file, while the result file is open
+      type(file_mark_t) :: mark                 !! identification of the file written by the last flush
+      logical :: flushed = .false.              !! true: at least one flush was made
+      logical :: meddled = .false.              !! true: afterwards another program removed or changed the file
       character(:), allocatable :: message      !! first failure; not allocated: none so far
       logical :: system = .false.               !! see error_t
-      character(:), allocatable :: note         !! what the user is to know though nothing failed
+      character(:), allocatable :: note         !! message for the user although nothing failed
    end type hdf5_file_t
 
 contains
 
-   !> Creates a file. A result file of that name is replaced at the first flush: whoever is reading it keeps the old one. Anything
-   !> else of that name that is not empty is left alone. On failure the error names the path and says why.
+   !> Creates a result file. An existing result file of this name is replaced at the first flush: programs that are reading it keep
+   !> the old one. Any other file of this name that is not empty is not replaced. On failure the error contains the path and the
+   !> reason.
    subroutine hdf5_create(file, path, force, from)
       type(hdf5_file_t), intent(out) :: file
       character(*), intent(in) :: path
-      logical, intent(in), optional :: force    !! whatever file has that name is replaced, default no
-      character(*), intent(in), optional :: from !! a file that it begins with; what is created again replaces what is there
+      logical, intent(in), optional :: force    !! true: any file of this name is replaced; default: false
+      character(*), intent(in), optional :: from !! existing file with whose contents the new file begins; objects created again
+      !! replace the old ones
       character(:), allocatable :: owner, why
       integer(hid_t) :: access
       integer :: status
@@ -64,7 +66,7 @@ contains
       call h5open_f(status)
       if (status < 0) file%message = 'the HDF5 library could not be started'
       if (status < 0) return
-      call h5eset_auto_f(0, status) ! the library is not to print on its own
+      call h5eset_auto_f(0, status) ! no messages printed by the library itself
       call resolved_name(file%path, file%target, status)
       if (status == 0) call lock_file(lock_name(file), file%lock, owner, status)
       if (status /= 0) then
@@ -95,28 +97,28 @@ contains
       call h5pclose_f(access, status)
    end subroutine hdf5_create
 
-   !> An argument that may be missing.
+   !> Value of an optional argument; false if it is absent.
    pure logical function present_and_true(argument)
       logical, intent(in), optional :: argument
       present_and_true = .false.
       if (present(argument)) present_and_true = argument
    end function present_and_true
 
-   !> The lock's own file.
+   !> Name of the lock file.
    pure function lock_name(file) result(name)
       type(hdf5_file_t), intent(in) :: file
       character(:), allocatable :: name
       name = file%target//'.lock'
    end function lock_name
 
-   !> Lets other runs write the file.
+   !> Releases the lock, so that other runs can write the file.
    subroutine give_lock_back(file)
       type(hdf5_file_t), intent(inout) :: file
       if (file%lock >= 0) call unlock_file(lock_name(file), file%lock)
       file%lock = -1
    end subroutine give_lock_back
 
-   !> The system does not let it.
+   !> Stores a refusal by the system.
    subroutine refuse(file, message)
       type(hdf5_file_t), intent(inout) :: file
       character(*), intent(in) :: message
@@ -134,7 +136,7 @@ contains
    !> Keeps the first failure: "cannot <what> in the result file <path>".
    subroutine hdf5_failed(file, what)
       type(hdf5_file_t), intent(inout) :: file
-      character(*), intent(in) :: what          !! what was tried, e.g. 'write /path/label'
+      character(*), intent(in) :: what          !! action that failed, e.g. 'write /path/label'
       if (allocated(file%message)) return
       file%message = 'cannot '//what//' in the result file '//file%path
       if (can_be_had(little_memory)) return
@@ -142,20 +144,20 @@ contains
       file%system = .true.
    end subroutine hdf5_failed
 
-   !> The first failure as an error; not allocated when nothing has failed.
+   !> The first failure as an error; not allocated if nothing has failed.
    subroutine hdf5_error(file, error)
       type(hdf5_file_t), intent(in) :: file
       type(error_t), allocatable, intent(out) :: error
       if (allocated(file%message)) call fail(error, file%message, file%system)
    end subroutine hdf5_error
 
-   !> True where somebody else has removed or changed the file on the way.
+   !> True if another program has removed or changed the file during the run.
    pure logical function hdf5_meddled(file)
       type(hdf5_file_t), intent(in) :: file
       hdf5_meddled = file%meddled
    end function hdf5_meddled
 
-   !> What the user is to know of the file though nothing failed, once; empty: nothing.
+   !> Message for the user although nothing failed, returned once; empty: none.
    subroutine hdf5_note(file, note)
       type(hdf5_file_t), intent(inout) :: file
       character(:), allocatable, intent(out) :: note
@@ -163,7 +165,7 @@ contains
       if (allocated(file%note)) call move_alloc(file%note, note)
    end subroutine hdf5_note
 
-   !> True for a group or dataset that is there.
+   !> True if a group or dataset exists.
    logical function hdf5_has(file, name)
       type(hdf5_file_t), intent(in) :: file
       character(*), intent(in) :: name
@@ -173,7 +175,7 @@ contains
       call h5lexists_f(file%handle, name, hdf5_has, status)
    end function hdf5_has
 
-   !> Removes a group or dataset, if it is there.
+   !> Removes a group or dataset, if it exists.
    subroutine hdf5_remove(file, name)
       type(hdf5_file_t), intent(inout) :: file
       character(*), intent(in) :: name
@@ -201,7 +203,7 @@ contains
       if (status < 0) call hdf5_failed(file, 'create group '//name)
    end subroutine hdf5_group
 
-   !> Lets everything written so far take the place of the file: from here on it is there, whatever ends the program.
+   !> Replaces the result file by everything written so far.
    subroutine hdf5_flush(file)
       type(hdf5_file_t), intent(inout) :: file
       character(kind=c_char), allocatable, target :: image(:)
@@ -228,7 +230,8 @@ contains
       if (status /= 0) call refuse(file, 'cannot write the result file '//file%path//': '//error_text(status))
    end subroutine hdf5_flush
 
-   !> Whether somebody else has meddled with the file. What is missing or cut is written again; another file in its place stays.
+   !> Checks whether another program has changed the file. A missing or truncated file is written again; another file of the same
+   !> name is not replaced.
    subroutine look_after(file)
       type(hdf5_file_t), intent(inout) :: file
       if (.not. file%flushed) return
@@ -244,8 +247,8 @@ contains
       end select
    end subroutine look_after
 
-   !> Flushes what came since the last flush, unless something failed, and closes the file and every object open in it. Closing
-   !> twice does no harm.
+   !> Writes all data since the last flush, unless something failed, and closes the file and all objects open in it. A second call
+   !> does nothing.
    subroutine hdf5_close(file)
       type(hdf5_file_t), intent(inout) :: file
       integer :: status

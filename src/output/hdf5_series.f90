@@ -1,8 +1,8 @@
-!> Datasets that grow by rows: one row a point, collected in memory and written in blocks.
+!> Datasets that grow by rows: one row for each point, collected in memory and written in blocks.
 !>
-!> Appending is a copy in memory (some 10 ns a row); `series_write` extends every dataset and writes what was collected.
-!> All series of a file live in one series_set_t and are named by the number that creating them returned.
-!> A row has rank 0 to 3; in the file the rows are the first dimension as a reader in C or Python sees it.
+!> Appending copies a row in memory (about 10 ns); `series_write` extends every dataset and writes the collected rows. All series of
+!> a file belong to one series_set_t; the number returned at its creation identifies a series. A row has rank 0 to 3; in the file
+!> the rows are the first dimension as a reader in C or Python sees it.
 module hdf5_series
    use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_null_char
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
@@ -21,20 +21,20 @@ module hdf5_series
 
    character(*), parameter :: nl = new_line('a')
 
-   integer, parameter :: chunk_bytes = 32768   !! a chunk is about this large when its rows are long,
-   integer, parameter :: chunk_rows = 64       !! and has this many rows when they are short
-   integer(hsize_t), parameter :: chunk_few = 16 !! or this many when not many are expected
-   integer, parameter :: ragged_chunk = 4      !! columns of a chunk when the row length may change
+   integer, parameter :: chunk_bytes = 32768   !! size of a chunk if its rows are long
+   integer, parameter :: chunk_rows = 64       !! number of rows of a chunk if they are short
+   integer(hsize_t), parameter :: chunk_few = 16 !! number of rows of a chunk if few rows are expected
+   integer, parameter :: ragged_chunk = 4      !! columns of a chunk if the row length may change
    integer, parameter :: bytes_per_real = 8, bytes_per_integer = 4
-   integer, parameter :: most_kept = 10000     !! larger buffers (fields) are given back when they have been written
+   integer, parameter :: most_kept = 10000     !! larger buffers (fields) are deallocated after they have been written
 
-   !> One growing dataset and the rows it has not written yet. Exactly one of the three buffers is allocated.
+   !> One growing dataset and its rows not yet written. Exactly one of the three buffers is allocated.
    type :: series_t
       character(:), allocatable :: name
       integer(hid_t) :: dataset = -1_hid_t, data_type = -1_hid_t
       integer(hsize_t), allocatable :: row(:)     !! extents of one row
       logical :: ragged = .false.                 !! row(1) may grow
-      integer :: row_size = 1                     !! buffer elements a row
+      integer :: row_size = 1                     !! number of values in a row
       integer(hsize_t) :: n_written = 0_hsize_t   !! rows in the file
       integer :: n_buffered = 0                   !! rows in the buffer
       real(wp), allocatable :: reals(:)
@@ -48,8 +48,8 @@ module hdf5_series
       integer :: n = 0
       type(series_t), allocatable :: series(:)    !! the first n are in use
       integer :: bytes = 0                        !! in all buffers
-      character(:), allocatable :: kept_name      !! names of series that go on, each between line ends, of a file that began with
-      integer, allocatable :: kept_rows(:)        !! another one, and their rows
+      character(:), allocatable :: kept_name      !! names of series continued from another file, each between line ends
+      integer, allocatable :: kept_rows(:)        !! number of rows of these series
    end type series_set_t
 
    !> series_append(set, id, value): one row, into memory only. It must have the size of the series' rows (else the next
@@ -61,7 +61,7 @@ module hdf5_series
 
 contains
 
-   !> Adds a series of real rows. The file keeps the first failure; `id` is then of no use, but may be appended to.
+   !> Adds a series of real rows. A failure is stored in the file; `id` is then useless, but rows may be appended to it.
    subroutine series_real(set, file, id, name, row, units, description, ragged, few)
       type(series_set_t), intent(inout) :: set
       type(hdf5_file_t), intent(inout) :: file
@@ -70,7 +70,7 @@ contains
       integer, intent(in) :: row(:)               !! extents of one row, none for single numbers
       character(*), intent(in) :: units, description
       logical, intent(in), optional :: ragged     !! the row length may grow (rank 1), default no
-      logical, intent(in), optional :: few        !! hardly more than ten rows will come, default no
+      logical, intent(in), optional :: few        !! true: hardly more than ten rows are expected; default: false
       type(series_t) :: series
       real(wp), target :: fill
       fill = not_a_number()
@@ -124,7 +124,7 @@ contains
       call create(set, file, id, series, name, data, length, units, description, few)
    end subroutine series_text
 
-   !> Creates the dataset of a prepared series and adds the series to the set, even when the file has failed.
+   !> Creates the dataset of a prepared series and adds the series to the set, even if the file has failed.
    subroutine create(set, file, id, series, name, fill, row_bytes, units, description, few)
       type(series_set_t), intent(inout) :: set
       type(hdf5_file_t), intent(inout) :: file
@@ -168,7 +168,7 @@ contains
       id = set%n
    end subroutine create
 
-   !> Which of the kept series it is, 0: none.
+   !> Number of a series among those continued from another file, 0: none.
    pure integer function kept_series(set, name)
       type(series_set_t), intent(in) :: set
       character(*), intent(in) :: name
@@ -179,7 +179,7 @@ contains
       if (at > 0) kept_series = count([(set%kept_name(i:i) == nl, i=1, at)])
    end function kept_series
 
-   !> Goes on with a dataset of the file that this one began with; rows that came later are dropped.
+   !> Continues a dataset of the file with which this one began; rows after the checkpoint are removed.
    subroutine go_on(set, file, series)
       type(series_set_t), intent(in) :: set
       type(hdf5_file_t), intent(inout) :: file
@@ -204,16 +204,16 @@ contains
       if (status < 0) call hdf5_failed(file, 'go on with '//series%name)
    end subroutine go_on
 
-   !> Says which series a file that began with another one goes on with, and how many rows they have.
+   !> Sets which series of the former file are continued, and their numbers of rows.
    subroutine series_keep(set, names, rows)
       type(series_set_t), intent(inout) :: set
-      character(*), intent(in) :: names           !! as series_rows gives them
+      character(*), intent(in) :: names           !! as returned by series_rows
       integer, intent(in) :: rows(:)
       set%kept_name = names
       set%kept_rows = rows
    end subroutine series_keep
 
-   !> Names of all series and their rows, those that wait in memory too.
+   !> Names of all series and their numbers of rows, including those still in memory.
    subroutine series_rows(set, names, rows)
       type(series_set_t), intent(in) :: set
       character(:), allocatable, intent(out) :: names !! each between line ends
@@ -233,7 +233,7 @@ contains
       series_length = int(set%series(id)%n_written)
    end function series_length
 
-   !> Puts a series at the end of the set.
+   !> Appends a series to the set.
    subroutine add(set, series)
       type(series_set_t), intent(inout) :: set
       type(series_t), intent(in) :: series
@@ -248,7 +248,7 @@ contains
       set%series(set%n) = series
    end subroutine add
 
-   !> Bytes that wait in memory.
+   !> Number of bytes in memory that are not yet written.
    pure integer function series_buffered(set)
       type(series_set_t), intent(in) :: set
       series_buffered = set%bytes
@@ -257,7 +257,7 @@ contains
    !> Numbers in one row; 0 when `id` is 0.
    pure integer function series_row_size(set, id)
       type(series_set_t), intent(in) :: set
-      integer, intent(in) :: id                   !! what series_real or series_integer returned, or 0
+      integer, intent(in) :: id                   !! number returned by series_real or series_integer, or 0
       series_row_size = 0
       if (id > 0) series_row_size = set%series(id)%row_size
    end function series_row_size
@@ -405,8 +405,8 @@ contains
       end associate
    end subroutine append_integers
 
-   !> Makes sure that one more row of n elements fits into the buffer: widens a ragged series, doubles a full buffer,
-   !> remembers a row of wrong size.
+   !> Ensures that one more row of n elements fits into the buffer: widens a ragged series, doubles a full buffer, records a row of
+   !> wrong size.
    subroutine make_room(set, id, n)
       type(series_set_t), intent(inout) :: set
       integer, intent(in) :: id, n
@@ -429,7 +429,7 @@ contains
       end associate
    end subroutine make_room
 
-   !> Gives the rows of a ragged series n columns; the collected rows are filled up, those in the file by HDF5.
+   !> Changes the rows of a ragged series to n columns; the collected rows are padded here, those in the file by HDF5.
    subroutine widen(series, n)
       type(series_t), intent(inout) :: series
       integer, intent(in) :: n

@@ -1,4 +1,4 @@
-!> The growing datasets of the limit curves: /limit_curve/<name>, one row a limit point.
+!> Growing datasets of the limit curves: /limit_curve/<name>, one row for each limit point.
 module limit_series
    use model, only: model_t, limit_curve_t
    use model_words, only: parameter_name, parameter_units, parameter_object
@@ -14,7 +14,7 @@ module limit_series
 
    !> Numbers of one curve's datasets in their set.
    type :: curve_series_t
-      integer :: step = 0, curve = 0              !! whose they are: its step, and its index there
+      integer :: step = 0, curve = 0              !! step of the curve, and its index there
       integer :: parameter = 0, rigid = 0, load_factor = 0, iterations = 0, residual = 0, load_rate = 0, label = 0
       integer, allocatable :: monitor(:)
       type(bar_series_t) :: bars
@@ -28,7 +28,7 @@ module limit_series
 
 contains
 
-   !> Creates the groups and datasets of all limit curves; nothing when the deck has none. A failure stays in the file.
+   !> Creates the groups and datasets of all limit curves; does nothing if the deck has none. A failure is stored in the file.
    subroutine open_limit_series(series, set, file, model)
       type(limit_series_t), intent(out) :: series
       type(series_set_t), intent(inout) :: set
@@ -55,7 +55,7 @@ contains
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       type(limit_curve_t), intent(in) :: curve
-      integer, parameter :: number(0) = 0         ! a row is one number
+      integer, parameter :: number(0) = 0         ! a row is a single number
       character(:), allocatable :: group
       group = '/limit_curve/'//link_name(curve%name)
       call hdf5_group(file, group)

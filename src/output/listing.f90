@@ -1,6 +1,6 @@
-!> The listing: one row a point as it happens, then the critical points, accuracy and cost of the run.
+!> Listing: one row for each point when it is found, then the critical points, accuracy and cost of the run.
 !>
-!> The first part, what the deck says, is deck_summary. A column grows when a number needs more room.
+!> The first part, the summary of the deck, is written by deck_summary. Columns are widened if a number needs more room.
 module listing
    use, intrinsic :: iso_fortran_env, only: output_unit
    use kinds, only: wp, name_length
@@ -23,14 +23,14 @@ module listing
    public :: listing_point, listing_critical, listing_branch, listing_buckling, listing_limit_point
 
    integer, parameter :: load_digits = 10
-   integer, parameter :: first_monitor = 4        !! its column, after point, label and load factor
-   integer, parameter :: nowhere = -1             !! the last row was not one of a path
+   integer, parameter :: first_monitor = 4        !! column of the first monitor, after point, label and load factor
+   integer, parameter :: nowhere = -1             !! the last row did not belong to a path
 
    !> A row of the table of critical points.
    type :: critical_row_t
       integer :: branch = 0
       type(cell_t), allocatable :: cell(:)        !! label, point, step, load factor, its error bar, corrected, monitors
-      character(:), allocatable :: unbarred       !! why there is no error bar; not allocated where none is asked for
+      character(:), allocatable :: unbarred       !! reason for a missing error bar; not allocated if no error bars are requested
       character(:), allocatable :: remark
    end type critical_row_t
 
@@ -38,30 +38,30 @@ module listing
    type :: listing_t
       private
       integer :: unit = -1
-      integer :: n_monitors = 0                   !! shown; the others do not fit
+      integer :: n_monitors = 0                   !! number of monitors shown; the others do not fit
       logical :: has_contact = .false.
       type(contact_print_t), allocatable :: print(:) !! columns behind the monitors
-      integer, allocatable :: obstacle(:)         !! (contacts)
-      type(cell_t), allocatable :: printed(:)     !! these columns at the last point,
+      integer, allocatable :: obstacle(:)         !! (contacts) index of its obstacle
+      type(cell_t), allocatable :: printed(:)     !! cells of these columns at the last point
       type(cell_t), allocatable :: printed_bar(:) !! and their error bars
       type(column_t), allocatable :: column(:)
       character(2 * name_length), allocatable :: step_title(:)
-      character(:), allocatable :: branch_title   !! of the branch that started last
-      integer :: branch = 0                       !! points belong to it; 0: to the path of the steps
+      character(:), allocatable :: branch_title   !! title of the branch that started last
+      integer :: branch = 0                       !! branch of the present points; 0: the path of the steps
       integer :: n_branches = 0
-      integer :: last_branch = nowhere, last_step = 0 !! of the last row
-      integer :: root_step = 0                    !! of the last row of the path of the steps
-      integer :: rows = 0                         !! since the last header
-      integer :: n_root = 0, n_branch = 0         !! points of the path of the steps, and of the present branch
-      integer :: n_on_branches = 0                !! points of all branches
+      integer :: last_branch = nowhere, last_step = 0 !! branch and step of the last row
+      integer :: root_step = 0                    !! step of the last row of the path of the steps
+      integer :: rows = 0                         !! rows since the last header
+      integer :: n_root = 0, n_branch = 0         !! numbers of points of the path of the steps, and of the present branch
+      integer :: n_on_branches = 0                !! number of points of all branches
       type(critical_row_t), allocatable :: critical(:)
       type(limit_table_t) :: limit_table
-      logical :: coloured = .false.               !! goes to a terminal
+      logical :: coloured = .false.               !! true: the output is a terminal
    end type listing_t
 
 contains
 
-   !> Prepares the table of points; writes only a line on monitors that do not fit into it.
+   !> Prepares the table of points; writes only a line about monitors that do not fit into the table.
    subroutine listing_open(listing, unit, model)
       type(listing_t), intent(out) :: listing
       integer, intent(in) :: unit                 !! open for formatted writing, such as output_unit
@@ -124,7 +124,7 @@ contains
       flush (listing%unit)
    end subroutine listing_point
 
-   !> Head of a column that says where contact begins or ends.
+   !> Head of a column with the beginning or end of a contact region.
    pure function print_head(model, print) result(head)
       type(model_t), intent(in) :: model
       type(contact_print_t), intent(in) :: print
@@ -135,7 +135,7 @@ contains
       head = head//', '//trim(model%obstacle(print%obstacle)%name)
    end function print_head
 
-   !> Where contact begins and ends at a point; empty where there is none.
+   !> Beginnings and ends of contact at a point; empty if there is no contact.
    subroutine fill_prints(listing, point)
       type(listing_t), intent(inout) :: listing
       type(point_t), intent(in) :: point
@@ -164,8 +164,8 @@ contains
       end do
    end subroutine fill_prints
 
-   !> The error bar of a place of contact behind its value; empty where there is none. An angle goes with the place as it does along
-   !> the region.
+   !> Error bar of a contact position as text behind its value; empty without an error bar. The error of an angle is that of the
+   !> position times the ratio of angle to length of the region.
    pure function place_text(region, print) result(text)
       type(region_t), intent(in) :: region
       type(contact_print_t), intent(in) :: print
@@ -194,10 +194,10 @@ contains
       end if
    end subroutine count_point
 
-   !> The title of another step or path, and the heads of the columns, when they are due.
+   !> Writes the title of another step or path, and the heads of the columns, when they are due.
    subroutine write_title(listing, step)
       type(listing_t), intent(inout) :: listing
-      integer, intent(in) :: step                 !! of the row that follows
+      integer, intent(in) :: step                 !! step of the following row
       logical :: elsewhere
       elsewhere = listing%branch /= listing%last_branch .or. step /= listing%last_step
       if (elsewhere .and. listing%branch > 0) then
@@ -217,7 +217,7 @@ contains
       call leave_limit_table(listing%limit_table)
    end subroutine write_title
 
-   !> Keeps a critical point for the table at the end.
+   !> Stores a critical point for the table at the end.
    subroutine listing_critical(listing, critical)
       type(listing_t), intent(inout) :: listing
       type(critical_t), intent(in) :: critical    !! as many monitors as the model has
@@ -230,7 +230,7 @@ contains
          row%branch = listing%branch
          row%remark = remark(critical)
          allocate (row%cell(6 + listing%n_monitors + size(listing%print)))
-         ! A critical point comes right behind its point, unless it is only bracketed.
+         ! A critical point directly follows its point, unless it is only bracketed.
          do i = 1, size(listing%print)
             row%cell(6 + listing%n_monitors + i)%text = listing%printed(i)%text//listing%printed_bar(i)%text
          end do
@@ -259,7 +259,7 @@ contains
       call move_alloc(longer, listing%critical)
    end subroutine listing_critical
 
-   !> The points that follow belong to a branch, or to the path of the steps again.
+   !> Begins a branch, or returns to the path of the steps.
    subroutine listing_branch(listing, start)
       type(listing_t), intent(inout) :: listing
       type(branch_start_t), intent(in) :: start
@@ -294,7 +294,7 @@ contains
    !> Writes the tables of critical points, accuracy and cost, and the status.
    subroutine listing_close(listing, status, accuracy)
       type(listing_t), intent(inout) :: listing
-      character(*), intent(in) :: status          !! 'complete', or 'stopped: why'
+      character(*), intent(in) :: status          !! 'complete', or 'stopped: reason'
       type(accuracy_t), intent(in) :: accuracy
       character(:), allocatable :: points
       call write_critical(listing)
@@ -309,7 +309,7 @@ contains
       flush (listing%unit)
    end subroutine listing_close
 
-   !> The table of critical points, with a column for the branch when there are any.
+   !> Writes the table of critical points, with a column for the branch if there are any branches.
    subroutine write_critical(listing)
       type(listing_t), intent(in) :: listing
       type(column_t), allocatable :: column(:)
@@ -321,7 +321,7 @@ contains
       column = [column_t('branch', 6), column_t('', 2), column_t('point', 6), column_t('step', 4), listing%column(3), &
          & column_t('error', 10), column_t('corrected', 17), &
          & listing%column(first_monitor:first_monitor - 1 + listing%n_monitors + size(listing%print))]
-      ! Columns that have something in them.
+      ! Only columns that are not empty are shown.
       shown = .true.
       shown(1) = listing%n_branches > 0
       shown(6:7) = any([(allocated(listing%critical(k)%unbarred), k=1, n)])
@@ -351,7 +351,7 @@ contains
       end do rows
    end subroutine write_critical
 
-   !> What to say beside a critical point.
+   !> Remark on a critical point.
    pure function remark(critical) result(text)
       type(critical_t), intent(in) :: critical
       character(:), allocatable :: text

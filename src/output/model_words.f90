@@ -1,4 +1,4 @@
-!> Words for what the model holds, used by the result file and the listing.
+!> Components of the model in words, for the result file and the listing.
 module model_words
    use kinds, only: wp
    use model, only: model_t, monitor_t, contact_t, limit_curve_t, quantity_displacement, quantity_reaction, quantity_contact, &
@@ -28,7 +28,7 @@ contains
       if (abs(abs(monitor%factor) - 1.0_wp) > 0.0_wp) units = 'scaled '//units
    end function monitor_units
 
-   !> What a monitor is: "mean displacement v of 3 nodes, times -1".
+   !> Description of a monitor, such as "mean displacement v of 3 nodes, times -1".
    pure function monitor_description(monitor, model) result(description)
       type(monitor_t), intent(in) :: monitor
       type(model_t), intent(in) :: model          !! for the node's label and the obstacle's name
@@ -82,7 +82,7 @@ contains
       end select
    end function method_name
 
-   !> What an obstacle is: "line", "circle", "arc", "polyline", "spline", or "gap" for stops at nodes.
+   !> Kind of an obstacle: "line", "circle", "arc", "polyline", "spline", or "gap" for stops at nodes.
    pure function kind_name(obstacle) result(name)
       type(obstacle_t), intent(in) :: obstacle
       character(:), allocatable :: name
@@ -117,7 +117,7 @@ contains
       end if
    end function side_name
 
-   !> Where the reactions of a contact act: at "nodes", at points and lines of "spans", or "distributed" along elements.
+   !> Places at which the reactions of a contact act: at "nodes", at points and lines of "spans", or "distributed" along elements.
    elemental function points_name(contact) result(name)
       type(contact_t), intent(in) :: contact
       character(11) :: name
@@ -126,7 +126,7 @@ contains
       if (contact%distributed) name = 'distributed'
    end function points_name
 
-   !> The deck's word for what a limit curve varies.
+   !> The deck's word for the parameter that a limit curve varies.
    pure function parameter_name(parameter) result(name)
       integer, intent(in) :: parameter            !! parameter_...
       character(:), allocatable :: name
@@ -146,7 +146,7 @@ contains
       end select
    end function parameter_name
 
-   !> Its units in words; '1' for a factor.
+   !> Units of such a parameter in words; '1' for a factor.
    pure function parameter_units(parameter) result(units)
       integer, intent(in) :: parameter            !! parameter_...
       character(:), allocatable :: units

@@ -1,6 +1,6 @@
-!> The growing datasets of one path: its points, critical points, contact regions and fields.
+!> Growing datasets of one path: its points, critical points, contact regions and fields.
 !>
-!> The path of the steps has them at the root of the result file, branch k in /branch/<k>; the layout is the same.
+!> Those of the path of the steps are at the root of the result file, those of branch k in /branch/<k>; the layout is the same.
 module path_series
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
@@ -17,10 +17,10 @@ module path_series
    private
    public :: path_series_t, open_path_series, append_point, append_critical, write_null_vectors
 
-   integer, parameter :: note_length = 120        !! of the notes on critical points; longer ones are cut
+   integer, parameter :: note_length = 120        !! length of the notes on critical points; longer notes are cut
    character(*), parameter :: label_words = 'LP limit point, BP bifurcation, TP turning point of a monitor, ' &
       & //'C+ contact gained, C- contact lost, UZ user value, EP end'
-   integer, parameter :: number(0) = 0            ! a row is one number
+   integer, parameter :: number(0) = 0            ! a row is a single number
 
    !> Numbers of the growing datasets in their set; 0: the file has no such dataset.
    type :: point_series_t
@@ -48,10 +48,10 @@ module path_series
       type(bar_series_t) :: bars
    end type critical_series_t
 
-   !> All of one path.
+   !> All series of one path.
    type :: path_series_t
       private
-      character(:), allocatable :: group          !! '' or '/branch/<k>'
+      character(:), allocatable :: group          !! '' for the root, or '/branch/<k>'
       integer :: n_points = 0, n_critical = 0     !! rows appended so far
       type(point_series_t) :: path
       type(critical_series_t) :: critical
@@ -62,13 +62,13 @@ module path_series
 
 contains
 
-   !> Creates the groups and datasets of a path; a failure stays in the file.
+   !> Creates the groups and datasets of a path; a failure is stored in the file.
    subroutine open_path_series(series, set, file, model, group)
       type(path_series_t), intent(out) :: series
       type(series_set_t), intent(inout) :: set
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
-      character(*), intent(in) :: group           !! where they go: '' for the root, else a group that exists
+      character(*), intent(in) :: group           !! group of the path: '' for the root, else an existing group
       integer :: k
       series%group = group
       call open_points(series%path, set, file, model, group//'/path')
@@ -76,7 +76,7 @@ contains
       if (size(model%contact) > 0) call open_contact(series%contact, set, file, model, group//'/contact')
       call open_fields(series%field, set, file, model, group//'/fields')
       call open_forces(series%force, set, file, model, group)
-      ! Where a file goes on these are the rows that it has; null vectors that came later go.
+      ! If a file is continued, these are its numbers of rows at the checkpoint; later null vectors are removed.
       series%n_points = series_length(set, series%path%label)
       series%n_critical = series_length(set, series%critical%label)
       k = series%n_critical + 1
@@ -86,7 +86,7 @@ contains
       end do
    end subroutine open_path_series
 
-   !> Adds one accepted point to every dataset it has a value for.
+   !> Appends one accepted point to every dataset for which the point has a value.
    subroutine append_point(series, set, point)
       type(path_series_t), intent(inout) :: series
       type(series_set_t), intent(inout) :: set
@@ -117,7 +117,7 @@ contains
       call append_forces(series%force, set, point, series%n_points)
    end subroutine append_point
 
-   !> What the load factor and the monitors change by per arc length; NaN where that is not known.
+   !> Appends the derivatives of load factor and monitors by arc length; NaN if they are unknown.
    subroutine append_rates(set, id, point)
       type(series_set_t), intent(inout) :: set
       type(point_series_t), intent(in) :: id
@@ -132,7 +132,7 @@ contains
       end do
    end subroutine append_rates
 
-   !> Adds one critical point, but for its null vectors.
+   !> Appends one critical point without its null vectors.
    subroutine append_critical(series, set, critical)
       type(path_series_t), intent(inout) :: series
       type(series_set_t), intent(inout) :: set
@@ -160,7 +160,7 @@ contains
       end associate
    end subroutine append_critical
 
-   !> Writes the null vectors of the critical point that was appended last, under its row's number.
+   !> Writes the null vectors of the critical point appended last, named by its row number.
    subroutine write_null_vectors(series, file, null_vector)
       type(path_series_t), intent(in) :: series
       type(hdf5_file_t), intent(inout) :: file
@@ -193,7 +193,7 @@ contains
          & point%obstacle_shift)
    end subroutine append_contact
 
-   !> One row in every field dataset, NaN where the point has no such field.
+   !> Appends one row to every field dataset, NaN if the point has no such field.
    subroutine append_fields(set, id, point, row)
       type(series_set_t), intent(inout) :: set
       type(field_series_t), intent(in) :: id
@@ -316,7 +316,7 @@ contains
          & [2, size(model%obstacle)], 'length', 'how far each obstacle has moved, in the order of the deck')
    end subroutine open_contact
 
-   !> The fields that at least one step of the deck asks for.
+   !> Creates the datasets of the fields that at least one step of the deck requests.
    subroutine open_fields(id, set, file, model, group)
       type(field_series_t), intent(out) :: id
       type(series_set_t), intent(inout) :: set

@@ -1,7 +1,7 @@
-!> One line on the terminal that says how far a long run is, while its listing goes elsewhere.
+!> Progress line on the terminal during a long run whose listing is written elsewhere.
 !>
-!> It is written to standard error, only where that is a terminal and the listing is not to be seen on one, so logs of batch runs
-!> have none of it; it is overwritten in place, some times a second, and wiped at the end.
+!> The line is written to standard error, and only if that is a terminal and the listing is not shown on one: logs of batch runs do
+!> not contain it. It is overwritten in place a few times per second, and erased at the end.
 module progress
    use, intrinsic :: iso_fortran_env, only: error_unit
    use kinds, only: wp, i8
@@ -20,12 +20,12 @@ module progress
       logical :: shown = .false.
       integer :: points = 0
       integer(i8) :: started = 0, last = 0      !! ticks of the clock
-      real(wp) :: ticks = 1.0_wp                !! a second
+      real(wp) :: ticks = 1.0_wp                !! clock ticks per second
    end type progress_t
 
 contains
 
-   !> Looks where output goes. `listed`: standard output has the listing.
+   !> Determines where the output is shown. `listed`: the listing is written to standard output.
    subroutine progress_open(progress, listed)
       type(progress_t), intent(out) :: progress
       logical, intent(in) :: listed
@@ -36,11 +36,11 @@ contains
       progress%last = progress%started
    end subroutine progress_open
 
-   !> Says where the path is, when it is time to.
+   !> Shows the present point of the path, if enough time has passed since the last time.
    subroutine progress_point(progress, point, branch)
       type(progress_t), intent(inout) :: progress
       type(point_t), intent(in) :: point
-      integer, intent(in) :: branch             !! the path that the point is on, 0: that of the steps
+      integer, intent(in) :: branch             !! path of the point, 0: the path of the steps
       integer(i8) :: now
       character(:), allocatable :: words
       progress%points = progress%points + 1
@@ -55,14 +55,14 @@ contains
       call show(words)
    end subroutine progress_point
 
-   !> Wipes the line.
+   !> Erases the line.
    subroutine progress_close(progress)
       type(progress_t), intent(inout) :: progress
       if (progress%shown .and. progress%last > progress%started) call show('')
       progress%shown = .false.
    end subroutine progress_close
 
-   !> Puts words where the last ones were.
+   !> Replaces the words on the line.
    subroutine show(words)
       character(*), intent(in) :: words
       character(line_width) :: line

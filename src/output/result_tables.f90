@@ -1,6 +1,5 @@
-!> The parts of the result file that are written once: at its start, when a branch starts or buckling modes are there,
-!> and at its end.
-!> A failure stays in the file: see hdf5_file.
+!> Parts of the result file that are written once: at its start, at the start of a branch, after a buckling step, and at its end. A
+!> failure is stored in the file, see hdf5_file.
 module result_tables
    use kinds, only: wp, i8, degree
    use timing, only: timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
@@ -27,7 +26,7 @@ module result_tables
 
 contains
 
-   !> The root attributes; the status is "running".
+   !> Writes the root attributes; the status is "running".
    subroutine write_root(file, model, deck, version)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
@@ -47,14 +46,14 @@ contains
       call write_status(file, 'running')
    end subroutine write_root
 
-   !> The status attribute: "running", "complete" or "stopped: why".
+   !> Writes the status attribute: "running", "complete" or "stopped: reason".
    subroutine write_status(file, status)
       type(hdf5_file_t), intent(inout) :: file
       character(*), intent(in) :: status
       call hdf5_attribute(file, '/', 'status', status)
    end subroutine write_status
 
-   !> Nodes and elements.
+   !> Writes nodes and elements.
    subroutine write_mesh(file, model)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
@@ -67,7 +66,7 @@ contains
       if (allocated(model%tie)) call write_joints(file, model)
    end subroutine write_mesh
 
-   !> /joints: released ends and rigid links. The displacements of both nodes of a release tell the jump at it.
+   !> Writes /joints: released ends and rigid links. The jump at a release is the difference of the displacements of its two nodes.
    subroutine write_joints(file, model)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
@@ -92,7 +91,7 @@ contains
          & 'rigid bars: the node that turns them and the node they carry (rows of /mesh/coordinates, from 0)')
    end subroutine write_joints
 
-   !> A group for every obstacle: attributes, and of curves their points and the surface to draw.
+   !> Writes a group for every obstacle: attributes, and for curves their points and the surface for drawing.
    subroutine write_obstacles(file, model)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
@@ -149,7 +148,7 @@ contains
       end associate
    end subroutine write_obstacles
 
-   !> The stops of a *GAP: where they wait, and the direction in which they push.
+   !> Writes the stops of a *GAP: their positions, and the direction in which they push.
    subroutine write_stops(file, model, number, group)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
@@ -172,7 +171,7 @@ contains
       call hdf5_write(file, group//'/points', place, 'length', 'where the nodes meet their stops')
    end subroutine write_stops
 
-   !> Who may touch what; the group /contact must exist.
+   !> Writes the candidates for contact and their obstacles; the group /contact must exist.
    subroutine write_candidates(file, model)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
@@ -196,7 +195,7 @@ contains
          & //'closed chain; 0: open')
    end subroutine write_candidates
 
-   !> Where the candidates are along their contacts, in the order of the file.
+   !> Arc lengths of the candidates along their contacts, in the order of the file.
    subroutine measure_contacts(model, along, round)
       type(model_t), intent(in) :: model
       real(wp), allocatable, intent(out) :: along(:) !! (candidates) stress-free arc length from the start of the contact
@@ -217,7 +216,7 @@ contains
       end do
    end subroutine measure_contacts
 
-   !> The group of a branch with its attributes; the group /branch must exist.
+   !> Writes the group of a branch with its attributes; the group /branch must exist.
    subroutine write_branch(file, start)
       type(hdf5_file_t), intent(inout) :: file
       type(branch_start_t), intent(in) :: start
@@ -238,7 +237,7 @@ contains
       group = '/branch/'//whole(start%branch)
    end function branch_group
 
-   !> The modes of a buckling step; the group /buckling must exist.
+   !> Writes the modes of a buckling step; the group /buckling must exist.
    subroutine write_buckling(file, model, buckling)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
@@ -259,7 +258,7 @@ contains
          & 'u, v and rotation of every node in each mode, the largest translation is 1')
    end subroutine write_buckling
 
-   !> Seconds and calls of the phases, and the counters.
+   !> Writes seconds and calls of the phases, and the counters.
    subroutine write_performance(file)
       type(hdf5_file_t), intent(inout) :: file
       integer :: i
@@ -274,7 +273,7 @@ contains
          & 'the counts')
    end subroutine write_performance
 
-   !> Every worst value with where it stands as attributes.
+   !> Writes every worst value and its place as attributes.
    subroutine write_accuracy(file, accuracy)
       type(hdf5_file_t), intent(inout) :: file
       type(accuracy_t), intent(in) :: accuracy
@@ -317,13 +316,13 @@ contains
       end subroutine put
    end subroutine write_accuracy
 
-   !> A count as an integer of the file; one that is too large is cut to the largest there is.
+   !> A count as an integer of the file; a larger value is replaced by the largest integer.
    pure integer function default_integer(count)
       integer(i8), intent(in) :: count
       default_integer = int(min(count, int(huge(1), i8)))
    end function default_integer
 
-   !> A name of the deck as a name in the file, where '/' divides and a single dot is the group itself.
+   !> A name of the deck as a name in the file, where '/' separates groups and a single dot is the group itself.
    pure function link_name(name) result(link)
       character(*), intent(in) :: name
       character(:), allocatable :: link

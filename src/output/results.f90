@@ -1,9 +1,9 @@
-!> The result file: what it holds and when it is written. input/manual/output.md describes its layout.
+!> The result file: its contents and the times at which it is written. input/manual/output.md describes its layout.
 !>
-!> Rows are collected in memory. The first point that comes 0.2 s or more after the last flush flushes: what the file of that name
-!> is, every dataset with all its rows, is replaced as a whole (hdf5_file), so a run that is killed loses a few points that took
-!> 0.2 s at most to find. Writing a large file takes longer, and waits longer: writing never takes more than a twentieth of the run.
-!> Until the first flush a former file of that name stays what it was. The status is "running" until the last flush.
+!> Rows are collected in memory. The first point found 0.2 s or more after the last flush causes a flush: the file is replaced as a
+!> whole, with all rows of every dataset (hdf5_file), so a killed run loses at most the points of the last 0.2 s. Large files take
+!> longer to write and are written less often: writing never takes more than a twentieth of the run. Until the first flush a former
+!> file of this name is unchanged. The status is "running" until the last flush.
 module results
    use kinds, only: wp, i8
    use errors, only: error_t
@@ -26,23 +26,23 @@ module results
    public :: results_note, results_meddled, results_due, results_state
    public :: results_point, results_critical, results_branch, results_buckling, results_limit_point
 
-   real(wp), parameter :: flush_seconds = 0.2_wp  !! longest time a row waits in memory while points are coming,
-   integer(i8), parameter :: rest_of_flush = 20_i8 !! or so many times what the last flush took
-   integer(i8), parameter :: patience = 5_i8      !! and so many times as long for a place where the run can go on
-   integer, parameter :: flush_bytes = 8000000    !! and the most that may wait (fields)
+   real(wp), parameter :: flush_seconds = 0.2_wp  !! longest time that a row stays in memory while points are found,
+   integer(i8), parameter :: rest_of_flush = 20_i8 !! or this multiple of the duration of the last flush, if longer
+   integer(i8), parameter :: patience = 5_i8      !! multiple of this time to wait for a checkpoint, from which a run can continue
+   integer, parameter :: flush_bytes = 8000000    !! largest number of bytes kept in memory (fields)
 
    !> An open result file.
    type :: results_t
       private
       type(hdf5_file_t), public :: file           !! for further datasets of fixed size
-      type(model_t) :: model                      !! branches get their groups when they start
+      type(model_t) :: model                      !! needed for the groups of branches, which are created when a branch starts
       type(series_set_t) :: set
-      type(path_series_t) :: path(0:1)            !! that of the steps, and the branch that started last
-      integer :: current = 0                      !! which of the two rows go to
+      type(path_series_t) :: path(0:1)            !! the path of the steps, and the branch that started last
+      integer :: current = 0                      !! index of the path to which rows are appended
       logical :: has_branches = .false., has_parameters = .false.
-      integer :: n_branches = 0                   !! started so far
-      type(restart_t) :: standing                 !! where the run stood last
-      logical :: has_states = .false.             !! flushes come with where the run stands, and wait for that a little
+      integer :: n_branches = 0                   !! number of branches started so far
+      type(restart_t) :: standing                 !! last checkpoint of the run
+      logical :: has_states = .false.             !! true: flushes contain a checkpoint, and wait a little for the next one
       type(limit_series_t) :: limit_curves
       integer(i8) :: flushed = 0_i8               !! clock at the last flush
       integer(i8) :: flush_ticks = 0_i8           !! flush_seconds in clock ticks
@@ -51,16 +51,16 @@ module results
 
 contains
 
-   !> Creates the result file and writes everything known before the first point.
+   !> Creates the result file and writes all data known before the first point.
    subroutine results_open(results, path, model, deck, version, error, force, restart)
       type(results_t), intent(out) :: results
-      character(*), intent(in) :: path            !! name of the file; one that exists is replaced
+      character(*), intent(in) :: path            !! name of the file; an existing result file is replaced
       type(model_t), intent(in) :: model
       character(*), intent(in) :: deck            !! full text of the deck
       character(*), intent(in) :: version         !! of the program
-      type(error_t), allocatable, intent(out) :: error !! names the path and says why
-      logical, intent(in), optional :: force      !! whatever file has that name is replaced, default no
-      type(restart_t), intent(in), optional :: restart !! what the file goes on with, default nothing
+      type(error_t), allocatable, intent(out) :: error !! contains the path and the reason
+      logical, intent(in), optional :: force      !! true: any file of this name is replaced; default: false
+      type(restart_t), intent(in), optional :: restart !! checkpoint that the file continues; default: none
       integer(i8) :: rate
       logical :: goes_on
       results%model = model
@@ -89,7 +89,7 @@ contains
       if (allocated(error)) call hdf5_close(results%file)
    end subroutine results_open
 
-   !> The branches that the file began with: the one that goes on, and none that came later.
+   !> Continues the branch that was followed at the checkpoint, and removes the branches that were started after it.
    subroutine take_up_branches(results, restart)
       type(results_t), intent(inout) :: results
       type(restart_t), intent(in) :: restart
@@ -109,7 +109,7 @@ contains
       end do
    end subroutine take_up_branches
 
-   !> True when it is time to write where the run stands.
+   !> True if a checkpoint is to be written now.
    logical function results_due(results)
       type(results_t), intent(inout) :: results
       integer(i8) :: now
@@ -118,7 +118,7 @@ contains
       results_due = now - results%flushed >= max(results%flush_ticks, rest_of_flush * results%last_took)
    end function results_due
 
-   !> Keeps where the run stands, with all rows up to there, for the next flush, and flushes when it is time to.
+   !> Stores a checkpoint, with all rows up to it, for the next flush, and flushes if it is due.
    subroutine results_state(results, bytes, error)
       type(results_t), intent(inout) :: results
       character(1), intent(in) :: bytes(:)
@@ -131,10 +131,10 @@ contains
       call write_when_due(results, error, .true.)
    end subroutine results_state
 
-   !> Notes a parameter of the deck with its value. A failure shows at the next call.
+   !> Stores a parameter of the deck with its value. A failure is returned by the next call.
    subroutine results_parameter(results, name, value, is_number)
       type(results_t), intent(inout) :: results
-      character(*), intent(in) :: name, value     !! each name once
+      character(*), intent(in) :: name, value     !! each name only once
       logical, intent(in) :: is_number            !! false: text
       real(wp) :: number
       if (.not. results%has_parameters) call hdf5_group(results%file, '/parameters')
@@ -171,10 +171,10 @@ contains
       end associate
    end subroutine results_critical
 
-   !> Sends the rows that follow to a new branch, or back to the path of the steps.
+   !> Directs the following rows to a new branch, or back to the path of the steps.
    subroutine results_branch(results, start, error)
       type(results_t), intent(inout) :: results
-      type(branch_start_t), intent(in) :: start   !! of a branch that has not been yet, or branch 0
+      type(branch_start_t), intent(in) :: start   !! a branch not yet started, or branch 0
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
       call series_write(results%set, results%file)
       results%current = min(start%branch, 1)
@@ -207,10 +207,10 @@ contains
       call write_when_due(results, error, .false.)
    end subroutine results_limit_point
 
-   !> Closes a file that has the model and no path, or not all of it.
+   !> Closes a file that contains the model and no path, or only a part of it.
    subroutine results_leave(results, error)
       type(results_t), intent(inout) :: results
-      type(error_t), allocatable, intent(out) :: error !! something could not be written; the file is closed, too
+      type(error_t), allocatable, intent(out) :: error !! data could not be written; the file is closed nevertheless
       call series_write(results%set, results%file)
       call hdf5_flush(results%file)
       call write_status(results%file, 'model')
@@ -218,12 +218,12 @@ contains
       call hdf5_error(results%file, error)
    end subroutine results_leave
 
-   !> Writes what is still in memory, the cost and the accuracy, then the final status, and closes the file.
+   !> Writes the remaining rows in memory, the cost and the accuracy, then the final status, and closes the file.
    subroutine results_close(results, status, accuracy, error)
       type(results_t), intent(inout) :: results
-      character(*), intent(in) :: status          !! 'complete', or 'stopped: why'
+      character(*), intent(in) :: status          !! 'complete', or 'stopped: reason'
       type(accuracy_t), intent(in) :: accuracy
-      type(error_t), allocatable, intent(out) :: error !! something could not be written; the file is closed, too
+      type(error_t), allocatable, intent(out) :: error !! data could not be written; the file is closed nevertheless
       call series_write(results%set, results%file)
       call write_performance(results%file)
       call write_accuracy(results%file, accuracy)
@@ -233,24 +233,24 @@ contains
       call hdf5_error(results%file, error)
    end subroutine results_close
 
-   !> What the user is to know of the file though nothing failed, once; empty: nothing.
+   !> Message for the user about the file although nothing failed, returned once; empty: none.
    subroutine results_note(results, note)
       type(results_t), intent(inout) :: results
       character(:), allocatable, intent(out) :: note
       call hdf5_note(results%file, note)
    end subroutine results_note
 
-   !> True where somebody else has removed or changed the file on the way.
+   !> True if another program has removed or changed the file during the run.
    pure logical function results_meddled(results)
       type(results_t), intent(in) :: results
       results_meddled = hdf5_meddled(results%file)
    end function results_meddled
 
-   !> Flushes when the last flush is long ago; rows go to the file in memory when many are waiting.
+   !> Flushes if the last flush is long ago; writes the collected rows to the file in memory if there are many.
    subroutine write_when_due(results, error, with_state)
       type(results_t), intent(inout) :: results
       type(error_t), allocatable, intent(out) :: error
-      logical, intent(in) :: with_state           !! where the run stands has just been written
+      logical, intent(in) :: with_state           !! true: a checkpoint has just been stored
       integer(i8) :: now, due
       call system_clock(now)
       due = max(results%flush_ticks, rest_of_flush * results%last_took)

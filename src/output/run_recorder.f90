@@ -1,4 +1,4 @@
-!> Sends every point of a run to the result file and to the listing.
+!> Passes every point of a run to the result file and to the listing.
 module run_recorder
    use errors, only: error_t
    use path_record, only: recorder_t, point_t, critical_t, branch_start_t, buckling_t, limit_point_t
@@ -15,7 +15,7 @@ module run_recorder
       type(results_t) :: results
       type(listing_t) :: listing
       type(progress_t) :: progress
-      integer :: on_branch = 0          !! points belong to it; 0: to the path of the steps
+      integer :: on_branch = 0          !! branch of the points; 0: the path of the steps
       logical :: quiet = .false.        !! no listing
    contains
       procedure :: point => record_point
@@ -29,7 +29,7 @@ module run_recorder
 
 contains
 
-   !> Takes an accepted point.
+   !> Records an accepted point.
    subroutine record_point(self, point, error)
       class(run_recorder_t), intent(inout) :: self
       type(point_t), intent(in) :: point
@@ -41,7 +41,7 @@ contains
       call timing_stop(phase_output)
    end subroutine record_point
 
-   !> Takes a critical point.
+   !> Records a critical point.
    subroutine record_critical(self, critical, error)
       class(run_recorder_t), intent(inout) :: self
       type(critical_t), intent(in) :: critical
@@ -52,7 +52,7 @@ contains
       call timing_stop(phase_output)
    end subroutine record_critical
 
-   !> Takes the start of another path.
+   !> Records the start of another path.
    subroutine record_branch(self, start, error)
       class(run_recorder_t), intent(inout) :: self
       type(branch_start_t), intent(in) :: start
@@ -64,7 +64,7 @@ contains
       call timing_stop(phase_output)
    end subroutine record_branch
 
-   !> Takes the modes of a buckling step.
+   !> Records the modes of a buckling step.
    subroutine record_buckling(self, buckling, error)
       class(run_recorder_t), intent(inout) :: self
       type(buckling_t), intent(in) :: buckling
@@ -75,7 +75,7 @@ contains
       call timing_stop(phase_output)
    end subroutine record_buckling
 
-   !> Takes a point of a limit curve.
+   !> Records a point of a limit curve.
    subroutine record_limit_point(self, limit_point, error)
       class(run_recorder_t), intent(inout) :: self
       type(limit_point_t), intent(in) :: limit_point
@@ -86,13 +86,13 @@ contains
       call timing_stop(phase_output)
    end subroutine record_limit_point
 
-   !> True when the result file is to be flushed.
+   !> True if a checkpoint is to be written to the result file.
    logical function state_is_due(self)
       class(run_recorder_t), intent(inout) :: self
       state_is_due = results_due(self%results)
    end function state_is_due
 
-   !> Takes where the run stands.
+   !> Takes a checkpoint of the run.
    subroutine record_state(self, bytes, error)
       class(run_recorder_t), intent(inout) :: self
       character(1), intent(in) :: bytes(:)

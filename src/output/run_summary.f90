@@ -11,10 +11,10 @@ module run_summary
 
 contains
 
-   !> The worst values over all points.
+   !> Writes the worst values over all points.
    subroutine write_accuracy(unit, has_contact, accuracy)
       integer, intent(in) :: unit                 !! open for formatted writing
-      logical, intent(in) :: has_contact          !! else nothing is said of contact
+      logical, intent(in) :: has_contact          !! false: nothing is written about contact
       type(accuracy_t), intent(in) :: accuracy
       write (unit, '(/a)') 'Accuracy: worst of all points'
       call write_value('relative residual', accuracy%residual%value)
@@ -39,7 +39,7 @@ contains
       end subroutine write_value
    end subroutine write_accuracy
 
-   !> Why the answer is not to be trusted beside what ends a step (own_checks), in words; '' where there is no reason.
+   !> Reasons not to trust the results, other than those that end a step (own_checks), in words; '' if there are none.
    pure function failed_checks(accuracy) result(text)
       type(accuracy_t), intent(in) :: accuracy
       character(:), allocatable :: text
@@ -57,7 +57,7 @@ contains
       end subroutine add
    end function failed_checks
 
-   !> Seconds and calls of every phase that was used, and the counters that are not zero.
+   !> Writes seconds and calls of every phase that was used, and the counters that are not zero.
    subroutine write_cost(unit)
       integer, intent(in) :: unit                 !! open for formatted writing
       real(wp) :: total

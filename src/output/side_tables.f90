@@ -13,11 +13,11 @@ module side_tables
 
    integer, parameter :: load_digits = 10
 
-   !> What the table says of one curve.
+   !> Words of the table of one curve.
    type :: curve_words_t
       integer :: step = 0, curve = 0              !! its step, and its index there
       character(3 * name_length) :: title = ''
-      character(16) :: parameter = ''             !! head of its column
+      character(16) :: parameter = ''             !! head of the parameter's column
    end type curve_words_t
 
    !> The tables of all limit curves.
@@ -25,10 +25,10 @@ module side_tables
       private
       integer :: unit = -1
       type(column_t), allocatable :: column(:)
-      logical :: with_bars = .false.              !! there is a column for the error bars of load factors
+      logical :: with_bars = .false.              !! true: the table has a column for the error bars of load factors
       type(curve_words_t), allocatable :: words(:)
-      integer :: present = 0                      !! whose row was the last one of the listing, 0: none
-      integer :: n_points = 0                     !! of that curve
+      integer :: present = 0                      !! curve of the listing's last row, 0: none
+      integer :: n_points = 0                     !! number of points of that curve
    end type limit_table_t
 
 contains
@@ -100,13 +100,13 @@ contains
       flush (table%unit)
    end subroutine write_limit_point
 
-   !> Something else is written: the next limit point needs a title.
+   !> Ends the present table: the next limit point needs a title.
    subroutine leave_limit_table(table)
       type(limit_table_t), intent(inout) :: table
       table%present = 0
    end subroutine leave_limit_table
 
-   !> The load factors of a buckling step.
+   !> Writes the load factors of a buckling step.
    subroutine write_buckling_table(unit, title, buckling)
       integer, intent(in) :: unit                 !! open for formatted writing
       character(*), intent(in) :: title

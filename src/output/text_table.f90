@@ -1,4 +1,4 @@
-!> Tables of a listing: heads above a rule, rows below, columns that grow when a cell needs more room.
+!> Tables of a listing: heads above a rule, rows below, columns that are widened if a cell needs more room.
 module text_table
    use columns, only: right
    use terminal, only: painted, bold
@@ -9,11 +9,11 @@ module text_table
    integer, parameter :: page_width = 132, page_rows = 50
    integer, parameter :: longest_head = 24        !! longer heads are cut
    integer, parameter :: monitor_digits = 8
-   integer, parameter :: monitor_width = 15       !! of the longest number with monitor_digits
+   integer, parameter :: monitor_width = 15       !! width of the longest number with monitor_digits
 
    type :: column_t
       character(longest_head) :: head = ''
-      integer :: width = 0                        !! without the blank before it
+      integer :: width = 0                        !! width without the blank before the column
    end type column_t
 
    type :: cell_t
@@ -22,10 +22,10 @@ module text_table
 
 contains
 
-   !> Columns for the monitors, the first ones of them, as many as find room beside other columns.
+   !> Columns of as many monitors as fit beside the other columns of a table, beginning with the first monitor.
    pure function fitting_columns(name, beside) result(column)
       character(*), intent(in) :: name(:)
-      type(column_t), intent(in) :: beside(:)     !! the others of the table
+      type(column_t), intent(in) :: beside(:)     !! the other columns of the table
       type(column_t), allocatable :: column(:)
       integer :: i, used
       allocate (column(0))
@@ -38,23 +38,23 @@ contains
       column = column(:i - 1)
    end function fitting_columns
 
-   !> A column for numbers as monitors have them.
+   !> A column for numbers with the width of monitors.
    pure type(column_t) function wide_column(head) result(column)
       character(*), intent(in) :: head
       column = column_t(head, max(monitor_width, min(longest_head, len_trim(head))))
    end function wide_column
 
-   !> Widens columns to what their cells need.
+   !> Widens columns to the width of their cells.
    pure subroutine widen_columns(column, cell)
       type(column_t), intent(inout) :: column(:)
-      type(cell_t), intent(in) :: cell(:)         !! one a column
+      type(cell_t), intent(in) :: cell(:)         !! one for each column
       integer :: i
       do i = 1, size(column)
          column(i)%width = max(column(i)%width, len(cell(i)%text))
       end do
    end subroutine widen_columns
 
-   !> Heads of the columns above a rule.
+   !> Writes the heads of the columns above a rule.
    subroutine write_head(unit, column)
       integer, intent(in) :: unit                 !! open for formatted writing
       type(column_t), intent(in) :: column(:)
@@ -67,11 +67,11 @@ contains
       write (unit, '(a/a)') heads, repeat('-', len(heads))
    end subroutine write_head
 
-   !> The cells of a row, at the right of their columns.
+   !> Writes the cells of a row, right-aligned in their columns.
    subroutine write_row(unit, column, cell, remark, emphasised)
       integer, intent(in) :: unit                 !! open for formatted writing
       type(column_t), intent(in) :: column(:)
-      type(cell_t), intent(in) :: cell(:)         !! one a column
+      type(cell_t), intent(in) :: cell(:)         !! one for each column
       character(*), intent(in), optional :: remark !! follows the last column
       logical, intent(in), optional :: emphasised !! bold, on a terminal; default: false
       character(:), allocatable :: row

@@ -1,4 +1,4 @@
-!> Numbers as text for tables: as wide as they need to be, so that no format ever overflows into stars.
+!> Numbers as text for tables: as wide as necessary, so that no format overflows into asterisks.
 module columns
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp, i8
@@ -15,7 +15,8 @@ module columns
 
 contains
 
-   !> A number with so many significant digits: 81.557428, 0.035869738, or 1.2345679E-09 when it is very large or small.
+   !> A number with a given number of significant digits: 81.557428, 0.035869738; with an exponent if very large or small:
+   !> 1.2345679E-09.
    pure function significant(x, digits) result(text)
       real(wp), intent(in) :: x
       integer, intent(in) :: digits               !! 1 to 17
@@ -31,7 +32,7 @@ contains
       end if
    end function significant
 
-   !> A number with six significant digits at most, without zeros at its end.
+   !> A number with at most six significant digits, without trailing zeros.
    pure function brief(x) result(text)
       real(wp), intent(in) :: x
       character(:), allocatable :: text
@@ -61,7 +62,7 @@ contains
       if (text(mark - 1:mark - 1) == '.') text = text(:mark - 2)//text(mark:)
    end function scientific
 
-   !> A number with so many decimals and no exponent (but beyond 15 digits before the point).
+   !> A number with a given number of decimals and no exponent (except beyond 15 digits before the point).
    pure function fixed(x, decimals) result(text)
       real(wp), intent(in) :: x
       integer, intent(in) :: decimals             !! 0 to 30
@@ -99,7 +100,7 @@ contains
       text = trim(buffer)
    end function whole_long
 
-   !> Text moved to the right end of a field; longer text stays whole.
+   !> Text at the right end of a field; longer text is not cut.
    pure function right(text, width) result(field)
       character(*), intent(in) :: text
       integer, intent(in) :: width
@@ -107,7 +108,7 @@ contains
       field = repeat(' ', max(0, width - len_trim(text)))//trim(text)
    end function right
 
-   !> Text at the left end of a field; longer text stays whole.
+   !> Text at the left end of a field; longer text is not cut.
    pure function left(text, width) result(field)
       character(*), intent(in) :: text
       integer, intent(in) :: width

@@ -1,4 +1,4 @@
-!> What the path loop hands to the listing and to the result file: one record a point, one a critical point.
+!> Records that the path loop passes to the listing and the result file: one for each point, one for each critical point.
 module path_record
    use kinds, only: wp, name_length
    use errors, only: error_t
@@ -7,15 +7,15 @@ module path_record
    private
    public :: point_t, region_t, critical_t, branch_start_t, buckling_t, limit_point_t, recorder_t
 
-   !> One connected stretch of contact. A point contact has start = end.
+   !> One connected contact region. A point contact has start = end.
    type :: region_t
       integer :: contact = 0                  !! index into model%contact
       real(wp) :: start = 0.0_wp, end = 0.0_wp !! stress-free arc length along the candidates' chain
       real(wp) :: angle_start = 0.0_wp, angle_end = 0.0_wp !! [degrees] from the obstacle's reference direction; NaN for lines
-      integer :: contact_span(2) = 0          !! numbers of what touches at its ends, see contact_spans; 0: contact at nodes, with a
-      !! foundation, or just begun
-      logical :: line = .false.               !! its ends are two touchdown points
-      type(error_bar_t) :: bar(2)             !! of start and end
+      integer :: contact_span(2) = 0          !! numbers of the contact spans at its ends, see contact_spans; 0: contact at nodes,
+      !! with a foundation, or not yet numbered
+      logical :: line = .false.               !! true: both ends are touchdown points of a line contact
+      type(error_bar_t) :: bar(2)             !! error bars of start and end
    end type region_t
 
    !> One accepted equilibrium point.
@@ -27,62 +27,63 @@ module path_record
       integer :: iterations = 0
       real(wp) :: residual = 0.0_wp           !! relative
       integer :: negative_pivots = 0          !! of the tangent on the null space of the active constraints
-      integer :: free_pivots = 0              !! the same without contacts that carry no force
+      integer :: free_pivots = 0              !! negative pivots without contacts that carry no force
       integer :: active_contacts = 0
       integer :: lcp_size = 0, lcp_pivots = 0 !! largest LCP and all pivots of this increment
-      character(:), allocatable :: warning    !! something begins here that makes the answer doubtful: one sentence
+      character(:), allocatable :: warning    !! one sentence, if the results become doubtful at this point
       real(wp), allocatable :: monitor(:)
-      real(wp), allocatable :: rate(:)        !! (1 + monitors) d(load factor), d(monitors) / d(arc length); not allocated: the
-      !! path may have a corner there
-      type(error_bars_t), allocatable :: bars !! of the discretisation; not allocated: not asked for
-      type(region_t), allocatable :: region(:)        !! allocated only when the model has contacts
+      real(wp), allocatable :: rate(:)        !! (1 + monitors) d(load factor), d(monitors) / d(arc length); not allocated: the path
+      !! may have a kink there
+      type(error_bars_t), allocatable :: bars !! discretisation errors; not allocated: not requested
+      type(region_t), allocatable :: region(:)        !! allocated only if the model has contacts
       real(wp), allocatable :: reaction_total(:)      !! (n_contacts) sum of the normal reactions
-      real(wp), allocatable :: obstacle_force(:, :)   !! (2, n_obstacles) sum of the forces of each on the structure
-      real(wp), allocatable :: obstacle_shift(:, :)   !! (2, n_obstacles) how far they have moved, where some step moves one
-      ! Fields: allocated only where the deck asks for them at this point.
+      real(wp), allocatable :: obstacle_force(:, :)   !! (2, n_obstacles) total force of each obstacle on the structure
+      real(wp), allocatable :: obstacle_shift(:, :)   !! (2, n_obstacles) displacement of the obstacles, if some step moves one
+      ! Fields: allocated only if the deck requests them at this point.
       real(wp), allocatable :: displacement(:, :)     !! (3, n_nodes)
       real(wp), allocatable :: section_forces(:, :, :) !! (3, 2, n_elements) N, Q, M at both ends
-      real(wp), allocatable :: reaction(:)            !! (nodes of all contacts, in the deck's order) share of the node
+      real(wp), allocatable :: reaction(:)            !! (nodes of all contacts, in the deck's order) contact reaction of the node
       real(wp), allocatable :: reaction_density(:)    !! (the same) [force/length]
       real(wp), allocatable :: gap(:)                 !! (the same)
-      real(wp), allocatable :: contact_point(:, :)    !! (2, the same) where reaction and gap are: contact nodes move along the rod
+      real(wp), allocatable :: contact_point(:, :)    !! (2, as above) position of reaction and gap: contact nodes move along the
+      !! rod
       real(wp), allocatable :: contact_force(:, :)    !! (6, forces) of contact spans at points and ends of lines, see span_pushes
-      real(wp), allocatable :: contact_pressure(:, :) !! (6, samples) and along lines
+      real(wp), allocatable :: contact_pressure(:, :) !! (6, samples) contact pressure along line contacts, see span_pushes
    end type point_t
 
    !> A located critical point.
    type :: critical_t
       character(2) :: label = ''
       integer :: step = 0
-      integer :: point = 0                    !! its row in /path, from 1
+      integer :: point = 0                    !! row of its point in /path, from 1
       real(wp) :: load_factor = 0.0_wp
       logical :: located = .true.             !! false: bracketed, but not found to the tolerance
       real(wp), allocatable :: monitor(:)
-      type(error_bars_t), allocatable :: bars !! of the discretisation; not allocated: not asked for
-      character(:), allocatable :: note       !! in words, for the listing
+      type(error_bars_t), allocatable :: bars !! discretisation errors; not allocated: not requested
+      character(:), allocatable :: note       !! remark in words, for the listing
       real(wp), allocatable :: null_vector(:, :, :) !! (3, n_nodes, multiplicity) BP only: largest displacement 1
    end type critical_t
 
-   !> Where the points that follow belong.
+   !> Path to which the following points belong.
    type :: branch_start_t
       integer :: branch = 0                   !! number in the result file, from 1; 0: back on the path of the steps
       character(name_length) :: name = ''
       integer :: step = 0                     !! step of the deck
-      integer :: of = 0                       !! the branch it leaves, 0: the path of the steps
-      integer :: bifurcation = 0              !! the k-th BP of that path within the step
-      integer :: mode = 0                     !! which null vector
-      integer :: side = 0                     !! 1 along it, -1 against it
-      integer :: point = 0                    !! that BP's row in the other path, from 1
+      integer :: of = 0                       !! branch from which this one starts, 0: the path of the steps
+      integer :: bifurcation = 0              !! number of the bifurcation (BP) on that path within the step
+      integer :: mode = 0                     !! number of the null vector
+      integer :: side = 0                     !! 1: in its direction, -1: in the opposite direction
+      integer :: point = 0                    !! row of that bifurcation in the other path, from 1
    end type branch_start_t
 
-   !> What a buckling step found.
+   !> Results of a buckling step.
    type :: buckling_t
       integer :: step = 0
-      real(wp), allocatable :: load_factor(:) !! (modes) of the step's loads, the smallest size first
-      real(wp), allocatable :: residual(:)    !! (modes) relative, of the eigenvalue problem, measured anew
+      real(wp), allocatable :: load_factor(:) !! (modes) factors on the step's loads, smallest magnitude first
+      real(wp), allocatable :: residual(:)    !! (modes) relative residual of the eigenvalue problem, computed independently
       real(wp), allocatable :: mode(:, :, :)  !! (3, n_nodes, modes) largest displacement 1
-      type(error_bar_t), allocatable :: bar(:) !! (modes) of the load factors; not allocated: not asked for
-      character(:), allocatable :: unbarred   !! the reason why there are none, in words
+      type(error_bar_t), allocatable :: bar(:) !! (modes) errors of the load factors; not allocated: not requested
+      character(:), allocatable :: unbarred   !! reason why there are no error bars, in words
    end type buckling_t
 
    !> One limit point of a limit curve.
@@ -96,11 +97,11 @@ module path_record
       real(wp) :: residual = 0.0_wp           !! relative, of equilibrium
       real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length), zero at the limit point, over its starting value
       real(wp), allocatable :: monitor(:)
-      type(error_bars_t), allocatable :: bars !! of the discretisation; not allocated: not asked for
-      character(2) :: label = ''              !! blank, TP where the parameter turns back, EP end
+      type(error_bars_t), allocatable :: bars !! discretisation errors; not allocated: not requested
+      character(2) :: label = ''              !! blank; TP: the parameter turns back; EP: end of the curve
    end type limit_point_t
 
-   !> Whoever wants to know of points as they happen: the path loop only knows this.
+   !> Receiver of points as the path loop finds them; the path loop knows only this interface.
    type, abstract :: recorder_t
    contains
       procedure(take_point), deferred :: point
@@ -113,7 +114,7 @@ module path_record
    end type recorder_t
 
    abstract interface
-      !> A point was accepted.
+      !> Receives an accepted point.
       subroutine take_point(self, point, error)
          import :: recorder_t, point_t, error_t
          class(recorder_t), intent(inout) :: self
@@ -121,7 +122,7 @@ module path_record
          type(error_t), allocatable, intent(out) :: error !! the point could not be written: the run must stop
       end subroutine take_point
 
-      !> A critical point was found; its point has been taken before.
+      !> Receives a critical point; its point was received before.
       subroutine take_critical(self, critical, error)
          import :: recorder_t, critical_t, error_t
          class(recorder_t), intent(inout) :: self
@@ -129,7 +130,8 @@ module path_record
          type(error_t), allocatable, intent(out) :: error
       end subroutine take_critical
 
-      !> Another path begins: all points and critical points from now on belong to it. The bifurcation itself comes first.
+      !> Receives the start of another path, to which all following points and critical points belong. The bifurcation itself was
+      !> received before.
       subroutine take_branch(self, start, error)
          import :: recorder_t, branch_start_t, error_t
          class(recorder_t), intent(inout) :: self
@@ -137,7 +139,7 @@ module path_record
          type(error_t), allocatable, intent(out) :: error
       end subroutine take_branch
 
-      !> A buckling step is done.
+      !> Receives the results of a buckling step.
       subroutine take_buckling(self, buckling, error)
          import :: recorder_t, buckling_t, error_t
          class(recorder_t), intent(inout) :: self
@@ -145,7 +147,7 @@ module path_record
          type(error_t), allocatable, intent(out) :: error
       end subroutine take_buckling
 
-      !> A point of a limit curve was found.
+      !> Receives a point of a limit curve.
       subroutine take_limit_point(self, limit_point, error)
          import :: recorder_t, limit_point_t, error_t
          class(recorder_t), intent(inout) :: self
@@ -153,13 +155,13 @@ module path_record
          type(error_t), allocatable, intent(out) :: error
       end subroutine take_limit_point
 
-      !> True when it is time to say where the run stands.
+      !> True if a checkpoint of the run is to be written.
       logical function want_state(self)
          import :: recorder_t
          class(recorder_t), intent(inout) :: self
       end function want_state
 
-      !> Where the run stands, with all that was recorded up to now: from here it can go on in another program.
+      !> Receives a checkpoint: the state of the run with all records up to now, from which another program run can continue.
       subroutine take_state(self, bytes, error)
          import :: recorder_t, error_t
          class(recorder_t), intent(inout) :: self

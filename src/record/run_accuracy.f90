@@ -1,15 +1,15 @@
-!> The worst values of a run's own checks, each with the point and the node or element where it stands.
+!> Worst values of a run's own checks, each with the point and the node or element at which it occurs.
 module run_accuracy
    use kinds, only: wp
    implicit none
    private
    public :: accuracy_t, worst_t, place_t, note_worst, begin_point, take_point
 
-   !> Where something was measured. Labels are the deck's; 0: the whole structure.
+   !> Place of a measured value. Labels are the deck's; 0: the whole structure.
    type :: place_t
       integer :: branch = 0                   !! number in the result file; 0: the path of the steps
       integer :: step = 0
-      integer :: point = 0                    !! its row in the results of its path, from 1
+      integer :: point = 0                    !! row in the results of its path, from 1
       real(wp) :: load_factor = 0.0_wp
       integer :: node = 0
       integer :: element = 0
@@ -17,10 +17,10 @@ module run_accuracy
 
    type :: worst_t
       real(wp) :: value = 0.0_wp
-      type(place_t) :: at                     !! point 0: nowhere, the value is none
+      type(place_t) :: at                     !! point 0: no value yet
    end type worst_t
 
-   !> Worst values over all accepted points, measured by routines that share nothing with the solver.
+   !> Worst values over all accepted points, computed by routines that share no code with the solver.
    type :: accuracy_t
       type(worst_t) :: residual               !! largest relative residual
       type(worst_t) :: penetration            !! largest penetration of a rigid obstacle over the structure's size
@@ -30,21 +30,22 @@ module run_accuracy
       type(worst_t) :: moment_balance         !! the same for moments about the structure's middle, over the size
       type(worst_t) :: node_balance           !! the same for each node without its supports
       type(worst_t) :: foundation             !! largest |reaction - that of the gap| of foundations at nodes, over the largest
-      type(worst_t) :: mesh                   !! a measure of too long elements over its limit, see mesh_adequacy
-      type(worst_t) :: rounding               !! part of the stiffness along the path, see tangent_rounding
-      type(worst_t) :: error_bar              !! widest of a critical load over the largest load of its step
-      type(worst_t) :: rolling                !! way either way that the loads leave open over the size, see rolling_rods
-      character(:), allocatable :: rolling_words !! where and how; allocated where there is such a point
-      character(:), allocatable :: hanging_words !! monitors that this leaves open, too; allocated where there are any
-      character(:), allocatable :: bar_words  !! which one, allocated when it was wider than the deck allows
-      character(:), allocatable :: mesh_words !! which elements, why, what to do; allocated when it was above 1
-      real(wp) :: force = 0.0_wp              !! largest force of the run so far: what balances are measured against
-      real(wp) :: load = 0.0_wp               !! largest size of the load factor in a step so far
+      type(worst_t) :: mesh                   !! a measure of element length over its limit, see mesh_adequacy
+      type(worst_t) :: rounding               !! rounding as part of the stiffness along the path, see tangent_rounding
+      type(worst_t) :: error_bar              !! widest error bar of a critical load, over the largest load of its step
+      type(worst_t) :: rolling                !! range of rolling in both directions that the loads leave undetermined, over the
+      !! size, see rolling_rods
+      character(:), allocatable :: rolling_words !! place and kind of rolling; allocated if such a point exists
+      character(:), allocatable :: hanging_words !! monitors that rolling leaves undetermined; allocated if there are any
+      character(:), allocatable :: bar_words  !! name of that critical load; allocated if the bar is wider than the deck allows
+      character(:), allocatable :: mesh_words !! elements, reason and remedy; allocated if the measure is above 1
+      real(wp) :: force = 0.0_wp              !! largest force of the run so far: reference value of the balances
+      real(wp) :: load = 0.0_wp               !! largest magnitude of the load factor in a step so far
       integer :: load_step = 0                !! that step
       real(wp) :: reaction = 0.0_wp           !! largest reaction at a node of the run so far
-      real(wp) :: asked = 0.0_wp              !! what displacements may err by as asked, over the structure's size
-      real(wp) :: stiffness = 0.0_wp          !! along the path, at the last point without a label
-      character(:), allocatable :: rounding_words !! as mesh_words
+      real(wp) :: asked = 0.0_wp              !! tolerance of displacements that the deck requests, over the structure's size
+      real(wp) :: stiffness = 0.0_wp          !! stiffness along the path, at the last point without a label
+      character(:), allocatable :: rounding_words !! words on rounding, as mesh_words
    end type accuracy_t
 
 contains
@@ -62,7 +63,7 @@ contains
       if (present(element)) worst%at%element = element
    end subroutine note_worst
 
-   !> A copy that measures one point: what forces are measured against is that of the run so far, the measured values begin anew.
+   !> Empty accuracy record for one point: the reference forces are those of the run so far, the measured values are zero.
    pure function begin_point(accuracy) result(here)
       type(accuracy_t), intent(in) :: accuracy
       type(accuracy_t) :: here
@@ -78,7 +79,7 @@ contains
       here%foundation = none
    end function begin_point
 
-   !> Raises the worst values by those of a point that was measured with such a copy.
+   !> Raises the worst values by those of a point that was measured with begin_point's record.
    pure subroutine take_point(accuracy, here)
       type(accuracy_t), intent(inout) :: accuracy
       type(accuracy_t), intent(in) :: here

@@ -4,8 +4,8 @@
 !>
 !> K is the tangent of the state with its supports and active contacts. S of a rod is linear in dl, that of an element is not.
 !> block_krylov finds the largest eigenvalues 1/dl of -K^-1 S'(0), for K of any sign, so the state may be past its first critical
-!> load. An iteration leads from each of them to the eigenvalue of S(dl), whose error is of the order of the elements. The estimate
-!> improves as the state approaches a critical point.
+!> load. From each of these eigenvalues, whose error is of the order of the elements, an iteration leads to the eigenvalue of S(dl).
+!> The estimate improves as the state approaches a critical point.
 module linear_buckling
    use kinds, only: wp
    use errors, only: error_t, fail
@@ -26,7 +26,8 @@ module linear_buckling
 
    real(wp), parameter :: tolerance = 1.0e-8_wp !! of the eigenvectors
    integer, parameter :: most_steps = 12        !! from a mode of the linearised elements to the elements' own mode
-   real(wp), parameter :: worst_residual = 1.0e-2_wp !! of a mode; the error of the load factor is its square, 1e-4
+   real(wp), parameter :: worst_residual = 1.0e-2_wp !! residual of an accepted mode; the error of the load factor is its square,
+   !! 1e-4
 
    !> The operator x -> -K^-1 K' x.
    type, extends(operator_t) :: buckling_operator_t

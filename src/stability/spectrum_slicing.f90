@@ -16,7 +16,7 @@ module spectrum_slicing
    !> K + nu K' on the free unknowns.
    type :: pencil_t
       type(band_t) :: k, prime
-      type(active_coupling_t) :: coupling       !! coupled ground, whose excess is subtracted from K
+      type(active_coupling_t) :: coupling       !! coupled ground, whose matrix is subtracted from K
       logical, allocatable :: fixed(:)      !! (n)
       real(wp), allocatable :: weight(:)    !! (n) weights of the iteration's inner product, zero at fixed unknowns
    end type pencil_t

@@ -115,12 +115,12 @@ contains
       work = -dot_product(x, force)
    end function stretching_work
 
-   !> Rotates the first n modes, whose eigenvalues are zero, to null vectors that do not depend on rounding: any rotation of a null
-   !> space is one, but few of its vectors have the direction of branches.
+   !> Rotates the first n modes, whose eigenvalues are zero, to null vectors that do not depend on rounding. Every rotation of a
+   !> basis of the null space is a basis, but only few of its vectors have the direction of branches.
    !>
    !> The first vector gives some node the largest displacement that a vector of unit length can give, the next one does so among
-   !> those orthogonal to the first. If separate parts buckle at the same load, each vector is a mode of one part; in a symmetric
-   !> structure a node on a mirror selects the vector with its symmetry, along which a branch exists (equivariant branching lemma).
+   !> If separate parts buckle at the same load, each vector is a mode of one part. In a symmetric structure a node on the axis of
+   !> symmetry selects the vector with its symmetry, along which a branch exists (equivariant branching lemma).
    subroutine choose_null_vectors(problem, state, system, n, modes)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state     !! at which the system is assembled
@@ -139,7 +139,7 @@ contains
          do node = 1, size(reach)
             call furthest(part(:, :, node), reach(node), along)
          end do
-         ! Of nodes with equal displacement, as in equal parts, the first counts; the error of the modes must not decide.
+         ! Among nodes with equal displacement, as in equal parts, the first is chosen; the error of the modes must not decide.
          node = findloc(reach >= (1.0_wp - 10.0_wp * mode_tolerance) * maxval(reach), .true., 1)
          call furthest(part(:, :, node), reach(node), along)
          c = matmul(along, part(:, :, node))
@@ -168,7 +168,7 @@ contains
       half = hypot(0.5_wp * (xx - yy), xy)
       reach = sqrt(0.5_wp * (xx + yy) + half)
       along = [1.0_wp, 0.0_wp]
-      ! All directions are equal: that of x.
+      ! All directions have the same displacement: the direction of x is chosen.
       if (half <= mode_tolerance * (xx + yy)) return
       angle = 0.5_wp * atan2(2.0_wp * xy, xx - yy)
       along = [cos(angle), sin(angle)]
@@ -299,7 +299,8 @@ contains
       mode = sense * mode
    end subroutine scale_mode
 
-   !> Eigenvalue with a given number in ascending order. If it is not among the modes: its sign times the largest one that is.
+   !> Eigenvalue with a given number in ascending order. If it was not computed: the largest computed magnitude, with the sign of
+   !> this eigenvalue.
    !>
    !> For an eigenvalue near zero the signs of pivots and of the iteration are rounding, independent of each other, while the
    !> refined value is right. The count c is then bounded by the counts at both ends of the path increment.

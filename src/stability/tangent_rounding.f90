@@ -1,8 +1,8 @@
 !> Part of the tangent that is rounding.
 !>
 !> Axial stiffness exceeds bending stiffness by EA L^2/EI times the square of the number of elements. If this ratio approaches the
-!> inverse of the machine precision, the assembled tangent has no digits of bending left, nor have the slope of the path, the pivots
-!> and the points located by them; the forces in equilibrium, stored unknowns instead of EA times a difference, remain right.
+!> inverse of the machine precision, the assembled tangent has no digits of bending left. The slope of the path, the pivots and the
+!> points located by them are then wrong; the forces in equilibrium, stored unknowns instead of EA times a difference, remain right.
 !> Products of the elements with the tangent vector (element_products) are accurate: K t should be the load, and t.(load - K t)/<t,
 !> t> is the change by rounding of eigenvalues of modes like t. The value is finite where K becomes singular; at an exactly singular
 !> K the load on the artificial springs of the factors is not counted as rounding.

@@ -162,8 +162,8 @@ contains
       end function worth
    end subroutine match
 
-   !> Appends the events of regions of `there` without a partner in `other`: new regions, or parts of a region that is whole in
-   !> `other`. A region around a whole closed chain can open without becoming two.
+   !> Appends the events of regions of `there` without a partner in `other`: new regions, or parts of a region that is undivided in
+   !> `other`. A region around a whole closed chain can open without being divided into two.
    subroutine tell(contact, other, there, partner, reach, closed, ends, new, divided, events)
       integer, intent(in) :: contact
       type(region_t), intent(in) :: other(:), there(:)
@@ -242,7 +242,7 @@ contains
       overlap_length = min(a%end, b%end) - max(a%start, b%start)
    end function overlap_length
 
-   !> Orders of the gap's roots at ends of the event's part of the chain, as far as both states have them.
+   !> Orders of the gap's roots at the ends of the event's part of the chain: the smaller order of both states.
    subroutine find_roots(problem, from, to, event)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
@@ -252,7 +252,7 @@ contains
          & root_orders(problem, to, event%contact, event%from, event%to))
    end subroutine find_roots
 
-   !> Event function: positive while the region exists, or is whole.
+   !> Event function: positive while the region exists, or is undivided.
    real(wp) function ground_event_value(problem, state, event) result(value)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -17,8 +17,8 @@ module law_corners
 
 contains
 
-   !> The first candidate whose penetrations at two states lie on different segments of its law, with the corner nearest to the
-   !> first state.
+   !> Corner passed by the first candidate whose penetrations at two states lie on different segments of its law: the corner nearest
+   !> to the first state.
    type(law_corner_t) function corner_between(problem, from, to) result(corner)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to

@@ -23,8 +23,8 @@ module path_events
       & event_turning = 6, event_release = 7
 
    character(*), parameter :: note_of_corner = 'limit point of the load, at a corner of the path'
-   real(wp), parameter :: at_rest = 1.0e-6_wp !! value of a contact event function at the start, relative to the value after the
-   !! increment, below which the contact carries no force
+   real(wp), parameter :: at_rest = 1.0e-6_wp !! value of a contact event function at the start, over the value after the increment;
+   !! below it the contact carries no force
 
    !> Numbers compared from point to point.
    type :: test_values_t
@@ -35,7 +35,7 @@ module path_events
       logical :: weak = .false.               !! force-free contact exists
       real(wp), allocatable :: monitor(:)
       real(wp), allocatable :: monitor_rate(:) !! d(monitor)/d(arc length) of monitors with turning points
-      logical, allocatable :: active(:)       !! contact at nodes, as far as the mesh resolves it
+      logical, allocatable :: active(:)       !! contact at nodes, within the resolution of the mesh
       type(region_t), allocatable :: grounded(:) !! contact with distributed foundations
    end type test_values_t
 
@@ -50,13 +50,14 @@ module path_events
       integer :: pivots = 0                   !! number of negative pivots at the located point
       logical, allocatable :: marked(:)       !! contact: the candidates concerned
       logical :: divided = .false.            !! contact: a region splits there, or two merge
-      type(ground_event_t) :: ground          !! contact with a distributed foundation: what happens where
+      type(ground_event_t) :: ground          !! contact with a distributed foundation: the change and its position
       real(wp) :: gap_scale = 1.0_wp, reaction_scale = 1.0_wp !! contact: reference values that make gap and reaction comparable
       logical :: corner = .false.             !! limit point at a corner of the path: the load rate jumps through zero
       type(law_corner_t) :: law               !! limit point: the corner of a force law at a node that makes this corner, if any
       logical :: jumps = .false. !! bifurcation: the eigenvalue jumps through zero because a line contact becomes a point contact
       logical :: held = .false.               !! value events: the value was prescribed in the correction and is met to rounding
-      logical :: load_tells = .false. !! the load rate varies so little over the increment that the load measures fractions of it
+      logical :: load_tells = .false. !! the load rate is almost constant over the increment, so that the load can measure fractions
+      !! of it
       real(wp) :: scale = 1.0_wp              !! reference value of the event function for the tolerance of its zero
       real(wp) :: before = 0.0_wp, after = 0.0_wp !! event function at both ends of the increment
       character(:), allocatable :: note
@@ -105,7 +106,8 @@ contains
          event = event_t(kind=event_limit, label='LP')
          event%note = 'limit point of the load'
          call append(event)
-         ! The limit point accounts for one change of an eigenvalue's sign. If there are several, the location decides which.
+         ! The limit point explains one change of an eigenvalue's sign. If there are several, the location of the events decides
+         ! which one.
          if (most == least + 1) most = least
       end if
       do i = least + 1, most
@@ -227,7 +229,7 @@ contains
    subroutine detect_contact_events(problem, from, to, earlier, later, events)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to
-      logical, intent(in) :: earlier(:), later(:)   !! (candidates) contact as far as the mesh resolves it
+      logical, intent(in) :: earlier(:), later(:)   !! (candidates) contact within the resolution of the mesh
       type(event_t), allocatable, intent(inout) :: events(:)
       call compare(earlier, later, 'C-', 'contact lost', 'a contact region splits')
       call compare(later, earlier, 'C+', 'contact gained', 'two contact regions merge')
@@ -324,7 +326,7 @@ contains
       end select
    end function event_value
 
-   !> Largest gap among the marked candidates that are open.
+   !> Largest gap among the given candidates that are open.
    real(wp) function largest_gap(problem, state, marked) result(largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
