@@ -10,13 +10,13 @@ module span_candidates
    use conforming_element, only: conforming_size
    implicit none
    private
-   public :: add_touch_candidates, present_contact_spans, touch_place, rolls_at
+   public :: add_span_candidates, present_contact_spans, touch_place, rolls_at
 
 contains
 
    !> Adds one candidate, always active, for each node in contact with an obstacle. Line contacts on both sides of a segment
    !> boundary share the candidate there.
-   subroutine add_touch_candidates(problem, division)
+   subroutine add_span_candidates(problem, division)
       type(problem_t), intent(inout) :: problem
       type(division_t), intent(in) :: division(:)    !! (rod segments) coordinates of the mesh nodes
       integer :: last(problem%model%mesh%n_nodes), first(size(problem%contact_span)), end(size(problem%contact_span))
@@ -115,7 +115,7 @@ contains
             end if
          end associate
       end function node_of
-   end subroutine add_touch_candidates
+   end subroutine add_span_candidates
 
    !> Numbers, along the rod segment, of the first and last node of a contact span.
    pure subroutine touched_nodes(contact_span, at, first, last)

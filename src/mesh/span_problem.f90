@@ -6,7 +6,7 @@ module span_problem
    use rod_state, only: state_t
    use remeshed_model, only: division_t
    use contact_spans, only: contact_span_t, covers, sort_contact_spans
-   use span_candidates, only: add_touch_candidates
+   use span_candidates, only: add_span_candidates
    use span_division, only: span_nodes, sampled_division
    use ground_mark, only: cut_t
    use ground_cuts, only: add_marks
@@ -94,7 +94,7 @@ contains
       type(problem_t), intent(out) :: problem
       problem = remeshed_problem(with_spans(base, .true.), division)
       problem%contact_span = contact_span
-      call add_touch_candidates(problem, division)
+      call add_span_candidates(problem, division)
       call add_marks(problem, cut, division)
       if (size(problem%mark) > 0) problem%mesh_kind = mesh_of_marks
       if (any(base%deck%contact%along)) problem%mesh_kind = mesh_of_spans

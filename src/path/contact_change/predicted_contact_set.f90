@@ -13,13 +13,13 @@ module predicted_contact_set
    use contact_change_types, only: step_interval_t, change_t, change_missed, change_opening
    use span_opening, only: open_line
    use span_rules, only: beginning_together
-   use span_set, only: begin_touches, touched_at
+   use span_set, only: add_contact_spans, new_contact_at
    use reachability, only: leads_to_next
    use path_control, only: control_t, path_length
    use path_continuity, only: largest_distance
    use path_state, only: path_state_t, copy_path_state, path_tangent_of
    use corrector, only: increment_t, correct
-   use error_report, only: bars_at_touch
+   use error_report, only: bars_at_contact_start
    implicit none
    private
    public :: look_beyond
@@ -84,7 +84,7 @@ contains
       touched%state = change%place
       touched%heading = change%heading
       call copy_problem(problem, next)
-      call begin_touches(next, touched, change%begins, found)
+      call add_contact_spans(next, touched, change%begins, found)
       if (.not. found) return
       control%method = method_load
       control%increment = touched%state%load_factor - change%place%load_factor
@@ -104,9 +104,9 @@ contains
       change%report%residual = anew%residual
       change%heading = path_tangent_of(problem, run, better)
       change%tests = run_span_tests(problem, better, interval%scale)
-      change%begins = touched_at(next, touched, change%begins)
+      change%begins = new_contact_at(next, touched, change%begins)
       change%tests(change%which)%at = change%begins(size(change%begins))%at
-      call bars_at_touch(problem, step, run, better, change%heading, next, touched, change%bars)
+      call bars_at_contact_start(problem, step, run, better, change%heading, next, touched, change%bars)
    end subroutine begin_sharply
 
    !> True if a line contact remains on both sides of the opening span, so that two spans may open symmetrically.

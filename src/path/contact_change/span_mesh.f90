@@ -28,7 +28,7 @@ module span_mesh
    use timing, only: count_up, counter_remeshed
    implicit none
    private
-   public :: prepare_mesh, renew_mesh, refine_mesh, coarsen_mesh, step_back, ask_for_twice, mesh_for_touches
+   public :: prepare_mesh, renew_mesh, refine_mesh, coarsen_mesh, step_back, ask_for_twice, mesh_for_spans
 
 contains
 
@@ -336,12 +336,12 @@ contains
    end subroutine rebalance
 
    !> Transfers the run to the mesh of another contact set.
-   subroutine mesh_for_touches(problem, run, contact_span)
+   subroutine mesh_for_spans(problem, run, contact_span)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(contact_span_t), intent(in) :: contact_span(:)
       call move_to_mesh(new_span_problem(problem, contact_span), problem, run)
-   end subroutine mesh_for_touches
+   end subroutine mesh_for_spans
 
    !> Transfers the run to the mesh of another problem.
    subroutine move_to_mesh(next, problem, run)

@@ -12,7 +12,7 @@ module span_set
    use free_span_gap, only: gap_at
    use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, test_slope
    use span_answer, only: answer_t
-   use span_mesh, only: mesh_for_touches
+   use span_mesh, only: mesh_for_spans
    use held_openings, only: begin_span, rest_held, spread_ahead, spreading_rate
    use tangent_step, only: states_along
    use shrunk_line, only: come_to_rest
@@ -25,7 +25,7 @@ module span_set
    use touchdown_points, only: point_force
    implicit none
    private
-   public :: change_set, begin_touches, touched_at
+   public :: change_set, add_contact_spans, new_contact_at
 
 contains
 
@@ -81,10 +81,10 @@ contains
       grows = .true.
       leaves = .false.
       if (test%kind == test_gap) then
-         call begin_touches(problem, run, begins, ok)
+         call add_contact_spans(problem, run, begins, ok)
       else
          run%spans_begun = max(run%spans_begun, maxval(answer%contact_span%number))
-         call mesh_for_touches(problem, run, answer%contact_span)
+         call mesh_for_spans(problem, run, answer%contact_span)
          ok = run%system%ok
       end if
       if (ok .and. parts(answer)) call begin_span(problem, run, answer%between, ok)
@@ -155,7 +155,7 @@ contains
 
    !> Adds a contact span at each place where the gap of a free span is zero. The load is that at which the contact force of the
    !> last added span is zero.
-   subroutine begin_touches(problem, run, begins, ok)
+   subroutine add_contact_spans(problem, run, begins, ok)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run  !! in: at the zero of the gaps; the last new span has the number `spans_begun`
       type(span_test_t), intent(in) :: begins(:)
@@ -172,7 +172,7 @@ contains
          new(k) = contact_span_t(number=run%spans_begun, contact=begins(k)%contact, rod_segment=begins(k)%rod_segment, &
             & at=spread(beginning_place(problem, begins(k)), 1, 2))
       end do
-      call mesh_for_touches(problem, run, [present_contact_spans(problem, run%state), new])
+      call mesh_for_spans(problem, run, [present_contact_spans(problem, run%state), new])
       ok = run%system%ok
       if (.not. ok) return
       c = candidate_of(problem, run%spans_begun)
@@ -199,7 +199,7 @@ contains
       if (ok) return
       run%state = first
       call linearise(problem, run%state, run%state, run%system)
-   end subroutine begin_touches
+   end subroutine add_contact_spans
 
    !> Position on the rod segment where a contact span begins: a segment boundary that allows rolling, if closer than `shortest`.
    pure real(wp) function beginning_place(problem, test) result(at)
@@ -228,8 +228,8 @@ contains
       end if
    end function candidate_of
 
-   !> Closed gaps at the positions of the contact spans that begin_touches has added.
-   pure function touched_at(problem, run, begins) result(there)
+   !> Closed gaps at the positions of the contact spans that add_contact_spans has added.
+   pure function new_contact_at(problem, run, begins) result(there)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(span_test_t), intent(in) :: begins(:)
@@ -240,7 +240,7 @@ contains
          c = candidate_of(problem, run%spans_begun - size(begins) + k)
          if (c > 0) there(k)%at = touch_place(problem, run%state, c)
       end do
-   end function touched_at
+   end function new_contact_at
 
    !> Rate at which the gap of a lost contact grows along the path, per unit of load factor.
    real(wp) function opening_rate(problem, run, lost) result(rate)

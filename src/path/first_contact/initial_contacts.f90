@@ -9,12 +9,12 @@ module initial_contacts
    use golden_section, only: golden_section_t, sections_to_rounding
    implicit none
    private
-   public :: find_first_touches
+   public :: find_initial_contacts
 
 contains
 
    !> All isolated places with a least gap of zero. A rod along its obstacle has no isolated places.
-   function find_first_touches(problem) result(contact_span)
+   function find_initial_contacts(problem) result(contact_span)
       type(problem_t), intent(in) :: problem         !! on the deck's mesh
       type(contact_span_t), allocatable :: contact_span(:)
       real(wp), allocatable :: at(:), gap(:)
@@ -33,7 +33,7 @@ contains
             end do
          end do
       end do
-   end function find_first_touches
+   end function find_initial_contacts
 
    !> Gap at the deck's nodes along a rod segment, and its minimum inside each element.
    subroutine sample_gap(problem, contact, rod_segment, at, gap)

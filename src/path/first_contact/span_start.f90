@@ -7,7 +7,7 @@ module span_start
    use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
    use node_contacts, only: along
-   use initial_contacts, only: find_first_touches
+   use initial_contacts, only: find_initial_contacts
    use next_spans, only: next_t
    use entering_contact_set, only: bound_for
    use nodes_to_spans, only: find_spans_ahead
@@ -52,7 +52,7 @@ contains
             end do
          end associate
       end do
-      first = find_first_touches(problem)
+      first = find_initial_contacts(problem)
       do k = 1, size(first)
          touches = touches .or. (first(k)%at(1) > 0.0_wp .and. &
             & first(k)%at(1) < problem%layout%rod_segment(first(k)%rod_segment)%length)
@@ -117,7 +117,7 @@ contains
       real(wp) :: first(size(problem%deck%contact(contact_span%contact)%node)), normal(2), bend
       integer :: row(problem%deck%mesh%n_nodes), i, e, here, next
       type(contact_span_t), allocatable :: inside(:)
-      inside = find_first_touches(problem)
+      inside = find_initial_contacts(problem)
       row = 0
       associate (contact => problem%deck%contact(contact_span%contact), mesh => problem%deck%mesh, &
          & whole => problem%layout%rod_segment(contact_span%rod_segment))

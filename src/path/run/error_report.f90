@@ -29,7 +29,7 @@ module error_report
    use timing, only: timing_start, timing_stop, phase_accuracy
    implicit none
    private
-   public :: bars_at_event, bars_at_point, bars_at_touch, note_load, asked_at, note_buckling_bars, &
+   public :: bars_at_event, bars_at_point, bars_at_contact_start, note_load, asked_at, note_buckling_bars, &
       & note_curve_bar, bars_on_curve, note_error
 
    character(*), parameter :: hidden = 'lines without pressure beside others hide what lets go', &
@@ -203,7 +203,7 @@ contains
    !> Error bars of a point where contact begins. The gap inside a free span is only as accurate as the element polynomials; the
    !> force of the new contact vanishes at the same load and is a function of the nodal values, so that the bars are computed for
    !> its zero.
-   subroutine bars_at_touch(problem, step, run, place, heading, begun, touched, bars)
+   subroutine bars_at_contact_start(problem, step, run, place, heading, begun, touched, bars)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! its system is factored at `place`
@@ -240,7 +240,7 @@ contains
          end do
       end if
       call timing_stop(phase_accuracy)
-   end subroutine bars_at_touch
+   end subroutine bars_at_contact_start
 
    !> Assigns the error contributions of the elements of one mesh to the elements of another mesh by element midpoints.
    function shares_on(from, from_state, share, to, to_state) result(new)
