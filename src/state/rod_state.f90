@@ -40,8 +40,9 @@ module rod_state
 
 contains
 
-   !> Stress-free initial state. Candidates without gap are active, because they may be the only supports; of several candidates
-   !> on rigid obstacles with parallel normals at one node only one is active. Bilateral candidates are always active.
+   !> Stress-free initial state. Active are bilateral candidates and those without gap, as far as they may react: they may be the
+   !> only supports. Of several candidates on rigid obstacles with parallel normals at one node only the first is active. Contact
+   !> spans are always active.
    function new_state(problem) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t) :: state
