@@ -77,8 +77,8 @@ module model
       integer, allocatable :: section(:)        !! (n_elements) index into model%section
       integer, allocatable :: curve(:)          !! (n_elements) index into model%curve, 0: straight between its nodes
       real(wp), allocatable :: s(:, :)          !! (2, n_elements) coordinate of both ends on the nominal curve
-      logical, allocatable :: placed(:)         !! (n_elements) true: the deck leaves the number of elements open; these elements
-      !! only carry its output, and the program makes its own mesh
+      logical, allocatable :: placed(:)         !! (n_elements) true: the deck leaves the number of elements open. The program
+      !! computes with a mesh of its own; these elements only define where output is given
    end type mesh_t
 
    type :: section_t

@@ -164,7 +164,7 @@ contains
       scale = ul2_heat_scale * abs(load%strain) / problem%compliance(e)%axial
    end function force_scale
 
-   !> See rod_element: N follows from displacements.
+   !> Rounding error scale of the end forces, see rod_element: the element computes N and M from displacements.
    function force_noise(self, problem, state, e, moved) result(noise)
       class(ul2_rod_t), intent(in) :: self
       type(problem_t), intent(in) :: problem

@@ -60,8 +60,8 @@ contains
       end do
    end subroutine set_rigidity
 
-   !> Artificial extension of a free element per unit force at its first end: the artificial compliance acts along the rod's
-   !> directions at the stages.
+   !> Artificial extension of an element outside contact per unit force at its first end: the artificial compliance acts along the
+   !> tangents of the rod at the element's Gauss points.
    pure function give_inside(problem, state, e) result(give)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

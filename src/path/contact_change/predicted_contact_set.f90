@@ -26,7 +26,7 @@ module predicted_contact_set
 
 contains
 
-   !> Completes a change whose test is zero: next contact set of an opening, or gaps that close.
+   !> Completes a located change: finds the next contact set if a line contact opens, and the contacts that begin if a gap closes.
    subroutine look_beyond(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

@@ -124,7 +124,8 @@ contains
       call copy_next(next, change%next)
    end subroutine find_vanishing
 
-   !> Withdraws an osculating contact at a place where two point contacts merge: their curvature is the obstacle's only there.
+   !> Withdraws the change from point to line contact (the rod is as curved as the obstacle) where two point contacts merge: the
+   !> curvatures agree at the place of merging alone, and no line contact begins.
    pure subroutine withdraw_flat_point(change)
       type(change_t), intent(inout) :: change
       if (change%kind /= change_by_rule) return

@@ -93,8 +93,8 @@ contains
       end do
    end function meet
 
-   !> True for the end of a line contact that arrives at a node with a couple: the couple lifts more than the least length behind
-   !> the node.
+   !> True for the end of a line contact that has come to a node on which a couple acts, if the couple lifts the rod behind the node
+   !> over more than the least length of a free span.
    logical function is_turned(problem, state, test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

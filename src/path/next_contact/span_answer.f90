@@ -20,7 +20,7 @@ module span_answer
 
 contains
 
-   !> Numbers of two contact spans, given by their indices in a set.
+   !> Identity numbers, which stay the same along the path, of two contact spans given by their indices in a set.
    pure function numbers(set, at) result(number)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: at(2)                 !! indices, 0: none
