@@ -320,7 +320,7 @@ def test_what_ends_a_sweep_ends_its_runs(folder, name):
     program.write_text(program.read_text().replace("sleep 20", "[ \"$1\" = --expand ] || sleep 20"))
     running = subprocess.Popen(command(folder, "run", "strip.toml", "-j", "2", program=program), cwd=folder,
                                env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    while not running_programs(str(program)):
+    while not [words for words in running_programs(str(program)) if "--expand" not in words]:     # a run, not the reading of the deck
         assert running.poll() is None
         time.sleep(0.01)
     running.send_signal(getattr(signal, f"SIG{name}"))
