@@ -320,7 +320,8 @@ def test_what_ends_a_sweep_ends_its_runs(folder, name):
     program.write_text(program.read_text().replace("sleep 20", "[ \"$1\" = --expand ] || sleep 20"))
     running = subprocess.Popen(command(folder, "run", "strip.toml", "-j", "2", program=program), cwd=folder,
                                env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
-    while not [words for words in running_programs(str(program)) if "--expand" not in words]:     # a run, not the reading of the deck
+    # A run, not the reading of the deck before it.
+    while not [words for words in running_programs(str(program)) if "--expand" not in words]:
         assert running.poll() is None
         time.sleep(0.01)
     running.send_signal(getattr(signal, f"SIG{name}"))
@@ -432,6 +433,7 @@ def test_a_job_asks_for_what_it_needs_and_quotes_its_names(folder):
     (where / "job.sh").write_text(script)
     job = subprocess.Popen(["bash", str(where / "job.sh")], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                            env=environment() | {"PATH": f"{place}:{os.environ['PATH']}", "SLURM_ARRAY_JOB_ID": "7", "SLURM_ARRAY_TASK_ID": "0"})
+    # A run, not the reading of the deck before it.
     while not [words for words in running_programs(str(slow)) if "-o" in words]:
         assert job.poll() is None
         time.sleep(0.01)
