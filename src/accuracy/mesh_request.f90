@@ -8,7 +8,6 @@ module mesh_request
    use model, only: quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t
    use span_division, only: present_demand
    use mesh_density, only: mesh_density_t, new_demands, as_mirrored, with_smooth_density, in_whole_parts
    use ground_segments, only: is_cut
@@ -379,9 +378,9 @@ contains
    end function stays_within
 
    !> Reference values of the errors of load factor and monitors: the largest value of each kind.
-   pure function value_sizes(problem, system, load, motion, asked) result(sizes)
+   pure function value_sizes(problem, force_scale, load, motion, asked) result(sizes)
       type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
       real(wp), intent(in) :: load               !! largest load factor
       real(wp), intent(in) :: motion(2)          !! largest displacement and rotation
       real(wp), intent(in) :: asked              !! relative tolerance
@@ -394,7 +393,7 @@ contains
                sizes(1 + m) = max(motion(merge(2, 1, monitor%component == 3)), place_rounding / asked * &
                   & merge(1.0_wp, problem%size, monitor%component == 3))
             else
-               sizes(1 + m) = max(system%force_scale, problem%force_floor / asked) * &
+               sizes(1 + m) = max(force_scale, problem%force_floor / asked) * &
                   & merge(problem%size, 1.0_wp, monitor%component == 3 .and. monitor%obstacle == 0)
             end if
             sizes(1 + m) = max(sizes(1 + m) * abs(monitor%factor), abs(monitor%offset))

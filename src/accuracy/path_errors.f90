@@ -423,7 +423,7 @@ contains
       integer :: m, n, k
       noise = rounding + 4.0_wp * epsilon(noise) * abs(value)
       n = 1 + size(bars%monitor)
-      kind_size(:n) = value_sizes(problem, system, abs(state%load_factor), motion_sizes(problem, state), 1.0_wp)
+      kind_size(:n) = value_sizes(problem, system%force_scale, abs(state%load_factor), motion_sizes(problem, state), 1.0_wp)
       kind_size(n + 1:) = problem%size
       if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1), kind_size(1))
       bars%load%bar = bars%load%bar + abs(shares%inside(1))

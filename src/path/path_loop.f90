@@ -13,12 +13,13 @@ module path_loop
    use bordered_system, only: linearise
    use start_support, only: why_unheld, unheld
    use corrector, only: increment_t
+   use trial_request, only: request_t
    use path_state, only: path_state_t
    use critical_points, only: critical_points_t
    use first_contact, only: presume_contact
    use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
    use step_control, only: start_control
-   use path_events, only: new_test_values
+   use path_point, only: path_point_t, evaluate_tests
    use point_recording, only: record
    use path_outcome, only: outcome_t, must_end, note_trouble
    use linear_buckling, only: buckle
@@ -67,9 +68,9 @@ contains
          call step_again()
       else
          call prepare_mesh(problem)
-         run%state = new_state(problem)
+         run%last%state = new_state(problem)
          run%spans_begun = size(problem%contact_span)
-         run%system = new_system(problem)
+         run%last%system = new_system(problem)
       end if
       steps: do k = first, size(problem%model%step)
          if (standing%kind > 0) then
@@ -85,7 +86,7 @@ contains
          if (allocated(outcome%why)) exit steps
          call begin_step(problem, run, outcome)
          if (allocated(outcome%why)) exit steps
-         if (starts_fresh(problem)) call record(problem, run, run%state, '', nothing, recorder, outcome)
+         if (starts_fresh(problem)) call record(problem, run, run%last, '', nothing, recorder, outcome)
          if (allocated(outcome%why)) exit steps
          if (problem%model%step(k)%n_modes > 0) then
             call find_modes(problem, run, buckled(k), recorder, outcome)
@@ -135,7 +136,7 @@ contains
          if (allocated(outcome%why)) return
          call follow_limit_curves(step, found, recorder, outcome)
          if (allocated(outcome%why)) return
-         call freeze_loads(problem, run%state)
+         call freeze_loads(problem, run%last%state)
       end subroutine finish_step
 
       !> Restores the run from the checkpoint.
@@ -196,38 +197,40 @@ contains
       ! The loads of a new step may move the structure back along the path, so the recent path is discarded.
       if (allocated(run%trail)) deallocate (run%trail)
       if (starts_fresh(problem)) then
-         why = why_unheld(problem, run%state)
+         why = why_unheld(problem, run%last%state)
          if (why /= '') then
             outcome%why = why
             return
          end if
       end if
-      call linearise(problem, run%state, run%state, run%system)
-      if (.not. run%system%ok .or. run%system%factor%deficient) then
+      call linearise(problem, run%last%state, run%last%state, run%last%system)
+      if (.not. run%last%system%ok .or. run%last%system%factor%deficient) then
          outcome%why = 'the tangent at the start is singular: '//unheld
          return
       end if
       if (starts_fresh(problem)) then
          ! With a tangent dominated by rounding, the pivot signs are meaningless and Newton's method does not converge.
-         call check_start(problem, run%system, stiffness, rounding)
+         call check_start(problem, run%last%system, stiffness, rounding)
          if (rounding > 0.5_wp * max(stiffness, bending_stiffness(problem))) then
-            outcome%why = 'the tangent at the start is nothing but rounding: '//rounding_cure(problem, run%state)
+            outcome%why = 'the tangent at the start is nothing but rounding: '//rounding_cure(problem, run%last%state)
             return
          end if
       end if
-      if (starts_fresh(problem) .and. run%system%negative_pivots > 0) then
+      if (starts_fresh(problem) .and. run%last%system%negative_pivots > 0) then
          outcome%why = 'the stress-free start is not stable: '//unheld
          if (rounding > 0.5_wp * stiffness) outcome%why = outcome%why//', or its tangent is nothing but rounding: '// &
-            & rounding_cure(problem, run%state)
+            & rounding_cure(problem, run%last%state)
          return
       end if
       associate (step => problem%model%step(problem%step))
          if (starts_fresh(problem) .and. step%n_modes == 0 .and. step%method == method_displacement) &
-            & call presume_contact(problem, step%monitor, step%increment, run%state, run%system)
+            & call presume_contact(problem, step%monitor, step%increment, run%last%state, run%last%system)
       end associate
-      run%test_values = new_test_values(problem, run%state, run%system, 0.0_wp)
+      run%last%tangent%load = 0.0_wp
+      call evaluate_tests(problem, run%last)
       ! The tangent at the start does not contain contact between nodes either.
-      run%fresh = starts_fresh(problem) .and. (any(run%state%active) .or. any(run%state%grounded) .or. problem%is_sampled())
+      run%fresh = starts_fresh(problem) .and. (any(run%last%state%active) .or. any(run%last%state%grounded) .or. &
+         & problem%is_sampled())
    end subroutine begin_step
 
    !> True if the current step begins at the stress-free structure.
@@ -289,9 +292,9 @@ contains
       fresh%coordinates = problem%coordinates
       call prepare_mesh(fresh)
       call copy_problem(fresh, problem)
-      run%state = new_state(problem)
+      run%last%state = new_state(problem)
       run%spans_begun = size(problem%contact_span)
-      run%system = new_system(problem)
+      run%last%system = new_system(problem)
 
    contains
 
@@ -311,7 +314,8 @@ contains
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(step_t) :: step
-      type(state_t) :: nowhere
+      type(path_point_t) :: nowhere
+      type(request_t) :: request
       integer :: tries
       logical :: asked, taken, done
       type(error_t), allocatable :: error
@@ -319,10 +323,10 @@ contains
       call start_control(problem, step, run)
       do tries = 0, most_meshes
          if (must_end(outcome)) return
-         call buckle(problem, run%state, run%system, step%n_modes, buckling, error)
+         call buckle(problem, run%last%state, run%last%system, step%n_modes, buckling, error)
          if (.not. allocated(error)) then
             if (.not. step%error_bars) exit
-            call add_buckling_bars(problem, run%state, buckling)
+            call add_buckling_bars(problem, run%last%state, buckling)
             if (.not. allocated(buckling%bar) .or. .not. step%asked > 0.0_wp) exit
             ! Between nodes a mode has the shape of rods without stresses, accurate to the fourth order only: modes for
             ! imperfections need a node at every node of the deck.
@@ -331,10 +335,10 @@ contains
          end if
          ! Error contributions of a path do not apply to modes, and the mesh of the previous steps may be too coarse for modes:
          ! the density is doubled.
-         call ask_for_twice(problem, run, asked)
+         call ask_for_twice(problem, run%last%state, request, asked)
          if (.not. asked) exit
-         nowhere = run%state
-         call refine_mesh(problem, run, nowhere, .false., taken, done)
+         nowhere = run%last
+         call refine_mesh(problem, run, nowhere, .false., request, taken, done)
          if (.not. done) exit
       end do
       if (allocated(error)) then

@@ -10,13 +10,13 @@ module branch_switching
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: to_global
-   use bordered_system, only: linearise, apply_increment
+   use bordered_system, only: apply_increment
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, deck_mode
    use test_kinds, only: span_test_t, test_slack, test_gap
    use span_tests, only: run_span_tests
    use path_control, only: control_t, metric, path_length, is_arc_length
    use path_continuity, only: path_tangent_at
-   use path_events, only: new_test_values
+   use path_point, only: path_point_t, evaluate_tests
    use path_state, only: path_state_t
    use critical_points, only: critical_point_t
    use corrector, only: increment_t, correct
@@ -30,7 +30,7 @@ module branch_switching
 
 contains
 
-   !> Moves the path state to the other path: state, system, control and tangent become those of its first point.
+   !> Moves the path state to the first point of the other path.
    subroutine switch_branch(problem, step, critical_point, mode, side, distance, run, report)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -38,34 +38,33 @@ contains
       integer, intent(in) :: mode               !! index of the null vector, at most the multiplicity
       integer, intent(in) :: side               !! 1 along the null vector, -1 against it (sign convention of tangent_modes)
       real(wp), intent(in) :: distance          !! arc length tried first
-      type(path_state_t), intent(inout) :: run
+      type(path_state_t), intent(inout) :: run  !! its last point is the bifurcation
       type(increment_t), intent(out) :: report  !! converged is true on success
       type(modes_t) :: modes
       type(error_t), allocatable :: error
-      type(state_t) :: trial, predicted
+      type(path_point_t) :: trial
+      type(state_t) :: predicted
       type(control_t) :: hold
       real(wp), allocatable :: shape(:, :), chord(:, :), away(:, :), seen(:, :)
       real(wp) :: length, along, sense, wander, drift
       integer :: try, node
 
-      run%state = critical_point%state
-      call linearise(problem, run%state, run%state, run%system)
-      if (.not. run%system%ok) then
+      if (.not. run%last%system%ok) then
          report%message = 'the tangent at the bifurcation is singular'
          return
       end if
-      call lowest_modes(problem, run%state, run%system, critical_point%multiplicity + 2, modes, error)
+      call lowest_modes(problem, run%last%state, run%last%system, critical_point%multiplicity + 2, modes, error)
       if (modes%n < critical_point%multiplicity) then
          report%message = 'the null vector was not found'
          return
       end if
-      call choose_null_vectors(problem, run%state, run%system, critical_point%multiplicity, modes)
-      allocate (shape(3, size(run%state%u, 2)))
+      call choose_null_vectors(problem, run%last%state, run%last%system, critical_point%multiplicity, modes)
+      allocate (shape(3, size(run%last%state%u, 2)))
       do node = 1, size(shape, 2)
-         shape(:, node) = to_global(problem, run%system, modes%x(:, mode), node)
+         shape(:, node) = to_global(problem, run%last%system, modes%x(:, mode), node)
       end do
       allocate (seen(3, problem%deck%mesh%n_nodes))
-      call deck_mode(problem, run%state, run%system, modes%x(:, mode), seen, sense)
+      call deck_mode(problem, run%last%state, run%last%system, modes%x(:, mode), seen, sense)
       sense = side * sense
       hold%method = method_linearised
       hold%tangent = sense * shape
@@ -77,45 +76,43 @@ contains
 
       length = distance
       do try = 1, max_tries
-         if (try > 1) call linearise(problem, run%state, run%state, run%system)
-         trial = run%state
-         call apply_increment(problem, run%system, sense * length * modes%x(:, mode), 0.0_wp, trial)
-         predicted = trial
+         trial = run%last
+         call apply_increment(problem, run%last%system, sense * length * modes%x(:, mode), 0.0_wp, trial%state)
+         predicted = trial%state
          hold%increment = sense * length * metric(problem, hold%tangent, shape)
          ! The distance is measured from the known path without its rounding error, so that the points do not depend on it.
          drift = metric(problem, hold%tangent, critical_point%drift)
          if (abs(drift) >= 0.1_wp * abs(hold%increment)) drift = 0.0_wp
          hold%increment = hold%increment - drift
-         call correct(problem, run%state, hold, .false., trial, run%system, report)
+         call correct(problem, run%last%state, hold, .false., trial%state, trial%system, report)
          if (report%converged) then
-            wander = path_length(problem, predicted, trial)
+            wander = path_length(problem, predicted, trial%state)
             report%converged = wander <= straight * length
             if (.not. report%converged) report%message = 'no other path was found near the bifurcation'
-            if (report%converged) call look_outside(trial)
+            if (report%converged) call look_outside()
             if (report%converged) exit
          end if
          length = 0.5_wp * length
       end do
       if (.not. report%converged) return
 
-      away = trial%u - (run%state%u - drift * hold%tangent)
+      away = trial%state%u - (run%last%state%u - drift * hold%tangent)
       run%last_length = sqrt(metric(problem, away, away))
-      run%last_load = trial%load_factor - run%state%load_factor
-      run%heading = path_tangent_at(problem, run%system, away, run%last_load)
+      run%last_load = trial%state%load_factor - run%last%state%load_factor
+      trial%tangent = path_tangent_at(problem, trial%system, away, run%last_load)
+      call evaluate_tests(problem, trial)
       run%arc_length = critical_point%arc_length + run%last_length
       call set_increment()
-      run%state = trial
-      run%test_values = new_test_values(problem, run%state, run%system, run%heading%load)
+      run%last = trial
 
    contains
 
       !> Rejects a first point with a free span that penetrates an obstacle; this occurs if the switch passes the first contact of
       !> the other path.
-      subroutine look_outside(state)
-         type(state_t), intent(in) :: state
+      subroutine look_outside()
          type(span_test_t), allocatable :: tests(:)
          if (.not. problem%has_spans()) return
-         tests = run_span_tests(problem, state, max(run%system%force_scale, tiny(length)))
+         tests = run_span_tests(problem, trial%state, max(trial%system%force_scale, tiny(length)))
          report%converged = all(tests%value >= -test_slack(tests%kind) .or. tests%kind /= test_gap)
          if (.not. report%converged) report%message = 'the other path begins inside an obstacle'
       end subroutine look_outside
@@ -134,7 +131,7 @@ contains
          else if (step%method == method_load) then
             run%control%increment = sign(min(max(abs(run%last_load), step%smallest), abs(step%increment)), run%last_load)
          else if (step%method == method_displacement) then
-            change = monitor_values(problem, trial, run%system) - monitor_values(problem, run%state, run%system)
+            change = trial%test_values%monitor - monitor_values(problem, run%last%state, run%last%system)
             run%control%increment = sign(min(max(abs(change(step%monitor)), step%smallest), abs(step%increment)), &
                & change(step%monitor))
          end if

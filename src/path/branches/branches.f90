@@ -5,8 +5,7 @@ module branches
    use errors, only: error_t
    use model, only: step_t, branch_t
    use problem, only: problem_t, copy_problem
-   use linear_system, only: new_system
-   use bordered_system, only: linearise
+   use path_point, only: point_at
    use path_control, only: is_arc_length
    use archive, only: archive_t, archive_reset
    use attempt, only: attempt_t
@@ -144,18 +143,15 @@ contains
          return
       end if
 
-      run%system = new_system(problem)
       run%frame => frame
       run%branch = number
       run%critical_points => found
-      run%state = home%list(at)%state
       if (size(problem%contact_span) > 0) run%spans_begun = maxval(problem%contact_span%number)
       run%arc_length = home%list(at)%arc_length
       run%left_at = run%arc_length
       run%home => home
-      call linearise(problem, run%state, run%state, run%system)
-      run%system%negative_pivots = home%list(at)%pivots
-      call record(problem, run, run%state, 'BP', nothing, recorder, outcome)
+      run%last = point_at(problem, home%list(at)%state)
+      call record(problem, run, run%last, 'BP', nothing, recorder, outcome, pivots=home%list(at)%pivots)
       call note_end()
       if (allocated(outcome%why) .or. outcome%wrong) return
       distance = branch%increment
@@ -168,7 +164,7 @@ contains
          call note_trouble(outcome, called//': '//report%message)
          return
       end if
-      call record(problem, run, run%state, '', report, recorder, outcome)
+      call record(problem, run, run%last, '', report, recorder, outcome)
       call note_end()
       if (allocated(outcome%why) .or. outcome%wrong) return
       run%step_points = 1

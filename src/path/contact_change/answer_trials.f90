@@ -22,7 +22,7 @@ module answer_trials
 contains
 
    !> Transfers the run to the contact set of an answer.
-   subroutine take_answer(problem, run, interval, change, answer, next, on, holds)
+   subroutine take_answer(problem, run, interval, change, answer, next, on, holds, why)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run             !! at the change's place
       type(step_interval_t), intent(in) :: interval
@@ -31,16 +31,17 @@ contains
       type(problem_t), intent(out) :: next
       type(path_state_t), intent(out) :: on
       logical, intent(out) :: holds  !! false: a point contact divides, but a new point has a tensile contact force
+      character(:), allocatable, intent(out) :: why !! reason why no equilibrium was found; not allocated: it was found
       holds = .true.
       if (change%tests(change%which)%kind == test_curvature .and. answer%between(1) /= answer%between(2)) then
-         call take_divided(problem, run, interval, change, answer, next, on, holds)
+         call take_divided(problem, run, interval, change, answer, next, on, holds, why)
       else
-         call take_larger(problem, run, interval, change, answer, next, on)
+         call take_larger(problem, run, interval, change, answer, next, on, why)
       end if
    end subroutine take_answer
 
    !> Tries one contact set, from the run's point.
-   subroutine try(problem, run, interval, change, answer, next, on, grows)
+   subroutine try(problem, run, interval, change, answer, next, on, grows, why)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
@@ -48,17 +49,18 @@ contains
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(inout) :: next
       type(path_state_t), intent(inout) :: on
+      character(:), allocatable, intent(out) :: why
       logical, intent(out) :: grows              !! as in change_set
       call copy_problem(problem, next)
       call copy_path_state(run, on)
       call change_set(next, on, change%tests(change%which), change%begins, answer, least_reach(problem, interval, &
-         & change%which), grows)
+         & change%which), grows, why)
    end subroutine try
 
    !> A point contact becomes a line contact. Another point contact, for instance the mirror image in a structure whose mesh is not
    !> symmetric, may become a line before the first line has its initial length; then no equilibrium has only one of the lines, and
    !> both begin together.
-   subroutine take_larger(problem, run, interval, change, answer, next, on)
+   subroutine take_larger(problem, run, interval, change, answer, next, on, why)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
@@ -66,30 +68,31 @@ contains
       type(answer_t), intent(in) :: answer
       type(problem_t), intent(inout) :: next
       type(path_state_t), intent(inout) :: on
+      character(:), allocatable, intent(out) :: why
       type(answer_t) :: larger
       integer :: more, lines
       logical :: grows
       larger = answer
       more = 0
       do
-         call try(problem, run, interval, change, larger, next, on, grows)
-         if (grows .and. more > 0) grows = spans_hold(next, on%state, on%system%force_scale)
+         call try(problem, run, interval, change, larger, next, on, grows, why)
+         if (grows .and. more > 0) grows = spans_hold(next, on%last%state, on%last%system%force_scale)
          if (grows) return
          more = more + 1
          lines = count(larger%contact_span%line)
-         larger = answer_to(problem, change%place, change%tests, change%which, interval%before%value - interval%after%value, &
+         larger = answer_to(problem, change%point%state, change%tests, change%which, interval%before%value - interval%after%value, &
             & run%spans_begun, &
             & more)
          if (count(larger%contact_span%line) <= lines) exit
       end do
       ! The next increment may find the equilibrium.
-      call try(problem, run, interval, change, answer, next, on, grows)
+      call try(problem, run, interval, change, answer, next, on, grows, why)
    end subroutine take_larger
 
    !> Divides a point contact into two points. If the rod came into contact beside an almost osculating point just before, by less
    !> than the tolerance of the relative curvature, the forces of two near points would be tensile, but those of points further
    !> apart are not.
-   subroutine take_divided(problem, run, interval, change, answer, next, on, holds)
+   subroutine take_divided(problem, run, interval, change, answer, next, on, holds, why)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
@@ -97,6 +100,7 @@ contains
       type(answer_t), intent(in) :: answer       !! the two points have the least initial distance
       type(problem_t), intent(inout) :: next
       type(path_state_t), intent(inout) :: on
+      character(:), allocatable, intent(out) :: why
       logical, intent(out) :: holds              !! false: no distance gives compressive forces; the set has the least distance
       integer, parameter :: most = 4             ! doublings of the distance; errors of the relative curvature are not larger
       type(answer_t) :: wider
@@ -106,11 +110,11 @@ contains
       do doublings = 0, most + 1
          ! If no distance is successful, the least one.
          if (doublings > most) wider = answer
-         call try(problem, run, interval, change, wider, next, on, grows)
-         holds = .not. allocated(on%stuck)
+         call try(problem, run, interval, change, wider, next, on, grows, why)
+         holds = .not. allocated(why)
          if (holds) holds = pushes(next, on, wider%between)
          if (holds) exit
-         wider = answer_to(problem, change%place, change%tests, change%which, interval%before%value - interval%after%value, &
+         wider = answer_to(problem, change%point%state, change%tests, change%which, interval%before%value - interval%after%value, &
             & run%spans_begun, &
             & apart=2.0_wp**(doublings + 1) * first_length)
       end do
@@ -127,7 +131,7 @@ contains
          if (problem%candidates%contact_span(c) == 0) cycle
          if (.not. problem%candidates%moves(c) .or. all(opened /= &
             & problem%contact_span(problem%candidates%contact_span(c))%number)) cycle
-         pushes = pushes .and. point_force(problem, run%state, c) >= -test_slack(test_force) * run%system%force_scale
+         pushes = pushes .and. point_force(problem, run%last%state, c) >= -test_slack(test_force) * run%last%system%force_scale
       end do
    end function pushes
 
@@ -140,7 +144,7 @@ contains
       reach = 0.0_wp
       if (all(interval%after(which)%kind /= [test_length, test_crossing])) return
       associate (before => interval%before(which), after => interval%after(which))
-         reach = reach_of(interval) * path_length(problem, interval%from, interval%to) * shortest * &
+         reach = reach_of(interval) * path_length(problem, interval%from, interval%to%state) * shortest * &
             & problem%layout%rod_segment(after%rod_segment)%length / (problem%size * max(before%value - after%value, tiny(reach)))
       end associate
    end function least_reach

@@ -7,7 +7,6 @@ module minima_of_tests
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use bordered_system, only: linearise
    use test_kinds, only: span_test_t, test_force, test_curvature, test_slack
    use span_tests, only: run_span_tests
    use contact_change_types, only: step_interval_t
@@ -15,7 +14,7 @@ module minima_of_tests
    use touchdown_points, only: touchdown_steps
    use span_candidates, only: touch_place
    use path_control, only: path_length
-   use path_continuity, only: path_tangent_t
+   use path_point, only: path_point_t
    use path_state, only: path_state_t
    use step_control, only: smallest
    implicit none
@@ -30,22 +29,22 @@ module minima_of_tests
 
 contains
 
-   !> Detects a failure inside an increment at whose end the tests pass, by the slopes at both ends; if so, halves the increment.
+   !> Detects a failure inside an increment at whose end the tests pass, by the slopes at both ends.
    subroutine look_between(problem, step, run, interval, which, shorter)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run  !! factored at the interval's end, or at the run's point if halved
+      type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which               !! index of the test that is zero at the interval's end; 0: none
-      logical, intent(out) :: shorter
+      logical, intent(out) :: shorter            !! true: a shorter increment may show the failure
       real(wp) :: slope(size(interval%after) + problem%candidates%n), both(size(slope), 2), length
       shorter = .false.
-      slope = slopes_at(problem, run, interval%to, interval%ahead, interval%after, interval%scale)
+      slope = slopes_at(problem, interval%to, interval%after, interval%scale)
       if (allocated(run%slopes%here)) then
          if (size(run%slopes%here) == size(slope)) then
             both(:, 1) = run%slopes%here
             both(:, 2) = slope
-            length = path_length(problem, interval%from, interval%to)
+            length = path_length(problem, interval%from, interval%to%state)
             shorter = dips(problem, interval, both, length, which) .or. jumps(problem, interval, both, length)
          end if
       end if
@@ -53,61 +52,54 @@ contains
       if (shorter) run%slopes%closer = run%slopes%closer + 1
       run%slopes%rough = run%slopes%rough .or. run%slopes%closer > most_closer
       shorter = shorter .and. .not. run%slopes%rough .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)
-      if (shorter) then
-         call linearise(problem, run%state, run%state, run%system)
-         run%control%increment = 0.5_wp * run%control%increment
-      else
-         run%slopes%ahead = slope
-      end if
+      if (.not. shorter) run%slopes%ahead = slope
    end subroutine look_between
 
    !> Computes the slopes of the tests at the run's point, unless they are known.
    subroutine note_slopes(problem, run)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! system factored at the run's point
+      type(path_state_t), intent(inout) :: run
       real(wp) :: scale
       if (run%since_change%arrives) run%since_change%rises = curvature_rises(problem, run)
       if (allocated(run%slopes%here) .or. .not. problem%has_spans() .or. problem%is_sampled()) return
-      scale = max(run%system%force_scale, tiny(scale))
-      run%slopes%here = slopes_at(problem, run, run%state, run%heading, run_span_tests(problem, run%state, scale), scale)
+      scale = max(run%last%system%force_scale, tiny(scale))
+      run%slopes%here = slopes_at(problem, run%last, run_span_tests(problem, run%last%state, scale), scale)
    end subroutine note_slopes
 
    !> True if every curvature test with a value below zero increases along the path.
    logical function curvature_rises(problem, run) result(rises)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run              !! system factored at the run's point
+      type(path_state_t), intent(in) :: run
       type(span_test_t), allocatable :: first(:), last(:)
       type(state_t) :: here, ahead
       real(wp) :: step
       rises = .false.
-      if (.not. run%system%ok) return
-      call states_along(problem, run%system, run%state, run%heading%load, here, ahead, step)
+      if (.not. run%last%system%ok) return
+      call states_along(problem, run%last%system, run%last%state, run%last%tangent%load, here, ahead, step)
       first = run_span_tests(problem, here, 1.0_wp)
       last = run_span_tests(problem, ahead, 1.0_wp)
       rises = all(last%value > first%value .or. first%kind /= test_curvature .or. first%value >= 0.0_wp)
    end function curvature_rises
 
    !> Slopes of force tests by arc length (0 for other kinds), followed by the slopes of the positions of all candidates.
-   function slopes_at(problem, run, state, heading, tests, scale) result(slope)
+   function slopes_at(problem, point, tests, scale) result(slope)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run              !! system factored at `state`
-      type(state_t), intent(in) :: state
-      type(path_tangent_t), intent(in) :: heading      !! path tangent at `state`
-      type(span_test_t), intent(in) :: tests(:)   !! tests at `state`
+      type(path_point_t), intent(in) :: point
+      type(span_test_t), intent(in) :: tests(:)   !! tests at the point
       real(wp), intent(in) :: scale               !! scale of forces
       real(wp) :: slope(size(tests) + problem%candidates%n)
       type(state_t) :: here, ahead
       type(span_test_t), allocatable :: first(:), last(:)
       real(wp) :: step, length
       slope = 0.0_wp
-      if (.not. run%system%ok) return
-      call states_along(problem, run%system, state, heading%load, here, ahead, step)
+      if (.not. point%system%ok) return
+      call states_along(problem, point%system, point%state, point%tangent%load, here, ahead, step)
       length = path_length(problem, here, ahead)
       if (.not. length > 0.0_wp) return
       first = run_span_tests(problem, here, scale, only=0)
       last = run_span_tests(problem, ahead, scale, only=0)
       where (tests%kind == test_force) slope(:size(tests)) = last%value - first%value
-      slope(size(tests) + 1:) = touchdown_steps(problem, state, ahead) - touchdown_steps(problem, state, here)
+      slope(size(tests) + 1:) = touchdown_steps(problem, point%state, ahead) - touchdown_steps(problem, point%state, here)
       slope = slope / length
    end function slopes_at
 
@@ -123,7 +115,7 @@ contains
       jumps = .false.
       do c = 1, problem%candidates%n
          if (.not. problem%candidates%moves(c) .or. problem%candidates%contact_span(c) == 0) cycle
-         way = touch_place(problem, interval%to, c) - touch_place(problem, interval%from, c)
+         way = touch_place(problem, interval%to%state, c) - touch_place(problem, interval%from, c)
          if (abs(way) <= &
             & far * problem%layout%rod_segment(problem%contact_span(problem%candidates%contact_span(c))%rod_segment)%length) cycle
          associate (both => length * slope(size(interval%after) + c, :))

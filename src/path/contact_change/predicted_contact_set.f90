@@ -4,9 +4,7 @@ module predicted_contact_set
    use kinds, only: wp
    use model, only: step_t, method_load
    use problem, only: problem_t, copy_problem
-   use rod_state, only: state_t
    use state_transfer, only: find_point
-   use bordered_system, only: linearise
    use span_regions, only: beginning_region
    use test_kinds, only: span_test_t, test_gap, test_force, test_pressure, test_couple
    use span_tests, only: run_span_tests
@@ -17,6 +15,7 @@ module predicted_contact_set
    use reachability, only: leads_to_next
    use path_control, only: control_t, path_length
    use path_continuity, only: largest_distance
+   use path_point, only: path_point_t
    use path_state, only: path_state_t, copy_path_state, path_tangent_of
    use corrector, only: increment_t, correct
    use error_report, only: bars_at_contact_start
@@ -39,16 +38,16 @@ contains
       associate (next => change%next, test => change%tests(change%which))
          if (opens_line(problem, test)) then
             ! At the zero of the test the new span has no length and undetermined ends; its ends are determined slightly further on.
-            call open_line(problem, change%place, interval%to, interval%after(change%which), interval%scale, run%spans_begun + &
+            call open_line(problem, change%point%state, interval%to%state, interval%after(change%which), interval%scale, &
+               & run%spans_begun + &
                & 1, next, &
                & found)
             if (found .and. opens_inside(problem, test)) then
                ! The load grows with the sixth power of the length of such a span: the path has no corner, and no eigenvalue changes
                ! its sign. If the load soon has a limit point, the state at the interval's end may lie on another path.
                call copy_path_state(run, there)
-               there%state = change%place
-               there%heading = change%heading
-               found = next%system%negative_pivots == run%system%negative_pivots
+               there%last = change%point
+               found = next%system%negative_pivots == change%point%system%negative_pivots
                if (found) found = leads_to_next(problem, there, next)
             end if
             change%kind = merge(change_opening, change_missed, found)
@@ -60,8 +59,8 @@ contains
          change%begins = beginning_together(problem, change%tests, change%which, interval%after%value < interval%before%value)
          call begin_sharply(problem, step, run, interval, change)
          associate (test => change%tests(change%which))
-            run%onset%region = beginning_region(problem, change%place, test%contact, test%rod_segment, test%at)
-            call find_point(problem, change%place, test%rod_segment, test%at, run%onset%element, tau)
+            run%onset%region = beginning_region(problem, change%point%state, test%contact, test%rod_segment, test%at)
+            call find_point(problem, change%point%state, test%rod_segment, test%at, run%onset%element, tau)
          end associate
       end if
    end subroutine look_beyond
@@ -71,42 +70,38 @@ contains
    subroutine begin_sharply(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! system factored at the change's place
+      type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change    !! unchanged if no equilibrium with the new contact is found nearby
       type(path_state_t) :: touched
       type(problem_t) :: next
-      type(state_t) :: better
+      type(path_point_t) :: better
       type(control_t) :: control
       type(increment_t) :: anew
       logical :: found
       call copy_path_state(run, touched)
-      touched%state = change%place
-      touched%heading = change%heading
+      touched%last = change%point
       call copy_problem(problem, next)
       call add_contact_spans(next, touched, change%begins, found)
       if (.not. found) return
       control%method = method_load
-      control%increment = touched%state%load_factor - change%place%load_factor
-      control%whole = change%place%load_factor
-      better = change%place
-      call correct(problem, change%place, control, .true., better, run%system, anew)
+      control%increment = touched%last%state%load_factor - change%point%state%load_factor
+      control%whole = change%point%state%load_factor
+      better = change%point
+      call correct(problem, change%point%state, control, .true., better%state, better%system, anew)
       found = anew%converged
       ! At a limit point the load does not determine the place.
-      if (found) found = path_length(problem, change%place, better) <= largest_distance * path_length(problem, run%state, &
-         & interval%to)
-      if (.not. found) then
-         call linearise(problem, change%place, run%state, run%system)
-         return
-      end if
-      change%place = better
+      if (found) found = path_length(problem, change%point%state, better%state) <= largest_distance * path_length(problem, &
+         & run%last%state, interval%to%state)
+      if (.not. found) return
+      better%tangent = path_tangent_of(problem, run, better)
+      change%point = better
       change%report%iterations = change%report%iterations + anew%iterations
       change%report%residual = anew%residual
-      change%heading = path_tangent_of(problem, run, better)
-      change%tests = run_span_tests(problem, better, interval%scale)
+      change%tests = run_span_tests(problem, better%state, interval%scale)
       change%begins = new_contact_at(next, touched, change%begins)
       change%tests(change%which)%at = change%begins(size(change%begins))%at
-      call bars_at_contact_start(problem, step, run, better, change%heading, next, touched, change%bars)
+      call bars_at_contact_start(problem, step, run, better, next, touched%last, touched%spans_begun, change%bars)
    end subroutine begin_sharply
 
    !> True if a line contact remains on both sides of the opening span, so that two spans may open symmetrically.

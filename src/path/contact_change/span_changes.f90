@@ -4,8 +4,6 @@ module span_changes
    use kinds, only: wp
    use model, only: step_t, method_load
    use problem, only: problem_t, copy_problem
-   use rod_state, only: state_t
-   use bordered_system, only: linearise
    use span_regions, only: find_span_regions
    use test_kinds, only: span_test_t, any_crosses, test_words, test_curvature
    use reachability, only: turns
@@ -20,12 +18,12 @@ module span_changes
    use entering_contact_set, only: go_to_next, come_nearer
    use span_mesh, only: ask_for_twice
    use contact_in_doubt, only: ask_nodes
-   use path_continuity, only: path_tangent_t
    use path_events, only: event_t, new_test_values, value_events, event_stop
+   use path_point, only: path_point_t
    use path_state, only: path_state_t, copy_path_state
    use path_acceptance, only: arrival_t, accept
    use corner_limit, only: look_whether_back
-   use remeshing, only: wants_another
+   use trial_request, only: request_t
    use path_outcome, only: outcome_t
    use step_control, only: smallest
    use path_record, only: recorder_t
@@ -33,14 +31,7 @@ module span_changes
    use error_report, only: bars_at_point
    implicit none
    private
-   public :: pass_change, pass_doubt, set_holds, set_changed, go_nearer, other_mesh, no_set
-
-   ! Result of the search for a change.
-   integer, parameter :: set_holds = 0           !! no change: the set is valid
-   integer, parameter :: set_changed = 1         !! the run is at the change, with the next set
-   integer, parameter :: go_nearer = 2           !! the increment was halved and must be repeated
-   integer, parameter :: other_mesh = 3          !! a finer mesh is requested (run%request%density)
-   integer, parameter :: no_set = 4              !! no valid set was found; run%stuck has the reason
+   public :: pass_change, pass_doubt
 
    integer, parameter :: most_meshes = 4         !! remeshings to determine which of two changes comes first
    real(wp), parameter :: likely = 10.0_wp       !! factor on one change's error bar; other changes' bars are rarely wider
@@ -48,76 +39,72 @@ module span_changes
 contains
 
    !> Checks whether the contact set is valid at the end of an increment. If not, the run moves to the first failure and continues
-   !> with the next contact set.
-   subroutine pass_change(problem, step, run, trial, ahead, stuck, tries, recorder, result, finished, outcome)
+   !> with the next contact set (request%set_changed), or the request says what is required to find this set.
+   subroutine pass_change(problem, step, run, trial, stuck, tries, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run !! system factored at the trial if the set is valid, else at the run's point
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead       !! path tangent at the trial
-      logical, intent(in) :: stuck  !! true: no increment converges; the trial is the run's state, and a change just ahead is sought
+      type(path_state_t), intent(inout) :: run
+      type(path_point_t), intent(in) :: trial
+      logical, intent(in) :: stuck  !! true: no increment converges; the trial is the last point, and a change just ahead is sought
       integer, intent(in) :: tries               !! number of remeshings so far, as in arrival_t
       class(recorder_t), intent(inout) :: recorder
-      integer, intent(out) :: result             !! set_holds, set_changed, go_nearer, other_mesh or no_set
+      type(request_t), intent(inout) :: request  !! of the trial; without requirements: its set is valid
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(step_interval_t) :: interval
       type(change_t) :: change
       finished = .false.
-      interval = new_interval(problem, run, trial, ahead, stuck)
+      call request%begin_trial()
+      interval = new_interval(problem, run, trial, stuck)
       call find_change(problem, step, run, interval, change)
       select case (change%kind)
       case (change_none)
-         call keep_set(problem, step, run, interval, result)
+         call look_inside(problem, step, run, interval, request)
       case (change_missed)
-         call go_less_far(problem, step, run, interval%after(change%which), result)
+         call go_less_far(step, run, interval%after(change%which), request)
       case (change_vanishing)
-         call pass_vanishing(problem, step, run, interval, change, recorder, result, finished, outcome)
+         call pass_vanishing(problem, step, run, interval, change, recorder, request, finished, outcome)
       case (change_by_rule)
-         call pass_by_rule(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
+         call pass_by_rule(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       case (change_opening)
-         call pass_opening(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
+         call pass_opening(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       end select
-      if (result == set_changed) run%since_change%at = run%arc_length
-      if (result == set_changed .and. .not. (finished .or. allocated(outcome%why) .or. allocated(run%stuck))) &
+      if (.not. request%set_changed) return
+      run%since_change%at = run%arc_length
+      if (.not. (finished .or. allocated(outcome%why) .or. allocated(request%no_set))) &
          & call look_whether_back(problem, step, run, outcome)
-      if (allocated(run%stuck)) result = no_set
    end subroutine pass_change
 
-   !> Keeps the set, which is valid at the interval's end, unless the slopes of the tests show a failure inside the interval.
-   subroutine keep_set(problem, step, run, interval, result)
+   !> Looks for a failure inside an increment at whose end the set is valid, by the slopes of the tests.
+   subroutine look_inside(problem, step, run, interval, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
-      integer, intent(out) :: result
-      logical :: shorter
-      shorter = .false.
-      call linearise(problem, interval%to, run%state, run%system)
-      if (.not. interval%stuck) call look_between(problem, step, run, interval, 0, shorter)
-      result = merge(go_nearer, set_holds, shorter)
-   end subroutine keep_set
+      type(request_t), intent(inout) :: request
+      if (.not. interval%stuck) call look_between(problem, step, run, interval, 0, request%shorter)
+   end subroutine look_inside
 
    !> Closes a free span. The set without this span is known only at its onset, and events before the onset would be missed: the
    !> increment is halved while a limit point lies on the interval, and the present set is kept if the step ends before the onset.
-   subroutine pass_vanishing(problem, step, run, interval, change, recorder, result, finished, outcome)
+   subroutine pass_vanishing(problem, step, run, interval, change, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
-      integer, intent(out) :: result
+      type(request_t), intent(inout) :: request
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       finished = .false.
       if (turns(run, interval) .and. .not. interval%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, &
          & run%control)) then
-         call go_less_far(problem, step, run, interval%after(change%which), result)
+         call go_less_far(step, run, interval%after(change%which), request)
       else if (lies_beyond(interval, change%next) .and. ends_before(step, run, change%next)) then
-         call keep_set(problem, step, run, interval, result)
+         call look_inside(problem, step, run, interval, request)
       else
-         result = set_changed
+         request%set_changed = .true.
          call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
       end if
    end subroutine pass_vanishing
@@ -126,7 +113,7 @@ contains
    pure logical function lies_beyond(interval, next)
       type(step_interval_t), intent(in) :: interval
       type(next_t), intent(in) :: next
-      associate (here => interval%to%load_factor)
+      associate (here => interval%to%state%load_factor)
          lies_beyond = .not. (interval%stuck .or. any_crosses(interval%before, interval%after)) .and. &
             & (next%state%load_factor - here) * &
             & (here - interval%from%load_factor) > 0.0_wp
@@ -139,14 +126,15 @@ contains
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
       type(event_t), allocatable :: events(:)
-      call value_events(next%problem, step, run%test_values, new_test_values(next%problem, next%state, next%system, next%rate), &
-         & run%state, &
+      call value_events(next%problem, step, run%last%test_values, new_test_values(next%problem, next%state, next%system, &
+         & next%rate), &
+         & run%last%state, &
          & next%state, events)
       ends_before = any(events%kind == event_stop)
    end function ends_before
 
    !> Makes a change at the zero of a test for which a rule gives the next set.
-   subroutine pass_by_rule(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
+   subroutine pass_by_rule(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -154,44 +142,45 @@ contains
       integer, intent(in) :: tries
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
-      integer, intent(out) :: result
+      type(request_t), intent(inout) :: request
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(step_interval_t) :: near
       type(answer_t) :: answer
       type(problem_t) :: next
       type(path_state_t) :: on
-      logical :: shorter, holds, asked
+      logical :: holds, asked
       finished = .false.
       if (change%where == place_within .and. .not. interval%stuck) then
          near = interval
-         near%to = change%place
-         near%ahead = change%heading
+         near%to = change%point
          near%after = change%tests
-         call look_between(problem, step, run, near, change%which, shorter)
-         result = go_nearer
-         if (shorter) return
+         call look_between(problem, step, run, near, change%which, request%shorter)
+         if (request%shorter) return
       end if
-      answer = answer_to(problem, change%place, change%tests, change%which, interval%before%value - interval%after%value, &
+      answer = answer_to(problem, change%point%state, change%tests, change%which, interval%before%value - interval%after%value, &
          & run%spans_begun)
       ! If contact only spreads at a point where another change was just reported, no second change is reported.
       if (.not. (change%where == place_here .and. change%tests(change%which)%kind == test_curvature)) change%label = answer%label
       change%divides = answer%divides
-      call record_change(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
-      if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
-      call take_answer(problem, run, interval, change, answer, next, on, holds)
+      call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
+      if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
+      call take_answer(problem, run, interval, change, answer, next, on, holds, request%no_set)
       if (.not. holds .and. change%where == place_here .and. tries == 0) then
          ! Mesh errors may have made the point osculating; nothing is recorded yet, so a finer mesh is tried.
-         call ask_for_twice(problem, run, asked)
-         result = merge(other_mesh, set_changed, asked)
-         if (asked) return
+         call ask_for_twice(problem, run%last%state, request, asked)
+         if (asked) then
+            request%set_changed = .false.
+            if (allocated(request%no_set)) deallocate (request%no_set)
+            return
+         end if
       end if
-      call go_on(problem, step, run, next, on, recorder, finished, outcome)
+      call go_on(problem, step, run, next, on, recorder, request, finished, outcome)
    end subroutine pass_by_rule
 
    !> Makes the change at which a free span opens in a line contact; the next set is known. If contact remains on both sides, the
    !> contact region divides.
-   subroutine pass_opening(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
+   subroutine pass_opening(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -199,42 +188,42 @@ contains
       integer, intent(in) :: tries
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
-      integer, intent(out) :: result
+      type(request_t), intent(inout) :: request
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       change%divides = size(find_span_regions(change%next%problem, change%next%state)) > &
-         & size(find_span_regions(problem, change%place))
+         & size(find_span_regions(problem, change%point%state))
       if (change%divides) change%label = 'C-'
-      call record_change(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
-      if (result /= set_changed .or. finished .or. allocated(outcome%why)) return
+      call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
+      if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
       call come_nearer(problem, step, run, interval, change)
       call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
    end subroutine pass_opening
 
    !> Continues with the next set. If this set is known only at another load, user-requested values on the way there are located.
-   subroutine go_on(problem, step, run, next, on, recorder, finished, outcome)
+   subroutine go_on(problem, step, run, next, on, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! at the change's place
       type(problem_t), intent(in) :: next
       type(path_state_t), intent(in) :: on              !! at the state where the next set is known
       class(recorder_t), intent(inout) :: recorder
+      type(request_t), intent(in) :: request
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(event_t), allocatable :: events(:)
       type(next_t) :: ahead
       finished = .false.
       allocate (events(0))
-      if (.not. allocated(on%stuck)) call value_events(next, step, run%test_values, on%test_values, on%state, on%state, events)
+      if (.not. allocated(request%no_set)) call value_events(next, step, run%last%test_values, on%last%test_values, on%last%state, &
+         & on%last%state, events)
       if (size(events) == 0) then
          call copy_problem(next, problem)
          call copy_path_state(on, run)
          return
       end if
       call copy_problem(next, ahead%problem)
-      ahead%state = on%state
-      ahead%system = on%system
-      ahead%heading = on%heading
+      ahead%path_point_t = on%last
       call go_to_next(problem, step, run, ahead, recorder, finished, outcome)
       run%since_change%arrives = on%since_change%arrives
    end subroutine go_on
@@ -243,7 +232,7 @@ contains
    subroutine pass_doubt(problem, step, run, reach, recorder, changed, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! system factored at the run's point
+      type(path_state_t), intent(inout) :: run
       real(wp), intent(in) :: reach              !! size of the increment that failed
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: changed            !! false: contact at nodes found no other set
@@ -255,13 +244,11 @@ contains
       if (changed) then
          call go_to_next(problem, step, run, next, recorder, finished, outcome)
          if (.not. (finished .or. allocated(outcome%why))) call look_whether_back(problem, step, run, outcome)
-      else
-         call linearise(problem, run%state, run%state, run%system)
       end if
    end subroutine pass_doubt
 
    !> Moves the run to the place of a change and records it, unless another event comes first.
-   subroutine record_change(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
+   subroutine record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -269,24 +256,22 @@ contains
       integer, intent(in) :: tries               !! number of remeshings so far, as in arrival_t
       type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
-      integer, intent(out) :: result             !! set_changed: the change is recorded
+      type(request_t), intent(inout) :: request  !! set_changed: the change is recorded
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(arrival_t) :: arrival
       real(wp) :: increment
-      logical :: shorter, asked
-      shorter = .false.
+      logical :: asked
       finished = .false.
       increment = run%control%increment
       ! For a place beyond the increment, events on the way are located by fractions of the distance to this place.
       if (change%where == place_ahead .and. run%control%method == method_load) &
-         & run%control%increment = change%place%load_factor - run%state%load_factor
-      if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%place, change%heading, change%label, &
+         & run%control%increment = change%point%state%load_factor - run%last%state%load_factor
+      if (.not. allocated(change%bars)) call bars_at_point(problem, step, run, change%point, change%label, &
          & .false., change%which, change%bars)
       if (change%label /= '  ' .and. tries < most_meshes .and. in_doubt(problem, step, run, interval, change)) then
-         call ask_for_twice(problem, run, asked)
+         call ask_for_twice(problem, run%last%state, request, asked)
          run%control%increment = increment
-         result = other_mesh
          if (asked) return
       end if
       ! Two changes at the same point: the point is recorded already, and the spreading contact is found by the next correction.
@@ -298,20 +283,20 @@ contains
          arrival%divides = change%divides
          arrival%changes = .true.
          if (allocated(change%bars)) arrival%bars = change%bars
-         call accept(problem, step, run, change%place, change%heading, arrival, recorder, shorter, finished, outcome)
+         call accept(problem, step, run, change%point, arrival, recorder, request, finished, outcome)
       end if
       run%control%increment = increment
       if (allocated(run%onset%region)) deallocate (run%onset%region)
       run%onset%element = 0
-      if (wants_another(run)) then
-         result = other_mesh
-      else if (.not. shorter) then
-         result = set_changed
-      else if (change%where == place_ahead) then
-         call keep_set(problem, step, run, interval, result)
+      if (request%remeshes()) return
+      request%set_changed = .not. request%shorter
+      if (request%set_changed) return
+      request%shorter = .false.
+      if (change%where == place_ahead) then
+         call look_inside(problem, step, run, interval, request)
       else
          ! An earlier event is located more reliably on a shorter increment.
-         call go_less_far(problem, step, run, interval%after(change%which), result)
+         call go_less_far(step, run, interval%after(change%which), request)
       end if
    end subroutine record_change
 
@@ -319,7 +304,7 @@ contains
    logical function in_doubt(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! system factored at the change's place
+      type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
       type(change_t), intent(in) :: change
       type(error_bars_t), allocatable :: bars
@@ -328,12 +313,12 @@ contains
       integer :: k
       in_doubt = .false.
       if (.not. allocated(change%bars) .or. change%which == 0) return
-      way = abs(interval%to%load_factor - interval%from%load_factor)
+      way = abs(interval%to%state%load_factor - interval%from%load_factor)
       if (.not. (change%bars%load%estimated .and. change%bars%load%bounded .and. way > 0.0_wp)) return
       fall = interval%before%value - interval%after%value
       next = coming_next(change%tests, change%which, fall, likely * change%bars%load%bar / way)
       do k = 1, size(next)
-         call bars_at_point(problem, step, run, change%place, change%heading, 'C+', .false., next(k), bars)
+         call bars_at_point(problem, step, run, change%point, 'C+', .false., next(k), bars)
          if (.not. allocated(bars)) return
          if (.not. (bars%load%estimated .and. bars%load%bounded)) cycle
          in_doubt = change%tests(next(k))%value * way <= (change%bars%load%bar + bars%load%bar) * fall(next(k))
@@ -341,17 +326,14 @@ contains
       end do
    end function in_doubt
 
-   !> Halves the increment to locate a zero that was not found.
-   subroutine go_less_far(problem, step, run, test, result)
-      type(problem_t), intent(in) :: problem
+   !> Requests a shorter increment to locate a zero that was not found.
+   subroutine go_less_far(step, run, test, request)
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! stuck if the increment is below the least one
+      type(path_state_t), intent(in) :: run
       type(span_test_t), intent(in) :: test      !! test whose zero was not found
-      integer, intent(out) :: result
-      result = go_nearer
-      call linearise(problem, run%state, run%state, run%system)
-      run%control%increment = 0.5_wp * run%control%increment
-      if (abs(run%control%increment) < smallest(step, run%control)) &
-         & run%stuck = 'where '//trim(test_words(test%kind))//' was not found'
+      type(request_t), intent(inout) :: request  !! no set is found if the increment would be below the least one
+      request%shorter = .true.
+      if (0.5_wp * abs(run%control%increment) < smallest(step, run%control)) &
+         & request%no_set = 'where '//trim(test_words(test%kind))//' was not found'
    end subroutine go_less_far
 end module span_changes

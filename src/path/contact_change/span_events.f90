@@ -25,7 +25,7 @@ contains
    subroutine find_change(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run           !! its system is factored at the place of the change
+      type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(inout) :: interval      !! shortened if a change is located before others
       type(change_t), intent(out) :: change
       call find_first(problem, step, run, interval, change)
@@ -38,7 +38,7 @@ contains
    subroutine find_first(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run           !! its system is factored at the place of the change
+      type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(inout) :: interval      !! shortened if a change is located before others
       type(change_t), intent(out) :: change
       type(step_interval_t) :: near
@@ -65,8 +65,7 @@ contains
             return
          end if
          if (change%kind == change_missed .or. change%where == place_here) return
-         near%to = change%place
-         near%ahead = change%heading
+         near%to = change%point
          near%after = change%tests
          ! The located test counts as exactly zero at the located place.
          near%after(change%which)%value = 0.0_wp
@@ -169,7 +168,7 @@ contains
       do k = 1, size(interval%after)
          associate (before => interval%before(k), after => interval%after(k))
             if (after%kind /= test_gap .or. after%value >= -test_slack(test_gap)) cycle
-            if (gap_at(problem, interval%to, before%contact, before%rod_segment, before%at) <= 0.0_wp) cycle
+            if (gap_at(problem, interval%to%state, before%contact, before%rod_segment, before%at) <= 0.0_wp) cycle
             before%value = gap_at(problem, interval%from, after%contact, after%rod_segment, after%at) / problem%size
          end associate
       end do

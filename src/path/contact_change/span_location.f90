@@ -4,7 +4,6 @@ module span_location
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use bordered_system, only: linearise
    use test_kinds, only: span_test_t, test_curvature
    use span_tests, only: run_span_tests
    use contact_change_types, only: step_interval_t, change_t, change_by_rule, change_missed, place_within, place_here, &
@@ -14,6 +13,7 @@ module span_location
    use flat_point_rule, only: would_press
    use reachability, only: turns, leads_to, arrival
    use path_control, only: path_length
+   use path_point, only: path_point_t, point_at
    use path_state, only: path_state_t
    use increment_points, only: division_t, new_division, point_within
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
@@ -28,7 +28,7 @@ contains
    subroutine locate(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run           !! its system is factored at the place on return
+      type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change     !! kind on return: change_by_rule if located, change_missed if not
       real(wp) :: tolerance
@@ -45,8 +45,7 @@ contains
                return
             end if
             change%where = place_here
-            change%place = run%state
-            change%heading = run%heading
+            change%point = run%last
             change%tests = interval%before
             return
          end if
@@ -64,7 +63,7 @@ contains
    !> point.
    logical function grows(problem, run, interval, which, tolerance)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run           !! its system is factored at its state on return
+      type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which                !! index into the tests
       real(wp), intent(in) :: tolerance
@@ -72,12 +71,11 @@ contains
       type(state_t) :: beside(2)
       real(wp) :: step
       grows = .false.
-      call linearise(problem, run%state, run%state, run%system)
-      if (.not. run%system%ok) return
-      call states_along(problem, run%system, run%state, run%heading%load, beside(1), beside(2), step)
+      if (.not. run%last%system%ok) return
+      call states_along(problem, run%last%system, run%last%state, run%last%tangent%load, beside(1), beside(2), step)
       here = run_span_tests(problem, beside(1), interval%scale, which)
       ahead = run_span_tests(problem, beside(2), interval%scale, which)
-      grows = (ahead(which)%value - here(which)%value) * path_length(problem, run%state, interval%to) > &
+      grows = (ahead(which)%value - here(which)%value) * path_length(problem, run%last%state, interval%to%state) > &
          & tolerance * path_length(problem, beside(1), beside(2))
    end function grows
 
@@ -85,16 +83,17 @@ contains
    !> zero.
    subroutine locate_flat_point(problem, run, interval, change, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
+      type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change     !! unchanged except for its test if nothing is found
       logical, intent(out) :: found
+      type(path_point_t) :: point
       type(state_t) :: place
       associate (before => interval%before(change%which)%value, after => interval%after(change%which)%value)
-         place = run%state
-         if (before > -after) place = interval%to
+         place = run%last%state
+         if (before > -after) place = interval%to%state
          associate (candidate => interval%after(change%which)%candidate)
-            call find_flat_point(problem, run, candidate, flat_too(problem, interval, change%which), place, found)
+            call find_flat_point(problem, candidate, flat_too(problem, interval, change%which), place, found)
             ! At a segment boundary the place is exact to first order of the distance rolled; this is not enough if a line contact
             ! begins.
             if (found .and. .not. problem%candidates%moves(candidate)) found = would_press(problem, place, candidate, &
@@ -102,22 +101,22 @@ contains
          end associate
          if (.not. found) return
          if (after > 0.0_wp) then
-            found = leads_to(problem, interval%to, interval%ahead, .false., place)
+            found = leads_to(problem, interval%to%state, interval%to%tangent, .false., place)
          else
-            found = path_length(problem, run%state, place) <= path_length(problem, run%state, interval%to) .and. &
-               & leads_to(problem, run%state, run%heading, run%fresh, place)
+            found = path_length(problem, run%last%state, place) <= path_length(problem, run%last%state, interval%to%state) .and. &
+               & leads_to(problem, run%last%state, run%last%tangent, run%fresh, place)
          end if
          if (.not. found) return
-         call linearise(problem, place, run%state, run%system)
+         point = point_at(problem, place)
          ! One eigenvalue may be zero there; if more have changed their sign, other events are on the way.
-         found = after <= 0.0_wp .or. abs(run%system%negative_pivots - interval%pivots) <= 1
+         found = after <= 0.0_wp .or. abs(point%system%negative_pivots - interval%pivots) <= 1
          if (.not. found) return
          change%where = merge(place_ahead, place_within, after > 0.0_wp)
       end associate
+      point%tangent = arrival(problem, run, point)
       change%kind = change_by_rule
-      change%place = place
+      change%point = point
       change%report = increment_t(converged=.true.)
-      change%heading = arrival(problem, run, place)
       change%tests = run_span_tests(problem, place, interval%scale)
    end subroutine locate_flat_point
 
@@ -137,7 +136,7 @@ contains
    subroutine locate_by_parts(problem, step, run, interval, tolerance, change, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
+      type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
       real(wp), intent(in) :: tolerance           !! for the test's value
       type(change_t), intent(inout) :: change
@@ -145,16 +144,15 @@ contains
       type(division_t) :: division
       type(bracket_t) :: bracket
       real(wp) :: f, fraction
-      division = new_division(problem, run, interval%to, interval%ahead, .false.)
+      division = new_division(problem, run, interval%to, .false.)
       ! The place is located just before the zero, because the contact set is not valid beyond the zero.
       bracket = new_bracket(interval%before(change%which)%value - tolerance, interval%after(change%which)%value - tolerance)
       found = .false.
       do while (next_guess(bracket, epsilon(f), fraction))
-         call point_within(problem, run, interval%to, interval%ahead, division, fraction, .false., .true., change%place, &
-            & change%report)
+         call point_within(problem, run, interval%to, division, fraction, .false., .true., change%point, change%report)
          if (.not. change%report%converged) return
-         change%heading = arrival(problem, run, change%place)
-         change%tests = run_span_tests(problem, change%place, interval%scale)
+         change%point%tangent = arrival(problem, run, change%point)
+         change%tests = run_span_tests(problem, change%point%state, interval%scale)
          f = change%tests(change%which)%value - tolerance
          found = abs(f) <= tolerance
          if (found) return

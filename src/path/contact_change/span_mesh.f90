@@ -21,7 +21,8 @@ module span_mesh
    use resting_contact, only: find_fastest, stay_in_place
    use flat_points, only: turn_flattest
    use path_continuity, only: path_tangent_t, path_tangent_at, normal_plane, angle_between, largest_turn
-   use path_events, only: test_values_t, new_test_values
+   use path_point, only: path_point_t, point_at, move_to, evaluate_tests
+   use trial_request, only: request_t
    use path_state, only: path_state_t, copy_path_state, finer_mesh_t, forget_mesh, rest_of_mesh
    use corrector, only: increment_t, correct
    use mesh_request, only: stays_within
@@ -49,24 +50,25 @@ contains
       type(path_state_t), intent(inout) :: run
       logical :: done
       type(cut_t), allocatable :: cut(:)
-      if (any(problem%layout%rod_segment%placed)) problem%demand = lasting_demand(problem, run%state)
-      cut = find_cuts(problem, run%state)
+      if (any(problem%layout%rod_segment%placed)) problem%demand = lasting_demand(problem, run%last%state)
+      cut = find_cuts(problem, run%last%state)
       if (.not. (problem%has_spans() .or. size(cut) > 0 .or. size(problem%mark) > 0)) return
-      if (marked(problem, run%state, cut)) then
-         if (.not. outgrown(problem, run%state, cut)) return
+      if (marked(problem, run%last%state, cut)) then
+         if (.not. outgrown(problem, run%last%state, cut)) return
       end if
-      call stand_on(new_span_problem(problem, present_contact_spans(problem, run%state), run%state, cut), problem, run, done)
+      call stand_on(new_span_problem(problem, present_contact_spans(problem, run%last%state), run%last%state, cut), problem, &
+         & run, done)
    end subroutine renew_mesh
 
    !> Remeshes as the last trial requests: at the run's point, from which the increment must be repeated, or else at the trial
    !> itself.
-   subroutine refine_mesh(problem, run, trial, settled, taken, done)
+   subroutine refine_mesh(problem, run, trial, settled, request, taken, done)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
-      type(state_t), intent(inout) :: trial
+      type(path_point_t), intent(inout) :: trial
       logical, intent(in) :: settled                 !! true: the trial is in equilibrium
-      logical, intent(out) :: taken                  !! true: the trial is in equilibrium on the new mesh, and the system is
-      !! factored there
+      type(request_t), intent(inout) :: request      !! in: with the density that the mesh must have
+      logical, intent(out) :: taken                  !! true: the trial is in equilibrium on the new mesh
       logical, intent(out) :: done                   !! false: no equilibrium was found, nothing has changed. The new mesh may be
       !! the one before the last coarsening
       type(problem_t) :: asked, here
@@ -75,19 +77,20 @@ contains
       integer :: k
       taken = .false.
       done = .false.
-      call move_alloc(run%before_coarsening, finer)
+      call move_alloc(run%mesh%before_coarsening, finer)
       call copy_problem(problem, asked)
-      asked%demand = run%request%density
-      deallocate (run%request%density)
+      asked%demand = request%density
+      deallocate (request%density)
       call copy_problem(asked, here)
-      here%demand = taken_along(problem, run%state, asked%demand)
-      cut = find_cuts(problem, trial)
+      here%demand = taken_along(problem, run%last%state, asked%demand)
+      cut = find_cuts(problem, trial%state)
       ! Without a load the future ends of contact are unknown.
       if (settled .and. run%fresh) call remesh_trial(asked, problem, run, trial, .false., taken)
-      if (.not. taken .and. (problem%has_spans() .or. run%request%at_last_point .or. marked(problem, trial, cut))) call stand_here()
+      if (.not. taken .and. (problem%has_spans() .or. request%at_last_point .or. marked(problem, trial%state, &
+         & cut))) call stand_here()
       ! If nodes, or elements on foundations, have just detected contact, the run's point has no such spans.
-      if (.not. (taken .or. done)) run%request%density_before = present_demand(problem, run%state)
-      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, run%request%events_located, taken)
+      if (.not. (taken .or. done)) request%density_before = present_demand(problem, run%last%state)
+      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, request%events_located, taken)
       ! Newton's method may fail on one mesh and converge on another, which may be finer than requested.
       if (.not. (taken .or. done)) then
          do k = 1, size(here%demand)
@@ -108,8 +111,8 @@ contains
 
       !> Transfers the run's point to the requested mesh.
       subroutine stand_here()
-         call stand_on(new_span_problem(here, present_contact_spans(problem, run%state), run%state, find_cuts(problem, &
-            & run%state)), &
+         call stand_on(new_span_problem(here, present_contact_spans(problem, run%last%state), run%last%state, find_cuts(problem, &
+            & run%last%state)), &
             & problem, run, done)
       end subroutine stand_here
    end subroutine refine_mesh
@@ -136,48 +139,42 @@ contains
       type(problem_t), intent(in) :: asked           !! the problem with the requested mesh density
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
-      type(state_t), intent(inout) :: trial
+      type(path_point_t), intent(inout) :: trial
       logical, intent(in) :: both                    !! true: the run's point, too, must be in equilibrium on the mesh
       logical, intent(out) :: taken                  !! false: no equilibrium was found, nothing has changed
       type(problem_t) :: before
       type(path_state_t) :: unmoved
-      type(state_t) :: untaken
-      type(state_t) :: start
-      type(path_tangent_t) :: heading
-      type(test_values_t) :: test_values
+      type(path_point_t) :: start, moved
+      type(state_t) :: state
       logical :: fresh, settled
       call copy_problem(problem, before)
       call copy_path_state(run, unmoved)
-      untaken = trial
-      start = run%state
-      heading = run%heading
-      test_values = run%test_values
-      run%state = trial
+      start = run%last
+      run%last%state = trial%state
       fresh = run%fresh
       run%fresh = .false.
-      call stand_on(new_span_problem(asked, present_contact_spans(problem, trial), trial, find_cuts(problem, trial)), problem, &
-         & run, &
-         & taken)
+      call stand_on(new_span_problem(asked, present_contact_spans(problem, trial%state), trial%state, find_cuts(problem, &
+         & trial%state)), problem, run, taken)
       run%fresh = fresh
-      trial = run%state
-      run%state = start
-      run%heading = heading
-      run%test_values = test_values
+      moved = run%last
+      run%last = start
       if (.not. taken) return
-      run%state = carried(before, start, problem)
-      call tell_segments(problem, run%state, carried=.true.)
-      run%heading%u = carried_field(before, start, heading%u, problem, run%state)
-      if (fresh) return
-      ! Shorter increments may start at the run's point, and events may be located from it.
-      call linearise(problem, run%state, run%state, run%system)
-      call rebalance(problem, run, settled)
-      taken = settled .or. .not. both
-      if (.not. taken) then
-         call copy_problem(before, problem)
-         call copy_path_state(unmoved, run)
-         trial = untaken
+      state = carried(before, start%state, problem)
+      call tell_segments(problem, state, carried=.true.)
+      run%last = point_at(problem, state)
+      run%last%tangent = path_tangent_t(carried_field(before, start%state, start%tangent%u, problem, state), start%tangent%load)
+      run%last%test_values = start%test_values
+      if (.not. fresh) then
+         ! Shorter increments may start at the run's point, and events may be located from it.
+         call rebalance(problem, run, settled)
+         taken = settled .or. .not. both
+         if (.not. taken) then
+            call copy_problem(before, problem)
+            call copy_path_state(unmoved, run)
+            return
+         end if
       end if
-      call linearise(problem, trial, trial, run%system)
+      trial = moved
    end subroutine remesh_trial
 
    !> Coarsens the mesh as the last point permits, if this gives fewer elements and an equilibrium. The next trial shows whether the
@@ -189,23 +186,24 @@ contains
       type(finer_mesh_t), allocatable :: before
       logical :: done
       call copy_problem(problem, asked)
-      asked%demand = run%spare
-      deallocate (run%spare)
-      asked = new_span_problem(asked, present_contact_spans(problem, run%state), run%state, find_cuts(problem, run%state))
+      asked%demand = run%mesh%coarser
+      deallocate (run%mesh%coarser)
+      asked = new_span_problem(asked, present_contact_spans(problem, run%last%state), run%last%state, find_cuts(problem, &
+         & run%last%state))
       if (asked%model%mesh%n_elements >= problem%model%mesh%n_elements) then
          ! The spans have their least numbers of elements already.
-         run%kept_meshes = rest_of_mesh
+         run%mesh%points_to_keep = rest_of_mesh
          return
       end if
-      before = finer_mesh_t(problem, run%state, run%heading, run%test_values)
+      before = finer_mesh_t(problem, run%last)
       call stand_on(asked, problem, run, done)
       if (.not. done) return
       ! The coarser mesh is rejected if the rate of the load changes sign on it.
-      if (run%heading%load * before%heading%load < 0.0_wp) then
+      if (run%last%tangent%load * before%point%tangent%load < 0.0_wp) then
          call step_back(before, problem, run)
          return
       end if
-      call move_alloc(before, run%before_coarsening)
+      call move_alloc(before, run%mesh%before_coarsening)
       call count_up(counter_remeshed)
    end subroutine coarsen_mesh
 
@@ -215,26 +213,23 @@ contains
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       call copy_problem(finer%problem, problem)
-      run%state = finer%state
-      run%heading = finer%heading
-      run%test_values = finer%test_values
+      run%last = finer%point
       call forget_mesh(run)
-      run%kept_meshes = rest_of_mesh
-      run%system = new_system(problem)
-      call linearise(problem, run%state, run%state, run%system)
+      run%mesh%points_to_keep = rest_of_mesh
    end subroutine step_back
 
    !> Requests twice the number of elements everywhere.
-   subroutine ask_for_twice(problem, run, asked)
+   subroutine ask_for_twice(problem, state, request, asked)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
+      type(state_t), intent(in) :: state
+      type(request_t), intent(inout) :: request
       logical, intent(out) :: asked                  !! false: the deck prescribes the mesh
       integer :: k
       asked = any(problem%layout%rod_segment%placed) .and. .not. problem%is_sampled()
       if (.not. asked) return
-      run%request%density = present_demand(problem, run%state)
-      do k = 1, size(run%request%density)
-         run%request%density(k)%elements = 2.0_wp * run%request%density(k)%elements
+      request%density = present_demand(problem, state)
+      do k = 1, size(request%density)
+         request%density(k)%elements = 2.0_wp * request%density(k)%elements
       end do
    end subroutine ask_for_twice
 
@@ -253,60 +248,59 @@ contains
       if (done) return
       call copy_problem(kept, problem)
       call copy_path_state(before, run)
-      call linearise(problem, run%state, run%state, run%system)
    end subroutine stand_on
 
-   !> Equilibrium of the run's point on the mesh to which it was transferred; the system is factored there, on return as well.
+   !> Equilibrium of the run's point on the mesh to which it was transferred.
    subroutine rebalance(problem, run, done)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run              !! without success unchanged, except for its system
+      type(path_state_t), intent(inout) :: run              !! unchanged without success
       logical, intent(out) :: done
-      type(state_t) :: better
+      type(path_point_t) :: better
       type(control_t) :: hold
       type(increment_t) :: report
-      type(test_values_t) :: test_values
-      type(path_tangent_t) :: ahead
       logical :: behind_flat
-      done = run%system%ok
+      done = run%last%system%ok
+      if (.not. done) return
       behind_flat = .false.
-      better = run%state
-      if (done .and. .not. (run%fresh .or. is_stress_free(run%state))) then
+      better = run%last
+      if (.not. (run%fresh .or. is_stress_free(run%last%state))) then
          ! The quantity prescribed by load or displacement control is fixed; otherwise the plane normal to the path, which works at
          ! limit points as well.
-         hold = normal_plane(problem, run%state, run%heading)
+         hold = normal_plane(problem, run%last%state, run%last%tangent)
          if (any(run%control%method == [method_load, method_displacement])) hold = run%control
          hold%increment = 0.0_wp
          call bring_to_balance()
          ! A mesh error larger than all displacements so far is impossible: the result is another equilibrium.
-         if (done) done = stays_within(problem, run%state, better, run%motion)
+         if (done) done = stays_within(problem, run%last%state, better%state, run%motion)
+         if (.not. done) return
       end if
-      if (done) ahead = path_tangent_at(problem, run%system, run%heading%u, run%heading%load)
-      ! If the displacements of a coarse mesh differ so much that they do not give the sense of the path, the rate of the load does:
-      ! this rate changes sign together with the stability.
-      if (done .and. run%system%negative_pivots == run%test_values%negative_pivots .and. &
-         & ahead%load * run%heading%load < 0.0_wp) then
-         if (angle_between(problem, run%heading%u, ahead%u) > largest_turn) &
-            & ahead = path_tangent_at(problem, run%system, 0.0_wp * run%heading%u, run%heading%load)
-      end if
-      ! A mesh change that changes both direction and stability of the path is rejected.
-      if (done .and. .not. run%fresh .and. run%system%negative_pivots /= run%test_values%negative_pivots) &
-         & done = angle_between(problem, run%heading%u, ahead%u) <= largest_turn
+      associate (before => run%last%tangent, pivots => run%last%test_values%negative_pivots, system => better%system)
+         better%tangent = path_tangent_at(problem, system, before%u, before%load)
+         ! If the displacements of a coarse mesh differ so much that they do not give the sense of the path, the rate of the load
+         ! does: this rate changes sign together with the stability.
+         if (system%negative_pivots == pivots .and. better%tangent%load * before%load < 0.0_wp) then
+            if (angle_between(problem, before%u, better%tangent%u) > largest_turn) &
+               & better%tangent = path_tangent_at(problem, system, 0.0_wp * before%u, before%load)
+         end if
+         ! A mesh change that changes both direction and stability of the path is rejected.
+         if (.not. run%fresh .and. system%negative_pivots /= pivots) &
+            & done = angle_between(problem, before%u, better%tangent%u) <= largest_turn
+      end associate
       if (.not. done) return
-      run%behind_flat = behind_flat
-      run%state = better
-      run%heading = ahead
-      test_values = new_test_values(problem, run%state, run%system, run%heading%load)
-      ! Pivots without force-free line contacts do not depend on the mesh.
-      test_values%weak = run%test_values%weak
-      test_values%free_pivots = run%test_values%free_pivots
-      ! Events between the two meshes must be reported once: begin or end of contact with a foundation, bifurcation, limit point.
-      ! Just after a contact change there is no followed path on which the load's rate could have changed sign.
-      test_values%grounded = run%test_values%grounded
-      if (.not. run%fresh) test_values%negative_pivots = run%test_values%negative_pivots
-      if (.not. run%fresh .and. run%arc_length > run%since_change%at .and. &
-         & test_values%load_rate * run%test_values%load_rate < 0.0_wp) &
-         & test_values%load_rate = run%test_values%load_rate
-      run%test_values = test_values
+      run%mesh%change_behind = behind_flat
+      call evaluate_tests(problem, better)
+      associate (old => run%last%test_values, new => better%test_values)
+         ! Pivots without force-free line contacts do not depend on the mesh.
+         new%weak = old%weak
+         new%free_pivots = old%free_pivots
+         ! Events between the two meshes must be reported once: begin or end of contact with a foundation, bifurcation, limit point.
+         ! Just after a contact change there is no followed path on which the load's rate could have changed sign.
+         new%grounded = old%grounded
+         if (.not. run%fresh) new%negative_pivots = old%negative_pivots
+         if (.not. run%fresh .and. run%arc_length > run%since_change%at .and. new%load_rate * old%load_rate < 0.0_wp) &
+            & new%load_rate = old%load_rate
+      end associate
+      run%last = better
 
    contains
 
@@ -316,22 +310,22 @@ contains
          integer :: fastest
          real(wp) :: rate
          fastest = 0
-         if (is_arc_length(run%control%method)) call find_fastest(problem, run, fastest, rate)
+         if (is_arc_length(run%control%method)) call find_fastest(problem, run%last, fastest, rate)
          done = .false.
          ! A change by the structure's size corresponds to a change by the whole displacement.
          if (fastest > 0) then
-            if (rate * abs(hold%tangent_load) * sqrt(metric(problem, run%state%u, run%state%u)) > problem%size) &
+            if (rate * abs(hold%tangent_load) * sqrt(metric(problem, run%last%state%u, run%last%state%u)) > problem%size) &
                & call stay_in_place(problem, run, fastest, better, done)
          end if
          if (done) return
-         better = run%state
-         call correct(problem, run%state, hold, .true., better, run%system, report)
-         done = run%system%ok .and. report%converged
+         better%state = run%last%state
+         call correct(problem, run%last%state, hold, .true., better%state, better%system, report)
+         done = better%system%ok .and. report%converged
          if (done) return
-         better = run%state
-         call turn_flattest(problem, run, hold, better, done)
+         better%state = run%last%state
+         call turn_flattest(problem, run%last%state, hold, better%state, done)
          behind_flat = done
-         if (done) call linearise(problem, better, better, run%system)
+         if (done) call move_to(problem, better%state, better)
       end subroutine bring_to_balance
    end subroutine rebalance
 
@@ -348,10 +342,10 @@ contains
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
-      call carry_over(problem, next, run%state, run%heading%u)
+      call carry_over(problem, next, run%last%state, run%last%tangent%u)
       call forget_mesh(run)
       call copy_problem(next, problem)
-      run%system = new_system(problem)
-      call linearise(problem, run%state, run%state, run%system)
+      run%last%system = new_system(problem)
+      call linearise(problem, run%last%state, run%last%state, run%last%system)
    end subroutine move_to_mesh
 end module span_mesh

@@ -5,7 +5,6 @@ module span_set
    use model, only: method_load
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use bordered_system, only: linearise
    use contact_response, only: reaction_rate
    use contact_spans, only: contact_span_t, shortest
    use span_candidates, only: present_contact_spans, touch_place, rolls_at
@@ -19,7 +18,7 @@ module span_set
    use flat_points, only: curving_rate
    use path_control, only: control_t, is_arc_length
    use path_continuity, only: path_tangent_at
-   use path_events, only: new_test_values
+   use path_point, only: path_point_t, move_to, evaluate_tests
    use path_state, only: path_state_t, copy_path_state, path_tangent_of
    use corrector, only: increment_t, correct
    use touchdown_points, only: point_force
@@ -30,37 +29,38 @@ module span_set
 contains
 
    !> Continues with the set that the test's rule gives, in the sense in which the new contact or free span grows.
-   subroutine change_set(problem, run, test, begins, answer, reach, grows)
+   subroutine change_set(problem, run, test, begins, answer, reach, grows, why)
       type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run          !! in: at the zero of the test; stuck if no equilibrium is found
+      type(path_state_t), intent(inout) :: run          !! in: at the zero of the test
       type(span_test_t), intent(in) :: test      !! at this zero
       type(span_test_t), intent(in) :: begins(:) !! gaps that close there, that of `test` last; empty if `test` is no gap
       type(answer_t), intent(in) :: answer       !! rule's answer to the test
       real(wp), intent(in) :: reach              !! largest path distance to the equilibrium with the new set
       logical, intent(out) :: grows              !! false: no equilibrium with a new line contact of positive length was found
+      character(:), allocatable, intent(out) :: why !! reason why no equilibrium was found; not allocated: it was found
       type(problem_t) :: next
       type(path_state_t) :: on
       type(contact_span_t) :: old, now(size(problem%contact_span))
       logical :: ok, leaves
-      now = present_contact_spans(problem, run%state)
+      now = present_contact_spans(problem, run%last%state)
       if (test%contact_span > 0) old = now(test%contact_span)
       if (allocated(answer%no_rule)) then
          grows = .true.
-         run%stuck = answer%no_rule
+         why = answer%no_rule
          return
       end if
       call copy_problem(problem, next)
       call copy_path_state(run, on)
       call stand_with(next, on, test, begins, answer, old, reach, ok, grows, leaves)
       if (.not. ok) then
-         run%stuck = 'no way on from where '//trim(test_words(test%kind))
+         why = 'no way on from where '//trim(test_words(test%kind))
          return
       end if
       call take_sense(next, on, test, answer, old, leaves)
-      on%test_values = new_test_values(next, on%state, on%system, on%heading%load)
+      call evaluate_tests(next, on%last)
       ! A line that has become a point may leave a neutral span there; the pivots of the line are definite.
       on%since_change%shrunk = test%kind == test_length
-      if (on%since_change%shrunk) on%test_values%negative_pivots = run%test_values%negative_pivots
+      if (on%since_change%shrunk) on%last%test_values%negative_pivots = run%last%test_values%negative_pivots
       on%since_change%arrives = any(test%kind == [test_length, test_crossing])
       call copy_problem(next, problem)
       call copy_path_state(on, run)
@@ -85,7 +85,7 @@ contains
       else
          run%spans_begun = max(run%spans_begun, maxval(answer%contact_span%number))
          call mesh_for_spans(problem, run, answer%contact_span)
-         ok = run%system%ok
+         ok = run%last%system%ok
       end if
       if (ok .and. parts(answer)) call begin_span(problem, run, answer%between, ok)
       if (.not. ok) return
@@ -113,28 +113,28 @@ contains
       select case (test%kind)
       case (test_gap)
          rate = 1.0_wp
-         if (candidate_of(problem, run%spans_begun) > 0) rate = reaction_rate(problem, run%system, candidate_of(problem, &
+         if (candidate_of(problem, run%spans_begun) > 0) rate = reaction_rate(problem, run%last%system, candidate_of(problem, &
             & run%spans_begun))
          call head_for(problem, run, rate)
       case (test_force)
-         call head_for(problem, run, opening_rate(problem, run, old))
+         call head_for(problem, run, opening_rate(problem, run%last, old))
       case (test_curvature)
-         call head_for(problem, run, spreading_rate(problem, run, answer%between))
+         call head_for(problem, run, spreading_rate(problem, run%last, answer%between))
       case (test_slope)
          if (parts(answer)) then
-            rate = spreading_rate(problem, run, answer%between)
+            rate = spreading_rate(problem, run%last, answer%between)
          else
             ! A free span behind a segment boundary shrinks as the contact moves on.
-            rate = -spreading_rate(problem, run, answer%crosses(:, 1))
+            rate = -spreading_rate(problem, run%last, answer%crosses(:, 1))
          end if
          call head_for(problem, run, rate)
       case default
          if (leaves) then
-            call head_for(problem, run, curving_rate(problem, run, candidate_of(problem, old%number)))
+            call head_for(problem, run, curving_rate(problem, run%last, candidate_of(problem, old%number)))
          else if (is_arc_length(run%control%method)) then
-            run%heading = path_tangent_at(problem, run%system, run%heading%u, run%heading%load)
+            run%last%tangent = path_tangent_at(problem, run%last%system, run%last%tangent%u, run%last%tangent%load)
          else
-            run%heading = path_tangent_of(problem, run, run%state)
+            run%last%tangent = path_tangent_of(problem, run, run%last)
          end if
       end select
    end subroutine take_sense
@@ -148,9 +148,9 @@ contains
    !> Sets the path tangent to the sense in which a quantity with the given rate (per unit of load factor) grows.
    subroutine head_for(problem, run, rate)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! system factored
+      type(path_state_t), intent(inout) :: run
       real(wp), intent(in) :: rate               !! rate of the quantity per unit of load factor
-      run%heading = path_tangent_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, rate))
+      run%last%tangent = path_tangent_at(problem, run%last%system, 0.0_wp * run%last%state%u, sign(1.0_wp, rate))
    end subroutine head_for
 
    !> Adds a contact span at each place where the gap of a free span is zero. The load is that at which the contact force of the
@@ -172,33 +172,32 @@ contains
          new(k) = contact_span_t(number=run%spans_begun, contact=begins(k)%contact, rod_segment=begins(k)%rod_segment, &
             & at=spread(beginning_place(problem, begins(k)), 1, 2))
       end do
-      call mesh_for_spans(problem, run, [present_contact_spans(problem, run%state), new])
-      ok = run%system%ok
+      call mesh_for_spans(problem, run, [present_contact_spans(problem, run%last%state), new])
+      ok = run%last%system%ok
       if (.not. ok) return
       c = candidate_of(problem, run%spans_begun)
       ! At a segment boundary the gap was measured at a node.
       if (c == 0) return
       if (.not. problem%candidates%moves(c)) return
-      first = run%state
+      first = run%last%state
       control%method = method_load
       control%increment = 0.0_wp
       ! Rounding of the residual is measured by the load, because the increment may be arbitrarily small.
-      control%whole = run%state%load_factor
+      control%whole = run%last%state%load_factor
       do try = 1, most
-         base = run%state
-         call correct(problem, base, control, .true., run%state, run%system, report)
+         base = run%last%state
+         call correct(problem, base, control, .true., run%last%state, run%last%system, report)
          ok = report%converged
          if (.not. ok) exit
-         rate = reaction_rate(problem, run%system, c)
+         rate = reaction_rate(problem, run%last%system, c)
          ok = abs(rate) > 0.0_wp
          if (.not. ok) exit
-         control%increment = -point_force(problem, run%state, c) / rate
-         if (abs(control%increment) <= 10.0_wp * epsilon(rate) * abs(run%state%load_factor)) return
+         control%increment = -point_force(problem, run%last%state, c) / rate
+         if (abs(control%increment) <= 10.0_wp * epsilon(rate) * abs(run%last%state%load_factor)) return
       end do
-      ok = ok .and. abs(control%increment) <= sqrt(epsilon(rate)) * abs(run%state%load_factor)
+      ok = ok .and. abs(control%increment) <= sqrt(epsilon(rate)) * abs(run%last%state%load_factor)
       if (ok) return
-      run%state = first
-      call linearise(problem, run%state, run%state, run%system)
+      call move_to(problem, first, run%last)
    end subroutine add_contact_spans
 
    !> Position on the rod segment where a contact span begins: a segment boundary that allows rolling, if closer than `shortest`.
@@ -238,18 +237,18 @@ contains
       there = begins
       do k = 1, size(begins)
          c = candidate_of(problem, run%spans_begun - size(begins) + k)
-         if (c > 0) there(k)%at = touch_place(problem, run%state, c)
+         if (c > 0) there(k)%at = touch_place(problem, run%last%state, c)
       end do
    end function new_contact_at
 
    !> Rate at which the gap of a lost contact grows along the path, per unit of load factor.
-   real(wp) function opening_rate(problem, run, lost) result(rate)
+   real(wp) function opening_rate(problem, point, lost) result(rate)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! system factored
+      type(path_point_t), intent(in) :: point
       type(contact_span_t), intent(in) :: lost
       type(state_t) :: ahead, here
       real(wp) :: step
-      call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)
+      call states_along(problem, point%system, point%state, 1.0_wp, here, ahead, step)
       rate = gap_at(problem, ahead, lost%contact, lost%rod_segment, lost%at(1)) - &
          & gap_at(problem, here, lost%contact, lost%rod_segment, lost%at(1))
    end function opening_rate

@@ -28,7 +28,7 @@ module vanishing_span
    use state_transfer, only: carried
    use path_control, only: path_length
    use path_continuity, only: largest_distance
-   use path_state, only: path_state_t, copy_path_state
+   use path_state, only: path_state_t
    implicit none
    private
    public :: locate_vanishing, locate_lost_line, is_gone, closes
@@ -59,19 +59,19 @@ contains
          call lie_down(problem, run, interval, which, next, found)
          if (found) found = holds_within_reach(problem, run, interval, fails, next)
       end if
-      if (.not. found) wave = is_wave(problem, interval%to, interval%after(which))
+      if (.not. found) wave = is_wave(problem, interval%to%state, interval%after(which))
       ! Two points with a gap between them and compressive forces on both remain two.
       if (wave .and. .not. turns(run, interval)) then
-         if (any(clamped_ends(problem, interval%to, interval%after(which)))) then
+         if (any(clamped_ends(problem, interval%to%state, interval%after(which)))) then
             call go_into_clamp(problem, run, interval, which, next, found)
          else
-            call become_one(problem, run, interval, which, next, found)
+            call become_one(problem, interval, which, next, found)
          end if
-         if (found) found = leads_to_next(problem, run, next, interval%ahead%load)
+         if (found) found = leads_to_next(problem, run, next, interval%to%tangent%load)
          if (found) found = holds_within_reach(problem, run, interval, fails, next)
       end if
       if (.not. found .or. next%label /= '') return
-      if (size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, run%state))) next%label = 'C+'
+      if (size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, run%last%state))) next%label = 'C+'
    end subroutine locate_vanishing
 
    !> Set without a line contact that has shrunk onto the support at its end, and its equilibrium at its onset, if the path leads
@@ -84,7 +84,7 @@ contains
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       call lose_line(problem, run, interval, which, next, found)
-      if (found) found = leads_to_next(problem, run, next, interval%ahead%load)
+      if (found) found = leads_to_next(problem, run, next, interval%to%tangent%load)
       if (found) found = holds_within_reach(problem, run, interval, another_fails(interval%after, which), next)
    end subroutine locate_lost_line
 
@@ -96,15 +96,15 @@ contains
       logical, intent(in) :: fails               !! true: another test fails at the interval's end, maybe before this one
       type(next_t), intent(in) :: next
       real(wp) :: away, whole
-      away = path_length(next%problem, carried(problem, interval%to, next%problem), next%state)
-      whole = path_length(problem, interval%from, interval%to)
+      away = path_length(next%problem, carried(problem, interval%to%state, next%problem), next%state)
+      whole = path_length(problem, interval%from, interval%to%state)
       right = away <= reach_of(interval) * whole
       ! If no displacement is larger than rounding, the distance is measured by the load.
       if (.not. right .and. away <= rounding_gap(problem) * sqrt(sum(problem%weight))) right = abs(next%state%load_factor - &
-         & interval%to%load_factor) <= reach_of(interval) * abs(interval%to%load_factor - interval%from%load_factor)
+         & interval%to%state%load_factor) <= reach_of(interval) * abs(interval%to%state%load_factor - interval%from%load_factor)
       if (right) right = .not. another_fails(tests_of(next), 0)
-      associate (load => next%state%load_factor, here => run%state%load_factor, from => interval%from%load_factor, &
-         & to => interval%to%load_factor)
+      associate (load => next%state%load_factor, here => run%last%state%load_factor, from => interval%from%load_factor, &
+         & to => interval%to%state%load_factor)
          right = right .and. (load - here) * (to - from) >= 0.0_wp .and. &
             & (.not. fails .or. (load - here) * (load - to) <= 0.0_wp)
          if (right .and. .not. interval%stuck) right = .not. behind_turn(problem, interval, next, away, whole)
@@ -123,13 +123,13 @@ contains
       real(wp), intent(in) :: whole              !! path length of the interval
       behind = next%system%negative_pivots /= interval%pivots
       if (.not. behind) return
-      associate (load => next%state%load_factor, from => interval%from%load_factor, to => interval%to%load_factor)
+      associate (load => next%state%load_factor, from => interval%from%load_factor, to => interval%to%state%load_factor)
          if ((load - from) * (load - to) <= 0.0_wp) then
             behind = path_length(next%problem, carried(problem, interval%from, next%problem), next%state) > &
                & (1.0_wp + largest_distance) * whole
          else
             behind = away > largest_distance * whole .and. abs(load - to) < 0.5_wp * (1.0_wp - largest_distance) * &
-               & abs(interval%ahead%load) * away
+               & abs(interval%to%tangent%load) * away
          end if
       end associate
    end function behind_turn
@@ -152,11 +152,11 @@ contains
          left = test%value
          come = interval%before(which)%value
          gone = is_gone(problem, test)
-         lying = laid_down(present_contact_spans(problem, interval%to), test%beside, test%ends)
+         lying = laid_down(present_contact_spans(problem, interval%to%state), test%beside, test%ends)
       end associate
       across = gone_across(problem, interval, which)
       if (gone .and. across > 0) lying = laid_down(lying, interval%after(across)%beside, interval%after(across)%ends)
-      next = new_next(problem, interval%to, lying)
+      next = new_next(problem, interval%to%state, lying)
       call find_begin(run, interval, gone, next, lies)
       if (.not. lies) return
       tests = tests_of(next)
@@ -168,7 +168,7 @@ contains
       ! equilibria are excluded: a gap that changed its sign was zero on the interval, and a falling gap must extrapolate linearly
       ! to the onset. A gap below zero by less than its error may close just ahead.
       associate (load => next%state%load_factor - interval%from%load_factor, &
-         & whole => interval%to%load_factor - interval%from%load_factor)
+         & whole => interval%to%state%load_factor - interval%from%load_factor)
          lies = left >= -test_slack(test_vanishing) .and. abs(load * (come - left) - whole * come) <= largest_distance * &
             & abs(whole * (come - left))
          if (left * problem%size < -rounding_gap(problem)) lies = lies .or. load * (load - whole) <= 0.0_wp
@@ -263,24 +263,20 @@ contains
    end function is_wave
 
    !> Equilibrium at which the two point contacts beside a span merge.
-   subroutine become_one(problem, run, interval, which, next, found)
+   subroutine become_one(problem, interval, which, next, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which               !! index of the test of the span, a closing bow
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
-      type(path_state_t) :: on
       integer :: k
       associate (beside => interval%after(which)%beside)
-         next = new_next(problem, interval%to, merged(present_contact_spans(problem, interval%to), beside(1), beside(2)))
+         next = new_next(problem, interval%to%state, merged(present_contact_spans(problem, interval%to%state), beside(1), &
+            & beside(2)))
          k = findloc(next%problem%contact_span%number, problem%contact_span(beside(1))%number, 1)
       end associate
-      call copy_path_state(run, on)
-      on%system = next%system
-      call find_flat_point(next%problem, on, next%problem%contact_span(k)%candidate(1), [integer ::], next%state, found)
+      call find_flat_point(next%problem, next%problem%contact_span(k)%candidate(1), [integer ::], next%state, found)
       if (.not. found) return
-      next%system = on%system
       call linearise(next%problem, next%state, next%state, next%system)
       found = next%system%ok
    end subroutine become_one

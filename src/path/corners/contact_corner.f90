@@ -7,12 +7,10 @@
 module contact_corner
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t
-   use linear_system, only: system_t
-   use bordered_system, only: linearise
    use path_control, only: control_t
-   use path_continuity, only: path_tangent_t, path_tangent_at
-   use corrector, only: increment_t, take_increment
+   use path_continuity, only: path_tangent_at
+   use path_point, only: path_point_t, point_at, advance, evaluate_tests
+   use corrector, only: increment_t
    use contact_response, only: reaction_rate, gap_rate
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    implicit none
@@ -21,19 +19,17 @@ module contact_corner
 
 contains
 
-   !> Searches for a corner within one increment of `start`. Several candidates may change at once, for example by symmetry. The
-   !> system is assembled and factored at `start` on entry.
-   subroutine find_corner(problem, start, control, place, corner, system, report, found)
+   !> Searches for a corner within one increment of a point. Several candidates may change at once, for example by symmetry.
+   subroutine find_corner(problem, start, control, place, corner, report, found)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: start
+      type(path_point_t), intent(in) :: start
       type(control_t), intent(in) :: control
-      type(state_t), intent(out) :: place      !! converged, with the contact set of `start`, whose signs are about to change
+      type(path_point_t), intent(out) :: place !! converged, with the contact set of `start`, whose signs are about to change
       integer, allocatable, intent(out) :: corner(:) !! candidates that change
-      type(system_t), intent(inout) :: system  !! assembled and factored at the corner if found
       type(increment_t), intent(out) :: report
       logical, intent(out) :: found
       real(wp), parameter :: at_once = 1.0e-8_wp !! share of an increment within which signs change together
-      type(state_t) :: beyond
+      type(path_point_t) :: beyond
       type(control_t) :: part
       real(wp), allocatable :: before(:), after(:), ends(:)
       type(bracket_t) :: bracket
@@ -41,11 +37,10 @@ contains
       integer :: k, first
 
       found = .false.
-      call take_increment(problem, start, control, beyond, system, report, keep_contact=.true.)
+      call advance(problem, start, control, beyond, report, keep_contact=.true.)
       if (.not. report%converged) return
-      after = signs(problem, start%active, beyond, system)
-      call linearise(problem, start, start, system)
-      before = signs(problem, start%active, start, system)
+      after = signs(problem, start%state%active, beyond)
+      before = signs(problem, start%state%active, start)
       first = 0
       fraction = 1.0_wp
       do k = 1, size(after)
@@ -59,16 +54,14 @@ contains
       ends = after
       bracket = new_bracket(before(first), after(first))
       part = control
-      place = start
       do while (next_guess(bracket, epsilon(fraction), fraction))
          part%increment = fraction * control%increment
-         call take_increment(problem, start, part, place, system, report, keep_contact=.true.)
+         call advance(problem, start, part, place, report, keep_contact=.true.)
          if (.not. report%converged) return
-         after = signs(problem, start%active, place, system)
+         after = signs(problem, start%state%active, place)
          found = abs(after(first)) <= problem%model%step(problem%step)%locate_tolerance * bracket%scale
          if (found) exit
          call take_value(bracket, fraction, after(first))
-         call linearise(problem, start, start, system)
       end do
       ! The corner is valid only if no other sign has changed before.
       if (found) found = all(after >= -1.0e-6_wp .or. before < 0.0_wp)
@@ -81,57 +74,55 @@ contains
       end do
    end subroutine find_corner
 
-   !> Changes the contact set at a corner and returns the tangent of the continuation, along which the new reactions grow or the new
-   !> gaps open.
-   subroutine leave_corner(problem, corner, place, system, heading, ok)
+   !> Changes the contact set at a corner and turns the tangent to that of the continuation, along which the new reactions grow or
+   !> the new gaps open.
+   subroutine leave_corner(problem, corner, point, ok)
       type(problem_t), intent(in) :: problem
-      integer, intent(in) :: corner(:)         !! candidates
-      type(state_t), intent(inout) :: place    !! its contact set is changed
-      type(system_t), intent(inout) :: system  !! factored at `place` on entry, there with the new set on return
-      type(path_tangent_t), intent(inout) :: heading !! tangent of the old path on entry, of the new one on return
+      integer, intent(in) :: corner(:)           !! candidates
+      type(path_point_t), intent(inout) :: point !! in: the corner with the old set; out: the same place with the new set
       logical, intent(out) :: ok
-      real(wp) :: rate, none(3, size(place%u, 2))
+      real(wp) :: rate, none(3, size(point%state%u, 2))
       integer :: k
       do k = 1, size(corner)
          associate (candidate => corner(k))
-            place%active(candidate) = .not. place%active(candidate)
-            place%reaction(candidate) = 0.0_wp
+            point%state%active(candidate) = .not. point%state%active(candidate)
+            point%state%reaction(candidate) = 0.0_wp
          end associate
       end do
-      call linearise(problem, place, place, system)
-      ok = system%ok
+      point = point_at(problem, point%state)
+      ok = point%system%ok
       if (.not. ok) return
       rate = 0.0_wp
       do k = 1, size(corner)
          associate (candidate => corner(k))
-            if (place%active(candidate)) then
-               rate = rate + reaction_rate(problem, system, candidate)
+            if (point%state%active(candidate)) then
+               rate = rate + reaction_rate(problem, point%system, candidate)
             else
-               rate = rate + gap_rate(problem, system, candidate)
+               rate = rate + gap_rate(problem, point%system, candidate)
             end if
          end associate
       end do
       none = 0.0_wp
       ! The rates are per unit load factor.
-      heading = path_tangent_at(problem, system, none, sign(1.0_wp, rate))
+      point%tangent = path_tangent_at(problem, point%system, none, sign(1.0_wp, rate))
+      call evaluate_tests(problem, point)
    end subroutine leave_corner
 
    !> Reactions of active candidates, and gaps of the others, both dimensionless: all positive while the contact set is valid; huge
    !> for bilateral candidates, which have no condition.
-   function signs(problem, active, state, system) result(value)
+   function signs(problem, active, point) result(value)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: active(:)
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system
+      type(path_point_t), intent(in) :: point
       real(wp) :: value(problem%candidates%n)
       integer :: c
       value = huge(1.0_wp)
       do c = 1, problem%candidates%n
          if (problem%candidates%bilateral(c)) cycle
          if (active(c)) then
-            value(c) = state%reaction(c) / max(system%force_scale, tiny(1.0_wp))
+            value(c) = point%state%reaction(c) / max(point%system%force_scale, tiny(1.0_wp))
          else
-            value(c) = system%opening(c) / problem%size
+            value(c) = point%system%opening(c) / problem%size
          end if
       end do
    end function signs

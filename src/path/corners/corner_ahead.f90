@@ -7,8 +7,9 @@ module corner_ahead
    use model, only: step_t, method_load, method_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use path_continuity, only: path_tangent_t, relate, same_path, length_to_corner
+   use path_continuity, only: relate, same_path, length_to_corner
    use path_control, only: path_length
+   use path_point, only: path_point_t
    use path_state, only: path_state_t
    use step_control, only: smallest
    use displacement_functional, only: watched_displacement
@@ -27,18 +28,19 @@ module corner_ahead
 contains
 
    !> Searches for a corner between the last accepted point and a trial.
-   subroutine look_for_corner(problem, run, trial, ahead, corner)
+   subroutine look_for_corner(problem, run, trial, corner)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: trial         !! converged, on the mesh of the last accepted point
-      type(path_tangent_t), intent(in) :: ahead       !! path tangent at the trial
+      type(path_point_t), intent(in) :: trial    !! converged, on the mesh of the last accepted point
       type(corner_t), intent(inout) :: corner
       corner%before = corner%length
       corner%length = -1.0_wp
-      corner%chord = path_length(problem, run%state, trial)
-      if (.not. run%fresh .and. (differ(run%state%active, trial%active) .or. differ(run%state%grounded, trial%grounded))) &
-         & corner%length = length_to_corner(problem, run%state, trial, run%heading, ahead)
-      corner%goes_around = same_path(relate(problem, run%state, trial, run%heading, ahead, .true.))
+      associate (from => run%last%state, to => trial%state, before => run%last%tangent, after => trial%tangent)
+         corner%chord = path_length(problem, from, to)
+         if (.not. run%fresh .and. (differ(from%active, to%active) .or. differ(from%grounded, to%grounded))) &
+            & corner%length = length_to_corner(problem, from, to, before, after)
+         corner%goes_around = same_path(relate(problem, from, to, before, after, .true.))
+      end associate
    end subroutine look_for_corner
 
    !> True for a corner that is closer than the smallest increment.
@@ -77,12 +79,12 @@ contains
       real(wp), intent(in) :: length             !! arc length
       type(state_t) :: there
       increment = length
-      if (run%control%method == method_load) increment = length * abs(run%heading%load)
+      if (run%control%method == method_load) increment = length * abs(run%last%tangent%load)
       if (run%control%method /= method_displacement) return
-      there = run%state
-      there%u = there%u + length * run%heading%u
+      there = run%last%state
+      there%u = there%u + length * run%last%tangent%u
       increment = abs(watched_displacement(problem, there, run%control%monitor) - &
-         & watched_displacement(problem, run%state, run%control%monitor))
+         & watched_displacement(problem, run%last%state, run%control%monitor))
    end function increment_for
 
    !> True if two contact sets of one size differ. The trial may have another size if it belongs to another mesh.

@@ -9,7 +9,8 @@ module branch_closure
    use rod_state, only: state_t
    use state_transfer, only: carry_to
    use path_control, only: path_length
-   use path_continuity, only: path_tangent_t, relate, relation_t
+   use path_continuity, only: relate, relation_t
+   use path_point, only: path_point_t, point_at, evaluate_tests
    use path_state, only: path_state_t
    use path_events, only: event_t, event_limit, event_bifurcation
    use critical_points, only: critical_point_t
@@ -33,7 +34,7 @@ contains
       integer :: j
       on_parent_path = .false.
       if (.not. associated(run%home)) return
-      travelled = run%arc_length - run%left_at + path_length(problem, run%state, place)
+      travelled = run%arc_length - run%left_at + path_length(problem, run%last%state, place)
       do j = 1, size(run%home%list)
          if (run%home%list(j)%label /= 'BP') cycle
          distance = path_length(problem, seen_here(problem, place, run%home%list(j)), place)
@@ -51,7 +52,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       real(wp) :: here
       integer :: j
-      here = run%arc_length + path_length(problem, run%state, place)
+      here = run%arc_length + path_length(problem, run%last%state, place)
       do j = 1, size(run%critical_points%list)
          associate (critical_point => run%critical_points%list(j))
             if (critical_point%label(1:1) /= label(1:1)) cycle
@@ -67,38 +68,39 @@ contains
 
    !> Detects an increment that passes a bifurcation of the parent path. Events of this increment that are the same bifurcation are
    !> removed: a changed pivot count, an extremum of the load.
-   subroutine check_parent_path(problem, run, trial, ahead, events, home)
+   subroutine check_parent_path(problem, run, trial, events, home)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead       !! path tangent at `trial`
+      type(path_point_t), intent(in) :: trial
       type(event_t), allocatable, intent(inout) :: events(:)
       type(located_event_t), allocatable, intent(out) :: home !! the known bifurcation; not allocated: none is passed
       type(relation_t) :: relation
+      type(state_t) :: place
       real(wp) :: before, after
       integer :: i, j
       if (.not. associated(run%home)) return
-      relation = relate(problem, run%state, trial, run%heading, ahead, run%fresh)
+      relation = relate(problem, run%last%state, trial%state, run%last%tangent, trial%tangent, run%fresh)
       do j = 1, size(run%home%list)
          associate (critical_point => run%home%list(j))
             if (critical_point%label /= 'BP' .or. critical_point%multiplicity == 0) cycle
-            allocate (home)
-            home%place = seen_here(problem, trial, critical_point)
-            before = path_length(problem, run%state, home%place)
-            after = path_length(problem, home%place, trial)
+            place = seen_here(problem, trial%state, critical_point)
+            before = path_length(problem, run%last%state, place)
+            after = path_length(problem, place, trial%state)
             ! On a circle the two chords together are longer than the increment's by turn^2/32.
             if (max(before, after) < relation%length .and. comes_back(run, critical_point, before) .and. &
                & before + after <= (1.0_wp + 0.125_wp * relation%turn**2 + near) * relation%length) then
+               allocate (home)
                home%event = event_t(kind=event_bifurcation, label='BP', scale=critical_point%scale)
                home%event%note = 'bifurcation'
                if (allocated(critical_point%bars)) home%bars = critical_point%bars
                home%fraction = before / (before + after)
-               home%heading = run%heading
+               home%point = point_at(problem, place)
+               home%point%tangent = run%last%tangent
+               call evaluate_tests(problem, home%point)
                home%located = .true.
                events = pack(events, [(.not. is_that(events(i)), i=1, size(events))])
                return
             end if
-            deallocate (home)
          end associate
       end do
 
@@ -108,8 +110,8 @@ contains
       pure logical function is_that(event)
          type(event_t), intent(in) :: event
          is_that = event%kind == event_bifurcation
-         if (event%kind == event_limit) is_that = (home%place%load_factor - run%state%load_factor) * &
-            & (home%place%load_factor - trial%load_factor) > 0.0_wp
+         if (event%kind == event_limit) is_that = (place%load_factor - run%last%state%load_factor) * &
+            & (place%load_factor - trial%state%load_factor) > 0.0_wp
       end function is_that
    end subroutine check_parent_path
 

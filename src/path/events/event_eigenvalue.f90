@@ -10,7 +10,7 @@ module event_eigenvalue
    use path_events, only: event_t, event_release
    use force_free_contact, only: remove_force_free_lines
    use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
-   use path_state, only: path_state_t
+   use path_point, only: path_point_t
    implicit none
    private
    public :: zero_eigenvalue, follow_through_zero
@@ -19,13 +19,12 @@ module event_eigenvalue
 
 contains
 
-   !> Eigenvalue that changes its sign at the event, at the state at which the system is factored; for a detachment the eigenvalue
-   !> of the reduced problem without force-free contact.
-   real(wp) function zero_eigenvalue(problem, run, event, state, found) result(mu)
+   !> Eigenvalue that changes its sign at the event, at a point near it; for a detachment the eigenvalue of the reduced problem
+   !> without force-free contact.
+   real(wp) function zero_eigenvalue(problem, event, point, found) result(mu)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
       type(event_t), intent(in) :: event
-      type(state_t), intent(in) :: state
+      type(path_point_t), intent(in) :: point
       type(modes_t), intent(out), optional :: found !! all eigenvalues computed
       real(wp), parameter :: alone = sqrt(epsilon(mu))
       type(modes_t) :: modes
@@ -35,16 +34,16 @@ contains
       type(system_t) :: other
       logical :: any_weak
       if (event%kind == event_release) then
-         call remove_force_free_lines(problem, state, run%system, free, at, any_weak)
+         call remove_force_free_lines(problem, point%state, point%system, free, at, any_weak)
          if (.not. any_weak) then
             call copy_problem(problem, free)
-            at = state
+            at = point%state
          end if
          other = new_system(free)
          call linearise(free, at, at, other)
          call lowest_modes(free, at, other, eigenvalues_looked_at, modes, error)
       else
-         call lowest_modes(problem, state, run%system, eigenvalues_looked_at, modes, error)
+         call lowest_modes(problem, point%state, point%system, eigenvalues_looked_at, modes, error)
       end if
       mu = numbered_eigenvalue(modes, event%number, event%least, event%most)
       ! At the zero itself the sign is rounding and gives no number in the order: the smallest eigenvalue is returned.

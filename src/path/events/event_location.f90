@@ -5,9 +5,8 @@ module event_location
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use bordered_system, only: linearise
    use path_control, only: path_length, is_arc_length, can_be_held, holding_value
-   use path_continuity, only: path_tangent_t, lies_between, alike, largest_distance
+   use path_continuity, only: lies_between, alike, largest_distance
    use increment_points, only: division_t, new_division, point_within, chord_fraction
    use corrector, only: increment_t, correct
    use path_events, only: event_t, event_value, note_of_corner, event_bifurcation, event_release, event_contact, event_limit, &
@@ -17,7 +16,8 @@ module event_location
    use smooth_zero, only: locate_smooth
    use zero_at_end, only: take_beginning
    use event_eigenvalue, only: zero_eigenvalue
-   use path_state, only: path_state_t, copy_path_state, path_tangent_of, test_values_at
+   use path_point, only: path_point_t, evaluate_tests
+   use path_state, only: path_state_t, copy_path_state, path_tangent_of
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    use force_law, only: segment_open, segment_unknown
    implicit none
@@ -28,53 +28,48 @@ contains
 
    !> Finds the zero of the event function between the last accepted point and the trial. The event counts as located if the zero is
    !> within tolerance, lies on the path between the two points, and has the properties of its kind.
-   subroutine locate(problem, step, run, trial, ahead, located_event)
+   subroutine locate(problem, step, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run            !! its system is factored at some point of the increment on return
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead         !! path tangent at the trial
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
       type(located_event_t), intent(inout) :: located_event !! its event is given on entry
       type(division_t) :: division
       type(law_corner_t) :: law
       real(wp) :: before
-      division = new_division(problem, run, trial, ahead, located_event%event%load_tells)
-      located_event%place = trial
-      located_event%heading = ahead
+      division = new_division(problem, run, trial, located_event%event%load_tells)
+      located_event%point = trial
       located_event%fraction = 1.0_wp
       if (passed_by_mesh(run, located_event%event)) then
          before = located_event%event%before
-         if (located_event%event%kind == event_limit) located_event%event%before = run%heading%load
-         call look_behind(problem, step, run, trial, ahead, division, located_event)
+         if (located_event%event%kind == event_limit) located_event%event%before = run%last%tangent%load
+         call look_behind(problem, step, run, trial, division, located_event)
          located_event%event%before = before
          if (located_event%located) return
          ! The last point serves only if it is an equilibrium on the new mesh.
-         call linearise(problem, run%state, run%state, run%system)
-         call note_balance(step, run%system, located_event%report, located_event%located)
+         call note_balance(step, run%last%system, located_event%report, located_event%located)
          if (.not. located_event%located) return
-         located_event%place = run%state
-         located_event%heading = run%heading
+         located_event%point = run%last
          located_event%fraction = 0.0_wp
          return
       end if
-      law = corner_between(problem, run%state, trial)
+      law = corner_between(problem, run%last%state, trial%state)
       if (located_event%event%kind == event_bifurcation .or. (division%smooth .and. (located_event%event%kind == &
-         & event_turning .or. &
-         & (located_event%event%kind == event_limit .and. law%candidate == 0)))) then
-         call locate_smooth(problem, step, run, trial, ahead, division, located_event)
+         & event_turning .or. (located_event%event%kind == event_limit .and. law%candidate == 0)))) then
+         call locate_smooth(problem, step, run, trial, division, located_event)
       else
-         call bracket_zero(problem, step, run, trial, ahead, division, located_event)
+         call bracket_zero(problem, step, run, trial, division, located_event)
       end if
       if (.not. located_event%located) return
       if (any(located_event%event%kind == [event_value_reached, event_stop])) call meet_value(problem, run, located_event)
       if (division%smooth) then
-         located_event%located = is_what_it_says(problem, step, run, trial, ahead, located_event)
+         located_event%located = is_what_it_says(problem, step, run, trial, located_event)
          ! If a line contact just became a point, the load may be constant and its rate change sign by rounding only.
          if (located_event%event%kind == event_limit .and. run%since_change%shrunk .and. .not. located_event%located) &
-            & call take_beginning(problem, step, run, located_event)
+            & call take_beginning(step, run, located_event)
       else if (division%length > 0.0_wp .and. is_arc_length(run%control%method)) then
          ! Load and displacement increments keep the fraction of their controlled quantity, which exists even if nothing moves.
-         located_event%fraction = chord_fraction(problem, run, division, located_event%place)
+         located_event%fraction = chord_fraction(problem, run, division, located_event%point%state)
       end if
    end subroutine locate
 
@@ -84,7 +79,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(event_t), intent(in) :: event           !! load rate: its value before the event is that on the previous mesh
       real(wp) :: there                            ! sign of the event function behind the event
-      passed = event%kind == event_limit .and. event%before * run%heading%load < 0.0_wp
+      passed = event%kind == event_limit .and. event%before * run%last%tangent%load < 0.0_wp
       if (passed) return
       passed = event%kind == event_contact .and. event%ground%contact > 0
       if (.not. passed) return
@@ -94,18 +89,17 @@ contains
 
    !> Searches for the event before the last point, on the present mesh: where the straight line through the event function at both
    !> ends of the increment is zero, but not before the start of the step or branch.
-   subroutine look_behind(problem, step, run, trial, ahead, division, located_event)
+   subroutine look_behind(problem, step, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run            !! its system is factored at some point on return
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
       type(division_t), intent(in) :: division     !! fractions of the increment
       type(located_event_t), intent(inout) :: located_event !! unchanged if the event is not located there
       type(located_event_t) :: found
       type(division_t) :: part
       type(path_state_t) :: behind
-      type(state_t) :: place
+      type(path_point_t) :: point
       real(wp) :: fall, fraction
       fall = located_event%event%before - located_event%event%after
       if (.not. located_event%event%before * fall < 0.0_wp) return
@@ -113,21 +107,21 @@ contains
       fraction = 2.0_wp * located_event%event%before / fall
       if (-fraction * division%length > run%arc_length - run%left_at) return
       call copy_path_state(run, behind)
-      if (located_event%event%ground%contact > 0) call forget_opening(problem, located_event%event, behind%state)
+      if (located_event%event%ground%contact > 0) call forget_opening(problem, located_event%event, behind%last%state)
       part = division
-      call point_within(problem, behind, trial, ahead, part, fraction, .true., .false., place, found%report)
-      behind%state = place
+      call point_within(problem, behind, trial, part, fraction, .true., .false., point, found%report)
       if (.not. found%report%converged) return
-      behind%heading = path_tangent_of(problem, run, place)
+      behind%last = point
+      behind%last%tangent = path_tangent_of(problem, run, point)
+      call evaluate_tests(problem, behind%last)
       found%event = located_event%event
       found%event%after = located_event%event%before
-      found%event%before = event_value(problem, found%event, place, test_values_at(problem, behind, place, behind%heading))
+      found%event%before = event_value(problem, found%event, behind%last%state, behind%last%test_values)
       if (.not. found%event%before * found%event%after < 0.0_wp) return
       behind%control%increment = -fraction * run%control%increment
-      part = new_division(problem, behind, run%state, run%heading, found%event%load_tells)
-      found%place = run%state
-      found%heading = run%heading
-      call bracket_zero(problem, step, behind, run%state, run%heading, part, found)
+      part = new_division(problem, behind, run%last, found%event%load_tells)
+      found%point = run%last
+      call bracket_zero(problem, step, behind, run%last, part, found)
       if (.not. found%located) return
       found%event%before = located_event%event%before
       found%event%after = located_event%event%after
@@ -153,16 +147,14 @@ contains
    end subroutine forget_opening
 
    !> Zero of the event function by Chandrupatla's bracketing rule.
-   subroutine bracket_zero(problem, step, run, trial, ahead, division, located_event)
+   subroutine bracket_zero(problem, step, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
       type(division_t), intent(inout) :: division
       type(located_event_t), intent(inout) :: located_event
-      type(state_t) :: here, below, above
-      type(path_tangent_t) :: heading, heading_above
+      type(path_point_t) :: here, below, above
       type(bracket_t) :: bracket
       real(wp) :: f, f_below, f_above, left
       logical :: held, low_moved, releases
@@ -172,25 +164,18 @@ contains
          held = event%kind == event_contact .and. event%ground%contact == 0 .and. &
             & .not. (event%divided .and. event%before < 0.0_wp)
          bracket = new_bracket(event%before, event%after)
-         if (releases) then
-            call linearise(problem, trial, trial, run%system)
-            f_above = zero_eigenvalue(problem, run, event, trial)
-            call linearise(problem, run%state, run%state, run%system)
-            bracket = new_bracket(zero_eigenvalue(problem, run, event, run%state), f_above)
-         end if
+         if (releases) bracket = new_bracket(zero_eigenvalue(problem, event, run%last), zero_eigenvalue(problem, event, trial))
          f_below = bracket%f_low
          f_above = bracket%f_high
          event%scale = bracket%scale
-         below = run%state
+         below = run%last
          above = trial
-         heading_above = ahead
          ! A lost contact may leave no gap if something else supports the node; with the contact kept closed its reaction changes
          ! sign.
          located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. held
          search: do while (.not. located)
             if (.not. next_guess(bracket, step%locate_tolerance, located_event%fraction)) then
-               located_event%place = above
-               located_event%heading = heading_above
+               located_event%point = above
                located_event%fraction = bracket%high
                ! The bracket cannot be narrowed further. A continuous event function hardly differs between its ends; a function
                ! that jumps has no zero. For a contact change the length of the bracket decides instead: the contact force may begin
@@ -198,36 +183,35 @@ contains
                if (event%kind == event_limit) call take_corner()
                if (event%corner) exit search
                if (event%kind == event_contact) then
-                  located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, trial)
+                  located = path_length(problem, below%state, above%state) <= largest_distance * &
+                     & path_length(problem, run%last%state, trial%state)
                else
                   located = abs(f_above - f_below) <= sqrt(step%locate_tolerance) * bracket%scale
                end if
                exit search
             end if
             ! With the contact set of the start the event function of a contact change is smooth through its zero.
-            call point_within(problem, run, trial, ahead, division, located_event%fraction, held, held, here, located_event%report)
+            call point_within(problem, run, trial, division, located_event%fraction, held, held, here, located_event%report)
             if (held .and. located_event%report%converged) then
                ! If other candidates violate their conditions with the start's contact set, the LCP determines the set.
-               if (.not. holds_elsewhere(problem, run%system, event%marked, here)) then
+               if (.not. holds_elsewhere(problem, here%system, event%marked, here%state)) then
                   held = .false.
                   cycle search
                end if
             end if
             if (.not. located_event%report%converged) exit search
-            heading = path_tangent_of(problem, run, here)
-            event%pivots = run%system%negative_pivots
+            event%pivots = here%system%negative_pivots
             if (releases) then
-               f = zero_eigenvalue(problem, run, event, here)
+               f = zero_eigenvalue(problem, event, here)
             else
-               f = event_value(problem, event, here, test_values_at(problem, run, here, heading))
+               f = event_value(problem, event, here%state, here%test_values)
             end if
-            located_event%place = here
-            located_event%heading = heading
+            located_event%point = here
             ! Distance to the zero as a change of the load factor, estimated by the flatter of the secants to both ends.
-            left = abs(f) * max(abs(above%load_factor - here%load_factor) / max(abs(f_above - f), tiny(f)), &
-               & abs(here%load_factor - below%load_factor) / max(abs(f - f_below), tiny(f)))
+            left = abs(f) * max(abs(above%state%load_factor - here%state%load_factor) / max(abs(f_above - f), tiny(f)), &
+               & abs(here%state%load_factor - below%state%load_factor) / max(abs(f - f_below), tiny(f)))
             located = abs(f) <= step%locate_tolerance * bracket%scale .and. left <= step%locate_tolerance * &
-               & max(abs(here%load_factor), abs(trial%load_factor - run%state%load_factor))
+               & max(abs(here%state%load_factor), abs(trial%state%load_factor - run%last%state%load_factor))
             if (located) exit search
             call take_value(bracket, located_event%fraction, f, low_moved)
             if (low_moved) then
@@ -235,12 +219,11 @@ contains
                f_below = f
             else
                above = here
-               heading_above = heading
                f_above = f
             end if
          end do search
          ! Eigenvalues may jump without a bifurcation if the contact set changes.
-         if (releases .and. located) located = all(below%active .eqv. above%active)
+         if (releases .and. located) located = all(below%state%active .eqv. above%state%active)
       end associate
 
    contains
@@ -249,11 +232,11 @@ contains
       !> penetration passes a corner of its law, if the load has an extremum there.
       subroutine take_corner()
          type(law_corner_t) :: law
-         law = corner_between(problem, below, above)
-         if (alike(problem, below, above) .and. law%candidate == 0) return
-         located_event%located = path_length(problem, below, above) <= largest_distance * path_length(problem, run%state, &
-            & trial) .and. &
-            & is_extreme(step, run%state%load_factor, trial%load_factor, located_event)
+         law = corner_between(problem, below%state, above%state)
+         if (alike(problem, below%state, above%state) .and. law%candidate == 0) return
+         located_event%located = path_length(problem, below%state, above%state) <= largest_distance * path_length(problem, &
+            & run%last%state, trial%state) .and. is_extreme(step, run%last%state%load_factor, trial%state%load_factor, &
+            & located_event)
          located_event%event%corner = located_event%located
          if (.not. located_event%located) return
          located_event%event%law = law
@@ -265,39 +248,36 @@ contains
    !> stays, and its error bar contains the difference.
    subroutine meet_value(problem, run, located_event)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run            !! its system is factored at the place on success
+      type(path_state_t), intent(in) :: run
       type(located_event_t), intent(inout) :: located_event !! located
       type(increment_t) :: report
-      type(state_t) :: there
-      type(path_tangent_t) :: heading
+      type(path_point_t) :: there
       real(wp) :: left
       if (.not. can_be_held(problem, located_event%event%monitor)) return
-      call linearise(problem, located_event%place, located_event%place, run%system)
-      left = event_value(problem, located_event%event, located_event%place, test_values_at(problem, run, located_event%place, &
-         & located_event%heading))
-      there = located_event%place
-      call correct(problem, located_event%place, holding_value(located_event%event%monitor, -left), .false., there, &
-         & run%system, report)
+      left = event_value(problem, located_event%event, located_event%point%state, located_event%point%test_values)
+      there = located_event%point
+      call correct(problem, located_event%point%state, holding_value(located_event%event%monitor, -left), .false., there%state, &
+         & there%system, report)
       if (.not. report%converged) return
-      heading = path_tangent_of(problem, run, there)
+      there%tangent = path_tangent_of(problem, run, there)
+      call evaluate_tests(problem, there)
       located_event%event%held = .true.
-      located_event%place = there
-      located_event%heading = heading
+      located_event%point = there
    end subroutine meet_value
 
    !> Checks that the located state lies on the path between both ends, and that the load of a limit point is not below (maximum) or
    !> above (minimum) the loads of both ends.
-   logical function is_what_it_says(problem, step, run, trial, ahead, located_event) result(right)
+   logical function is_what_it_says(problem, step, run, trial, located_event) result(right)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead
+      type(path_point_t), intent(in) :: trial
       type(located_event_t), intent(in) :: located_event
-      right = run%fresh .or. .not. alike(problem, run%state, located_event%place)
-      if (.not. right) right = lies_between(problem, run%state, trial, run%heading, ahead, located_event%place)
-      if (located_event%event%kind == event_limit) right = right .and. is_extreme(step, run%state%load_factor, trial%load_factor, &
-         & located_event)
+      right = run%fresh .or. .not. alike(problem, run%last%state, located_event%point%state)
+      if (.not. right) right = lies_between(problem, run%last%state, trial%state, run%last%tangent, trial%tangent, &
+         & located_event%point%state)
+      if (located_event%event%kind == event_limit) right = right .and. is_extreme(step, run%last%state%load_factor, &
+         & trial%state%load_factor, located_event)
    end function is_what_it_says
 
    !> True if the load of a located limit point is above (maximum) or below (minimum) the loads of both ends of the increment.
@@ -307,7 +287,7 @@ contains
       type(located_event_t), intent(in) :: located_event
       real(wp) :: noise
       right = .true.
-      associate (top => located_event%place%load_factor)
+      associate (top => located_event%point%state%load_factor)
          ! The load is stationary there: its error is the square of the position error, while the loads of the end points err by the
          ! residual that the iteration leaves.
          noise = step%locate_tolerance * max(abs(top - first), abs(top - last)) + 4.0_wp * spacing(top) + &

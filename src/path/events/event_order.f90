@@ -1,9 +1,9 @@
 !> Relations between the events of one increment: duplicates, order, and the number of negative pivots before each.
 module event_order
    use kinds, only: wp
-   use rod_state, only: state_t
+   use path_point, only: path_point_t
    use path_state, only: path_state_t
-   use path_events, only: test_values_t, event_bifurcation, event_limit, event_contact
+   use path_events, only: event_bifurcation, event_limit, event_contact
    use located_events, only: located_event_t
    implicit none
    private
@@ -20,13 +20,13 @@ contains
    !> has no jumps: a change without a located bifurcation then means that the trial is on another path.
    function duplicates_of(run, trial, changes, seen) result(told)
       type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: trial
+      type(path_point_t), intent(in) :: trial
       logical, intent(in) :: changes             !! the contact set will change at the trial
       type(located_event_t), intent(in) :: seen(:)
       logical :: told(size(seen))
       logical :: set_changes, jumps, contact_located, limit_told
       integer :: i, k
-      jumps = any(run%state%active .neqv. trial%active) .or. any(seen%event%kind == event_contact)
+      jumps = any(run%last%state%active .neqv. trial%state%active) .or. any(seen%event%kind == event_contact)
       set_changes = changes .or. jumps
       contact_located = changes .or. any(seen%event%kind == event_contact .and. seen%located)
       limit_told = .false.
@@ -73,14 +73,14 @@ contains
 
    !> True if the load rate changes its sign while the contact set stays and the number of negative pivots changes by an even
    !> number: the eigenvalue of the limit point is accompanied by a second one that changes its sign undetected.
-   pure logical function one_sided(run, trial, test_values, seen)
+   pure logical function one_sided(run, trial, seen)
       type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: trial
-      type(test_values_t), intent(in) :: test_values
+      type(path_point_t), intent(in) :: trial
       type(located_event_t), intent(in) :: seen(:)
       integer :: i
-      one_sided = run%test_values%load_rate * test_values%load_rate < 0.0_wp .and. all(run%state%active .eqv. trial%active) .and. &
-         & modulo(test_values%negative_pivots - run%test_values%negative_pivots, 2) == 0
+      one_sided = run%last%test_values%load_rate * trial%test_values%load_rate < 0.0_wp .and. &
+         & all(run%last%state%active .eqv. trial%state%active) .and. &
+         & modulo(trial%test_values%negative_pivots - run%last%test_values%negative_pivots, 2) == 0
       ! If bifurcations were located at the limit point, the several eigenvalues are listed already.
       do i = 1, size(seen)
          if (seen(i)%event%kind == event_limit .and. seen(i)%located) one_sided = one_sided .and. .not. any( &
@@ -96,7 +96,7 @@ contains
       logical, intent(in) :: told(:)
       real(wp), intent(in) :: fraction           !! position of the place in the increment, 0 to 1
       integer :: i
-      pivots = run%test_values%negative_pivots
+      pivots = run%last%test_values%negative_pivots
       do i = 1, size(seen)
          if (seen(i)%event%kind /= event_bifurcation .or. .not. seen(i)%located) cycle
          if (told(i) .and. seen(i)%fraction <= same_place) cycle

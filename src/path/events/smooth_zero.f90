@@ -12,7 +12,6 @@ module smooth_zero
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use bordered_system, only: linearise
    use path_control, only: control_t, path_length
    use corrector, only: correct
    use path_continuity, only: path_tangent_t, normal_plane
@@ -22,6 +21,7 @@ module smooth_zero
    use zero_search, only: zero_search_t, find_zero, swerve_per_force
    use zero_at_end, only: take_beginning, take_nearer_end
    use located_events, only: located_event_t, note_balance
+   use path_point, only: path_point_t, point_at, evaluate_tests
    use path_state, only: path_state_t
    use bracketing, only: bracket_t, new_bracket
    implicit none
@@ -31,14 +31,13 @@ module smooth_zero
 contains
 
    !> Finds the zero of the event function between the last accepted point and the trial.
-   subroutine locate_smooth(problem, step, run, trial, ahead, division, located_event)
+   subroutine locate_smooth(problem, step, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
       type(division_t), intent(inout) :: division
-      type(located_event_t), intent(inout) :: located_event !! sets located, place, heading, fraction, and the scale of its event
+      type(located_event_t), intent(inout) :: located_event !! sets located, point, fraction, and the scale of its event
       type(zero_search_t) :: search
       logical :: told, found
       located_event%located = .false.
@@ -50,20 +49,20 @@ contains
       located_event%event%scale = search%bracket%scale
       ! A contact change at nodes may make the function jump, so that no zero can be interpolated. Foundations that act along
       ! elements begin and end their contact gradually.
-      if (.not. division%smooth .and. any(run%state%active .neqv. trial%active)) return
-      call find_zero(problem, step, run, trial, ahead, division, search, located_event, found)
-      if (found) call bring_to_balance(problem, step, run, located_event, found)
+      if (.not. division%smooth .and. any(run%last%state%active .neqv. trial%state%active)) return
+      call find_zero(problem, step, run, trial, division, search, located_event, found)
+      if (found) call bring_to_balance(problem, step, located_event, found)
       if (found) then
-         located_event%event%pivots = run%system%negative_pivots
+         located_event%event%pivots = located_event%point%system%negative_pivots
          ! The state is in balance like any other point, and the function zero relative to its change over the increment. At the
          ! zero of an eigenvalue other test functions are undefined; the samples have decided about them.
          located_event%located = .true.
          if (located_event%event%kind == event_bifurcation) call confirm_bifurcation(problem, step, run, trial, search, &
             & located_event)
       else if (run%since_change%shrunk) then
-         call take_beginning(problem, step, run, located_event)
+         call take_beginning(step, run, located_event)
       else if (located_event%event%kind == event_limit) then
-         call take_nearer_end(problem, step, run, trial, ahead, located_event)
+         call take_nearer_end(problem, step, run, trial, located_event)
       end if
    end subroutine locate_smooth
 
@@ -71,45 +70,49 @@ contains
    subroutine bracket_eigenvalue(problem, step, run, trial, bracket, located_event, told)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: trial
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
       type(bracket_t), intent(out) :: bracket
       type(located_event_t), intent(inout) :: located_event
       logical, intent(out) :: told               !! true: decided at the ends; no zero is searched inside the increment
       real(wp) :: f
-      call linearise(problem, trial, trial, run%system)
-      f = zero_eigenvalue(problem, run, located_event%event, trial)
-      call linearise(problem, run%state, run%state, run%system)
-      bracket = new_bracket(zero_eigenvalue(problem, run, located_event%event, run%state), f)
+      f = zero_eigenvalue(problem, located_event%event, trial)
+      bracket = new_bracket(zero_eigenvalue(problem, located_event%event, run%last), f)
       located_event%event%scale = bracket%scale
       located_event%later = bracket%f_low * f > 0.0_wp .and. located_event%event%before * f > 0.0_wp
       told = located_event%later .or. bracket%f_low * located_event%event%before <= 0.0_wp
       if (located_event%later .or. .not. told) return
       ! The eigenvalue vanished close to the last point, whose pivots had the sign of rounding.
-      call take_beginning(problem, step, run, located_event)
+      call take_beginning(step, run, located_event)
       located_event%located = located_event%located .or. abs(bracket%f_low) <= sqrt(step%locate_tolerance) * bracket%scale
    end subroutine bracket_eigenvalue
 
    !> Corrects the interpolated state if its residual is above tolerance, as happens if touchdown points moved far between the
    !> samples. Bifurcations are not corrected, for the reason in the header.
-   subroutine bring_to_balance(problem, step, run, located_event, balanced)
+   subroutine bring_to_balance(problem, step, located_event, balanced)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the place on return
-      type(located_event_t), intent(inout) :: located_event !! its place is corrected
+      type(located_event_t), intent(inout) :: located_event !! its point has state and tangent on entry, and is complete on return
       logical, intent(out) :: balanced
+      type(path_tangent_t) :: tangent
       type(control_t) :: hold
       type(state_t) :: base
-      call linearise(problem, located_event%place, located_event%place, run%system)
-      balanced = run%system%ok
-      if (.not. balanced) return
-      call note_balance(step, run%system, located_event%report, balanced)
-      if (balanced .or. located_event%event%kind == event_bifurcation) return
-      base = located_event%place
-      hold = normal_plane(problem, base, located_event%heading)
-      hold%increment = 0.0_wp
-      call correct(problem, base, hold, .true., located_event%place, run%system, located_event%report)
-      if (located_event%report%converged) call note_balance(step, run%system, located_event%report, balanced)
+      tangent = located_event%point%tangent
+      associate (point => located_event%point)
+         point = point_at(problem, point%state)
+         point%tangent = tangent
+         balanced = point%system%ok
+         if (.not. balanced) return
+         call note_balance(step, point%system, located_event%report, balanced)
+         if (.not. (balanced .or. located_event%event%kind == event_bifurcation)) then
+            base = point%state
+            hold = normal_plane(problem, base, tangent)
+            hold%increment = 0.0_wp
+            call correct(problem, base, hold, .true., point%state, point%system, located_event%report)
+            if (located_event%report%converged) call note_balance(step, point%system, located_event%report, balanced)
+         end if
+         call evaluate_tests(problem, point)
+      end associate
    end subroutine bring_to_balance
 
    !> Checks that an eigenvalue is zero at the interpolated state, and computes the turn of the path tangent per unit force on the
@@ -118,13 +121,13 @@ contains
    subroutine confirm_bifurcation(problem, step, run, trial, search, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the place
-      type(state_t), intent(in) :: trial
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
       type(zero_search_t), intent(inout) :: search
       type(located_event_t), intent(inout) :: located_event !! sets located, swerve
       real(wp) :: f
-      f = zero_eigenvalue(problem, run, located_event%event, located_event%place, search%modes)
+      f = zero_eigenvalue(problem, located_event%event, located_event%point, search%modes)
       located_event%located = minval(abs(search%modes%mu)) <= sqrt(step%locate_tolerance) * search%bracket%scale
-      located_event%swerve = swerve_per_force(search, path_length(problem, run%state, trial))
+      located_event%swerve = swerve_per_force(search, path_length(problem, run%last%state, trial%state))
    end subroutine confirm_bifurcation
 end module smooth_zero

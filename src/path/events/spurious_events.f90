@@ -7,8 +7,9 @@ module spurious_events
    use force_free_contact, only: count_released
    use path_control, only: path_length
    use path_continuity, only: largest_turn
+   use path_point, only: path_point_t
    use path_state, only: path_state_t
-   use path_events, only: test_values_t, new_test_values, event_bifurcation, event_release, event_value_reached, event_turning, &
+   use path_events, only: event_bifurcation, event_release, event_value_reached, event_turning, &
       & event_limit
    use ground_cuts, only: find_cuts, inner_cuts
    use located_events, only: located_event_t
@@ -29,15 +30,15 @@ contains
    logical function better_from_nearer(problem, run, trial, findings) result(better)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: trial
+      type(path_point_t), intent(in) :: trial
       type(findings_t), intent(in) :: findings
       integer :: i
-      better = .not. findings%comes_home .and. one_sided(run, trial, findings%test_values, findings%seen)
+      better = .not. findings%comes_home .and. one_sided(run, trial, findings%seen)
       do i = 1, size(findings%seen)
          if (better) return
          associate (located_event => findings%seen(i))
             better = .not. (findings%duplicate(i) .or. located_event%located .or. &
-               & any(located_event%event%kind == [event_value_reached, event_turning])) .or. passes_kinks(problem, run%state, &
+               & any(located_event%event%kind == [event_value_reached, event_turning])) .or. passes_kinks(problem, run%last%state, &
                & located_event)
          end associate
       end do
@@ -50,7 +51,7 @@ contains
       type(state_t), intent(in) :: last
       type(located_event_t), intent(in) :: located_event
       passes_kinks = located_event%located .and. any(problem%layout%rod_segment%free)
-      if (passes_kinks) passes_kinks = inner_cuts(find_cuts(problem, located_event%place)) > max(size(problem%mark), &
+      if (passes_kinks) passes_kinks = inner_cuts(find_cuts(problem, located_event%point%state)) > max(size(problem%mark), &
          & inner_cuts(find_cuts(problem, last)))
    end function passes_kinks
 
@@ -58,41 +59,41 @@ contains
    !> elements so long that they buckle between their nodes hide the detachment.
    logical function hides_release(problem, run, findings, end) result(hides)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! its system is factored at the end of the step
+      type(path_state_t), intent(in) :: run
       type(findings_t), intent(in) :: findings
       integer, intent(in) :: end                 !! index of the end among the events seen
       integer :: pivots, i
       logical :: weak
       associate (seen => findings%seen)
-         call count_released(problem, seen(end)%place, run%system, pivots, weak)
-         hides = weak .and. run%test_values%weak .and. run%system%negative_pivots == run%test_values%negative_pivots
+         call count_released(problem, seen(end)%point%state, seen(end)%point%system, pivots, weak)
+         hides = weak .and. run%last%test_values%weak .and. seen(end)%point%system%negative_pivots == &
+            & run%last%test_values%negative_pivots
          do i = 1, size(seen)
             if (seen(i)%event%kind == event_release .and. seen(i)%located .and. .not. findings%duplicate(i) .and. &
                & seen(i)%fraction < seen(end)%fraction) pivots = pivots - nint(sign(1.0_wp, seen(i)%event%before))
          end do
       end associate
-      hides = hides .and. pivots /= run%test_values%free_pivots
+      hides = hides .and. pivots /= run%last%test_values%free_pivots
    end function hides_release
 
    !> True for a turning point of a monitor that changes by rounding only, for example a monitor that is constant by symmetry.
-   logical function turns_by_rounding(problem, step, run, test_values, located_event) result(no_turn)
+   logical function turns_by_rounding(problem, step, run, trial, located_event) result(no_turn)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run             !! its system is factored at the place
-      type(test_values_t), intent(in) :: test_values   !! at the trial
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
       type(located_event_t), intent(in) :: located_event
-      type(test_values_t) :: there
       real(wp) :: least
       integer :: m
       no_turn = .false.
       if (located_event%event%kind /= event_turning) return
       m = step%turning(located_event%event%monitor)
-      there = new_test_values(problem, located_event%place, run%system, located_event%heading%load)
       least = rounding_of(problem, m)
       if (allocated(located_event%bars)) then
          if (located_event%bars%monitor(m)%estimated) least = max(least, located_event%bars%monitor(m)%rounding)
       end if
-      no_turn = maxval(abs(there%monitor(m) - [run%test_values%monitor(m), test_values%monitor(m)])) <= least
+      no_turn = maxval(abs(located_event%point%test_values%monitor(m) - [run%last%test_values%monitor(m), &
+         & trial%test_values%monitor(m)])) <= least
    end function turns_by_rounding
 
    !> Rejects a limit point if its shift on enriched elements is larger than the path since the last contact change (plus, for a
@@ -100,12 +101,13 @@ contains
    subroutine doubt_limit(problem, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: trial
+      type(path_point_t), intent(in) :: trial
       type(located_event_t), intent(inout) :: located_event !! its bars become sign-uncertain
       real(wp) :: reach
       if (.not. allocated(located_event%bars) .or. located_event%event%kind /= event_limit) return
-      reach = run%arc_length - max(run%left_at, run%since_change%at) + path_length(problem, run%state, located_event%place)
-      if (located_event%bars%way > 0.0_wp) reach = reach + path_length(problem, located_event%place, trial)
+      reach = run%arc_length - max(run%left_at, run%since_change%at) + path_length(problem, run%last%state, &
+         & located_event%point%state)
+      if (located_event%bars%way > 0.0_wp) reach = reach + path_length(problem, located_event%point%state, trial%state)
       if (abs(located_event%bars%way) > reach) located_event%bars%unsure = .true.
    end subroutine doubt_limit
 

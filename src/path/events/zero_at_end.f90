@@ -3,12 +3,10 @@ module zero_at_end
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
-   use rod_state, only: state_t
-   use bordered_system, only: linearise
    use path_control, only: path_length
-   use path_continuity, only: path_tangent_t
    use path_events, only: event_bifurcation
    use located_events, only: located_event_t, note_balance
+   use path_point, only: path_point_t
    use path_state, only: path_state_t
    implicit none
    private
@@ -19,47 +17,40 @@ contains
    !> Places the event at the last accepted point: a line contact just became a point there. The contact's rotational stiffness is
    !> unbounded at zero relative curvature, so that no interior point can be corrected, and the eigenvalues do not show by how much
    !> the length of the line had passed zero.
-   subroutine take_beginning(problem, step, run, located_event)
-      type(problem_t), intent(in) :: problem
+   subroutine take_beginning(step, run, located_event)
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(located_event_t), intent(inout) :: located_event !! sets place, heading, fraction; located if the event is there
+      type(path_state_t), intent(in) :: run
+      type(located_event_t), intent(inout) :: located_event !! sets point and fraction; located if the event is there
       logical :: balanced
-      located_event%place = run%state
-      located_event%heading = run%heading
+      located_event%point = run%last
       located_event%fraction = 0.0_wp
-      call linearise(problem, run%state, run%state, run%system)
-      call note_balance(step, run%system, located_event%report, balanced)
+      call note_balance(step, located_event%point%system, located_event%report, balanced)
       located_event%located = run%since_change%shrunk .and. balanced
       located_event%event%jumps = located_event%located .and. located_event%event%kind == event_bifurcation
    end subroutine take_beginning
 
    !> Places a limit point at the end with the larger (maximum) or smaller (minimum) load, if the increment is so short that points
    !> inside differ by rounding. The tangents at both ends meet at a load that bounds the error.
-   subroutine take_nearer_end(problem, step, run, trial, ahead, located_event)
+   subroutine take_nearer_end(problem, step, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead        !! path tangent at the trial
-      type(located_event_t), intent(inout) :: located_event !! sets place, heading, fraction; located if the bound is within
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
+      type(located_event_t), intent(inout) :: located_event !! sets point and fraction; located if the bound is within
       !! tolerance
       real(wp) :: left, rates(2)
-      if (run%state%load_factor * located_event%event%before > trial%load_factor * located_event%event%before) then
-         located_event%place = run%state
-         located_event%heading = run%heading
+      if (run%last%state%load_factor * located_event%event%before > trial%state%load_factor * located_event%event%before) then
+         located_event%point = run%last
          located_event%fraction = 0.0_wp
       else
-         located_event%place = trial
-         located_event%heading = ahead
+         located_event%point = trial
          located_event%fraction = 1.0_wp
       end if
-      rates = abs([run%heading%load, ahead%load])
-      left = (product(rates) * path_length(problem, run%state, trial) - abs(located_event%heading%load) * abs(trial%load_factor - &
-         & run%state%load_factor)) / sum(rates)
-      if (left > step%locate_tolerance * abs(located_event%place%load_factor)) return
-      call linearise(problem, located_event%place, located_event%place, run%system)
-      call note_balance(step, run%system, located_event%report, located_event%located)
-      located_event%event%pivots = run%system%negative_pivots
+      rates = abs([run%last%tangent%load, trial%tangent%load])
+      left = (product(rates) * path_length(problem, run%last%state, trial%state) - abs(located_event%point%tangent%load) * &
+         & abs(trial%state%load_factor - run%last%state%load_factor)) / sum(rates)
+      if (left > step%locate_tolerance * abs(located_event%point%state%load_factor)) return
+      call note_balance(step, located_event%point%system, located_event%report, located_event%located)
+      located_event%event%pivots = located_event%point%system%negative_pivots
    end subroutine take_nearer_end
 end module zero_at_end

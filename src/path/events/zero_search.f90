@@ -5,14 +5,14 @@ module zero_search
    use problem, only: problem_t
    use rod_state, only: state_t
    use path_control, only: path_length
-   use path_continuity, only: path_tangent_t
    use path_samples, only: state_between, lagrange, zero_of_cubic, n_samples
    use increment_points, only: division_t, point_within
    use path_events, only: event_value, event_bifurcation
    use event_eigenvalue, only: zero_eigenvalue, follow_through_zero
    use located_events, only: located_event_t
    use tangent_modes, only: modes_t
-   use path_state, only: path_state_t, path_tangent_of, test_values_at
+   use path_point, only: path_point_t
+   use path_state, only: path_state_t
    use bracketing, only: bracket_t, next_guess, take_value
    implicit none
    private
@@ -29,7 +29,7 @@ module zero_search
       real(wp) :: at(n_samples) = 0.0_wp         !! positions of the samples, as fractions of the increment
       real(wp) :: value(n_samples) = 0.0_wp      !! function at the samples
       ! The point evaluated last.
-      type(state_t) :: here
+      type(path_point_t) :: here
       real(wp) :: value_here = 0.0_wp
       type(modes_t) :: modes                     !! lowest eigenvalues there, at a bifurcation
       logical :: known = .false.                 !! the point converged, with the trial's contact set
@@ -39,36 +39,34 @@ contains
 
    !> Finds the zero and the state there: by cubic interpolation between samples around it, or else, unless it is a bifurcation, by
    !> bracketing.
-   subroutine find_zero(problem, step, run, trial, ahead, division, search, located_event, found)
+   subroutine find_zero(problem, step, run, trial, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at some point of the increment on return
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead       !! path tangent at the trial
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search !! its bracket is given
-      type(located_event_t), intent(inout) :: located_event !! sets place, heading, fraction, as far as the search succeeded
+      type(located_event_t), intent(inout) :: located_event !! sets point and fraction, as far as the search succeeded
       logical, intent(out) :: found
-      call narrow_bracket(problem, run, trial, ahead, division, search, located_event, found)
-      if (found) call interpolate_zero(problem, run, trial, ahead, division, search, located_event, found)
+      call narrow_bracket(problem, run, trial, division, search, located_event, found)
+      if (found) call interpolate_zero(problem, run, trial, division, search, located_event, found)
       if (.not. found .and. located_event%event%kind /= event_bifurcation) &
-         & call close_in(problem, step, run, trial, ahead, division, search, located_event, found)
+         & call close_in(problem, step, run, trial, division, search, located_event, found)
    end subroutine find_zero
 
    !> Narrows the bracket to the spacing of the samples. If the corrector fails near the zero, several eigenvalues may vanish, and
    !> the samples around the estimate decide.
-   subroutine narrow_bracket(problem, run, trial, ahead, division, search, located_event, found)
+   subroutine narrow_bracket(problem, run, trial, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search
       type(located_event_t), intent(inout) :: located_event
       logical, intent(out) :: found
       found = .true.
       do while (next_guess(search%bracket, reach, search%centre))
-         call look_at(problem, run, trial, ahead, division, search%centre, search, located_event)
+         call look_at(problem, run, trial, division, search%centre, search, located_event)
          found = search%known .or. .not. located_event%report%converged
          if (.not. search%known .or. abs(search%value_here) <= reach * search%bracket%scale) return
          call take_value(search%bracket, search%centre, search%value_here)
@@ -77,11 +75,10 @@ contains
 
    !> Zero of the cubic through four samples around the estimate, repeated until the estimate moves by less than two sample
    !> spacings.
-   subroutine interpolate_zero(problem, run, trial, ahead, division, search, located_event, found)
+   subroutine interpolate_zero(problem, run, trial, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search
       type(located_event_t), intent(inout) :: located_event
@@ -91,7 +88,7 @@ contains
       integer :: try
       do try = 1, max_centres
          guess = search%centre
-         call take_samples(problem, run, trial, ahead, division, search, located_event, sample, found)
+         call take_samples(problem, run, trial, division, search, located_event, sample, found)
          if (.not. found) return
          found = .not. jumps(search%value)
          if (.not. found) then
@@ -108,17 +105,18 @@ contains
       if (.not. found) return
       search%centre = min(max(search%centre, 0.0_wp), 1.0_wp)
       located_event%fraction = search%centre
-      call state_between(problem, sample, search%at, search%centre, located_event%place, located_event%heading)
-      if (run%heading%load * ahead%load > 0.0_wp) located_event%place%load_factor = min(max(located_event%place%load_factor, &
-         & min(run%state%load_factor, trial%load_factor)), max(run%state%load_factor, trial%load_factor))
+      call state_between(problem, sample, search%at, search%centre, located_event%point%state, &
+         & located_event%point%tangent)
+      if (run%last%tangent%load * trial%tangent%load > 0.0_wp) located_event%point%state%load_factor = &
+         & min(max(located_event%point%state%load_factor, &
+         & min(run%last%state%load_factor, trial%state%load_factor)), max(run%last%state%load_factor, trial%state%load_factor))
    end subroutine interpolate_zero
 
    !> Computes states of the path around the search's centre, and the function there.
-   subroutine take_samples(problem, run, trial, ahead, division, search, located_event, sample, found)
+   subroutine take_samples(problem, run, trial, division, search, located_event, sample, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search
       type(located_event_t), intent(inout) :: located_event
@@ -128,9 +126,9 @@ contains
       integer :: k
       search%at = sample_places(search%centre)
       do k = 1, n_samples
-         call look_at(problem, run, trial, ahead, division, search%at(k), search, located_event)
+         call look_at(problem, run, trial, division, search%at(k), search, located_event)
          search%value(k) = search%value_here
-         sample(k) = search%here
+         sample(k) = search%here%state
          found = search%known
          if (.not. found) return
          if (located_event%event%kind == event_bifurcation) modes(k) = search%modes
@@ -150,20 +148,19 @@ contains
 
    !> Finds the zero by bracketing alone: when a foundation begins to act, the function may be curved so much between the samples
    !> that interpolation takes it for a jump.
-   subroutine close_in(problem, step, run, trial, ahead, division, search, located_event, found)
+   subroutine close_in(problem, step, run, trial, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search
       type(located_event_t), intent(inout) :: located_event
       logical, intent(out) :: found
       found = .false.
       do while (next_guess(search%bracket, epsilon(1.0_wp), search%centre))
-         call look_at(problem, run, trial, ahead, division, search%centre, search, located_event)
-         located_event%place = search%here
+         call look_at(problem, run, trial, division, search%centre, search, located_event)
+         located_event%point = search%here
          if (.not. search%known) return
          found = abs(search%value_here) <= step%locate_tolerance * search%bracket%scale
          if (found) exit
@@ -171,30 +168,27 @@ contains
       end do
       if (.not. found) return
       located_event%fraction = search%centre
-      located_event%heading = path_tangent_of(problem, run, located_event%place)
    end subroutine close_in
 
    !> Computes a point of the increment and the function there; `known` is false if the corrector fails or the contact set differs
    !> from the trial's.
-   subroutine look_at(problem, run, trial, ahead, division, fraction, search, located_event)
+   subroutine look_at(problem, run, trial, division, fraction, search, located_event)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the point on return
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
       type(division_t), intent(inout) :: division
       real(wp), value :: fraction               !! 0 to 1; may alias a component of the search
       type(zero_search_t), intent(inout) :: search
       type(located_event_t), intent(inout) :: located_event !! its report is that of the point
       search%value_here = 0.0_wp
-      call point_within(problem, run, trial, ahead, division, fraction, .false., .false., search%here, located_event%report)
+      call point_within(problem, run, trial, division, fraction, .false., .false., search%here, located_event%report)
       search%known = located_event%report%converged
-      if (search%known) search%known = all(search%here%active .eqv. trial%active)
+      if (search%known) search%known = all(search%here%state%active .eqv. trial%state%active)
       if (.not. search%known) return
       if (located_event%event%kind == event_bifurcation) then
-         search%value_here = zero_eigenvalue(problem, run, located_event%event, search%here, search%modes)
+         search%value_here = zero_eigenvalue(problem, located_event%event, search%here, search%modes)
       else
-         search%value_here = event_value(problem, located_event%event, search%here, test_values_at(problem, run, search%here, &
-            & path_tangent_of(problem, run, search%here)))
+         search%value_here = event_value(problem, located_event%event, search%here%state, search%here%test_values)
       end if
    end subroutine look_at
 

@@ -33,7 +33,7 @@ contains
    !> Next set of contact spans and its equilibrium ahead of the present point, at the nearest point at which the set is valid.
    subroutine ask_nodes(problem, run, reach, next, found)
       type(problem_t), intent(in) :: problem       !! with contact spans
-      type(path_state_t), intent(in) :: run               !! system factored at the present point
+      type(path_state_t), intent(in) :: run
       real(wp), intent(in) :: reach                !! size of the increment that failed
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
@@ -46,34 +46,34 @@ contains
       real(wp), allocatable :: onward(:, :)
       real(wp) :: first, apart
       nodes = new_sampled_problem(problem)
-      here = carried(problem, run%state, nodes)
-      here%active = at_touches(nodes, here, present_contact_spans(problem, run%state))
-      onward = carried_field(problem, run%state, run%heading%u, nodes, here)
+      here = carried(problem, run%last%state, nodes)
+      here%active = at_touches(nodes, here, present_contact_spans(problem, run%last%state))
+      onward = carried_field(problem, run%last%state, run%last%tangent%u, nodes, here)
       control%method = method_load
-      on%system = new_system(nodes)
-      on%state = here
+      on%last%system = new_system(nodes)
+      on%last%state = here
       ! First with the present contact set, whose forces at nodes are still unknown.
-      call correct(nodes, here, control, .true., on%state, on%system, report)
+      call correct(nodes, here, control, .true., on%last%state, on%last%system, report)
       apart = 0.0_wp
-      if (report%converged) apart = path_length(nodes, here, on%state)
-      if (report%converged) here = on%state
-      on%state = here
-      call correct(nodes, here, control, .false., on%state, on%system, report)
+      if (report%converged) apart = path_length(nodes, here, on%last%state)
+      if (report%converged) here = on%last%state
+      on%last%state = here
+      call correct(nodes, here, control, .false., on%last%state, on%last%system, report)
       found = report%converged
       if (.not. found) return
-      on%heading = path_tangent_at(nodes, on%system, onward, run%heading%load)
+      on%last%tangent = path_tangent_at(nodes, on%last%system, onward, run%last%tangent%load)
       on%control%method = merge(method_cylindrical, run%control%method, is_arc_length(run%control%method))
       on%control%monitor = run%control%monitor
       on%control%increment = sign(reach, run%control%increment)
       call find_spans_ahead(problem, run, nodes, on, next, first, found, report, why)
       if (.not. found) return
       ahead = next%state
-      call go_back(run%state%load_factor, next)
+      call go_back(run%last%state%load_factor, next)
       found = is_near(problem, run, next, apart)
       if (.not. found) return
       here = next%state
-      if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%state, next%problem)
-      next%heading = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
+      if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%last%state, next%problem)
+      next%tangent = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
          & ahead%load_factor - here%load_factor)
       call tell_differences(problem, run, nodes, next)
    end subroutine ask_nodes
@@ -87,7 +87,7 @@ contains
       type(next_t), intent(inout) :: next
       type(differences_t) :: differences
       integer :: begun, ended
-      call compare_sets(present_contact_spans(problem, run%state), run%spans_begun, &
+      call compare_sets(present_contact_spans(problem, run%last%state), run%spans_begun, &
          & nodes%layout%rod_segment%length / (nodes%element_last - &
          & nodes%element_first + 1), problem%chain_start, nodes%candidates%chain_length, &
          & present_contact_spans(next%problem, next%state), next%problem%contact_span, differences)
@@ -108,9 +108,9 @@ contains
       type(next_t), intent(in) :: next
       real(wp), intent(in) :: apart                !! distance of the present point from the same contact at nodes
       real(wp) :: rise, jump
-      rise = next%state%load_factor - run%state%load_factor
-      jump = path_length(next%problem, carried(problem, run%state, next%problem), next%state)
-      near = (jump - max(apart, sqrt(epsilon(rise)) * problem%size)) * abs(run%heading%load) <= turning * abs(rise)
+      rise = next%state%load_factor - run%last%state%load_factor
+      jump = path_length(next%problem, carried(problem, run%last%state, next%problem), next%state)
+      near = (jump - max(apart, sqrt(epsilon(rise)) * problem%size)) * abs(run%last%tangent%load) <= turning * abs(rise)
    end function is_near
 
    !> Nodes on line contacts, and nodes next to point contacts.

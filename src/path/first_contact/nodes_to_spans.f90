@@ -9,13 +9,13 @@ module nodes_to_spans
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, test_slack, test_vanishing
    use node_contacts, only: touches_at_nodes
-   use bordered_system, only: linearise
    use next_spans, only: next_t, copy_next, new_next, settle, tests_of, holds
    use reachability, only: leads_to_next
    use path_control, only: set_tangent
-   use path_continuity, only: path_tangent_t, relation_t, relate, same_path, too_far
+   use path_continuity, only: relation_t, relate, same_path, too_far
+   use path_point, only: path_point_t, advance
    use path_state, only: path_state_t, path_tangent_of
-   use corrector, only: increment_t, take_increment
+   use corrector, only: increment_t
    implicit none
    private
    public :: find_spans_ahead
@@ -30,42 +30,39 @@ contains
       type(problem_t), intent(in) :: problem     !! present point
       type(path_state_t), intent(in) :: run
       type(problem_t), intent(in) :: nodes       !! sampled mesh
-      type(path_state_t), intent(inout) :: on !! in: the run on this mesh; out: the run at the start of the last increment, its
-      !! system factored at any state
+      type(path_state_t), intent(inout) :: on    !! in: the run on this mesh; out: the run at the start of the last increment
       type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       real(wp), intent(out) :: first             !! load factor after the first increment
       logical, intent(out) :: found
       type(increment_t), intent(out) :: report   !! report of the last increment
       character(:), allocatable, intent(out) :: why !! reason of the failure; not allocated if no increment converged
-      type(state_t) :: ahead
-      type(path_tangent_t) :: onward
+      type(path_point_t) :: ahead
       type(relation_t) :: relation
       integer :: try
       found = .false.
-      first = on%state%load_factor
+      first = on%last%state%load_factor
       do try = 1, most_increments
-         if (on%control%method == method_cylindrical) call set_tangent(nodes, on%system, on%heading%u, on%heading%load, on%control)
-         call take_increment(nodes, on%state, on%control, ahead, on%system, report)
+         if (on%control%method == method_cylindrical) call set_tangent(nodes, on%last%system, on%last%tangent%u, &
+            & on%last%tangent%load, on%control)
+         call advance(nodes, on%last, on%control, ahead, report)
          if (report%converged) then
-            onward = path_tangent_of(nodes, on, ahead)
-            relation = relate(nodes, on%state, ahead, on%heading, onward, on%fresh)
+            ahead%tangent = path_tangent_of(nodes, on, ahead)
+            relation = relate(nodes, on%last%state, ahead%state, on%last%tangent, ahead%tangent, on%fresh)
             ! A start has no direction that could be wrong.
             if (problem%is_sampled()) report%converged = same_path(relation) .and. .not. too_far(nodes, on%control, relation)
             if (.not. report%converged) report%message = 'what equilibrium there is ahead lies on another path'
          end if
          if (.not. report%converged) then
             if (report%hopeless) exit
-            call linearise(nodes, on%state, on%state, on%system)
             on%control%increment = 0.5_wp * on%control%increment
             cycle
          end if
-         if (.not. allocated(why)) first = ahead%load_factor
-         call find_spans(nodes, ahead, next, found, why)
+         if (.not. allocated(why)) first = ahead%state%load_factor
+         call find_spans(nodes, ahead%state, next, found, why)
          ! Close to a dead end directions are noise; farther increments have a direction.
          if (found) found = leads_to_next(problem, run, next)
          if (found) exit
-         on%state = ahead
-         on%heading = onward
+         on%last = ahead
          on%fresh = .false.
          on%control%increment = 2.0_wp * on%control%increment
       end do

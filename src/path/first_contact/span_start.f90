@@ -2,8 +2,7 @@
 module span_start
    use kinds, only: wp
    use problem, only: problem_t, touching_gap, copy_problem, new_problem
-   use bordered_system, only: linearise
-   use rod_state, only: state_t, candidate_gap, may_react
+   use rod_state, only: candidate_gap, may_react
    use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
    use node_contacts, only: along
@@ -13,6 +12,7 @@ module span_start
    use nodes_to_spans, only: find_spans_ahead
    use set_begins, only: go_back
    use corrector, only: increment_t
+   use path_point, only: path_point_t
    use path_state, only: path_state_t, copy_path_state
    use rod_layout, only: stretch_element
    use rod_geometry, only: geometry_t, new_geometry
@@ -198,7 +198,7 @@ contains
    subroutine begin_spans(problem, run, trial, report)
       type(problem_t), intent(inout) :: problem  !! in: sampled mesh; out: with contact spans, at the beginning of the path
       type(path_state_t), intent(inout) :: run          !! at its start
-      type(state_t), intent(out) :: trial
+      type(path_point_t), intent(out) :: trial
       type(increment_t), intent(out) :: report
       type(next_t) :: next
       type(path_state_t) :: on
@@ -215,14 +215,12 @@ contains
             if (small .or. .not. allocated(why)) exit
             small = .true.
             run%control%increment = small_part * run%control%increment
-            call linearise(problem, run%state, run%state, run%system)
             cycle
          end if
          if (abs(next%state%load_factor - first) > 0.0_wp) call go_back(first, next)
          if (.not. gains_contact(next)) exit
          ! A contact that begins after the start must be located from a point before its onset.
          run%control%increment = 0.5_wp * run%control%increment
-         call linearise(problem, run%state, run%state, run%system)
       end do
       if (try <= most_parts) run%control%increment = on%control%increment
       if (.not. found) then
@@ -235,6 +233,6 @@ contains
       next%problem%contact_span%number = run%spans_begun + next%problem%contact_span%number
       run = bound_for(problem, run, next)
       call copy_problem(next%problem, problem)
-      trial = next%state
+      trial = next%path_point_t
    end subroutine begin_spans
 end module span_start

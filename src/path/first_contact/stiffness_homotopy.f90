@@ -18,6 +18,7 @@ module stiffness_homotopy
    use ground_segments, only: tell_segments, followed_part
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length
+   use path_point, only: path_point_t, point_at, move_to
    use path_state, only: path_state_t, forget_mesh
    use corrector, only: increment_t, take_increment, correct
    use tangent_rounding, only: path_stiffness
@@ -81,8 +82,8 @@ contains
    !> Makes the first increment from a start on stiff foundations.
    subroutine take_stiff_start(problem, run, trial, report, taken)
       type(problem_t), intent(inout) :: problem    !! out: on the mesh of `trial`
-      type(path_state_t), intent(inout) :: run            !! in/out: state on this mesh, system factored at `trial`
-      type(state_t), intent(inout) :: trial
+      type(path_state_t), intent(inout) :: run     !! in/out: its point on this mesh
+      type(path_point_t), intent(inout) :: trial
       type(increment_t), intent(out) :: report
       logical, intent(out) :: taken                !! false: no point was found, and problem and run are unchanged
       type(rung_t) :: here, sound, next
@@ -93,7 +94,6 @@ contains
       real(wp) :: growth
       integer :: tries
       taken = .false.
-      trial = run%state
       here%part = followed_part(problem)
       here%problem = softened(problem, problem, here%part)
       here%problem%demand = looking_demand(problem, here%part**(-0.25_wp))
@@ -137,16 +137,15 @@ contains
             if (growth < least_growth) return
          end if
       end do
-      start = run%state
-      run%state = carried(problem, start, here%problem)
-      call tell_segments(here%problem, run%state, carried=.true.)
-      run%heading%u = carried_field(problem, start, run%heading%u, here%problem, run%state)
+      start = carried(problem, run%last%state, here%problem)
+      call tell_segments(here%problem, start, carried=.true.)
+      run%last%tangent%u = carried_field(problem, run%last%state, run%last%tangent%u, here%problem, start)
       call forget_mesh(run)
       call copy_problem(here%problem, problem)
-      trial = here%state
-      run%system = new_system(problem)
-      call linearise(problem, trial, trial, run%system)
-      taken = run%system%ok
+      run%last%system = new_system(problem)
+      call move_to(problem, start, run%last)
+      trial = point_at(problem, here%state)
+      taken = trial%system%ok
    end subroutine take_stiff_start
 
    !> Equilibrium of a step's state on the mesh and with the stiffness of the next step.

@@ -1,15 +1,16 @@
 !> Attempts from one point of the path: the last trial increment and the counters of those before it.
 module attempt
    use kinds, only: wp
-   use rod_state, only: state_t
-   use path_continuity, only: path_tangent_t, relation_t
+   use path_continuity, only: relation_t
+   use path_point, only: path_point_t
    use corner_ahead, only: corner_t
    use corrector, only: increment_t
+   use trial_request, only: request_t
    use path_state, only: path_state_t
    use path_outcome, only: outcome_t
    implicit none
    private
-   public :: attempt_t, start_from, leads_on, ended
+   public :: attempt_t, start_from, leads_on, note_change, ended
 
    !> The attempts to make an increment from one point of the path.
    type :: attempt_t
@@ -18,15 +19,14 @@ module attempt
       real(wp) :: first_increment = 0.0_wp       !! size of the first increment tried from it
       logical :: changed = .false.               !! a contact change was made when the point was last examined
       ! The last increment.
-      type(state_t) :: trial                     !! its end, in equilibrium if the report says so
+      type(path_point_t) :: trial                !! its end, in equilibrium if the report says so
       type(increment_t) :: report                !! report of its correction
-      type(path_tangent_t) :: ahead                   !! path tangent at the trial
+      type(request_t) :: request                 !! what the trial requires before the path can go on
       type(relation_t) :: relation               !! relation of the point and the trial
       type(corner_t) :: corner                   !! corner between the two
       logical :: astray = .false.                !! the trial is in equilibrium, but not on the path ahead of the point
       logical :: begins = .false.                !! contact spans begin with this increment
-      logical :: has_trial = .false.             !! the next trial is in equilibrium already, on another mesh, with the system
-      !! factored there
+      logical :: has_trial = .false.             !! the next trial is in equilibrium already, on another mesh
       logical :: finished = .false.              !! the step ended within the increment
       ! Counters.
       integer :: cuts = 0                        !! increments from the point that failed
@@ -59,6 +59,12 @@ contains
       type(attempt_t), intent(in) :: attempt
       leads_on = attempt%report%converged .and. .not. attempt%astray
    end function leads_on
+
+   !> Notes whether the contact set has changed at the point when the trial was examined.
+   pure subroutine note_change(attempt)
+      type(attempt_t), intent(inout) :: attempt
+      attempt%changed = attempt%request%set_changed .and. .not. allocated(attempt%request%no_set)
+   end subroutine note_change
 
    !> True if the step is complete or the run cannot continue.
    pure logical function ended(attempt, outcome)

@@ -1,20 +1,19 @@
-!> Repeats an increment from the last accepted point: on another mesh, with a smaller residual, with the contact set found from the
-!> nodes, or half as long.
+!> Repetition of an increment from the last accepted point: on another mesh, with a smaller residual, with the contact set found
+!> from
+!> the nodes, or half as long.
 module increment_retries
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
-   use bordered_system, only: linearise
    use path_state, only: path_state_t
    use path_outcome, only: outcome_t
    use span_changes, only: pass_doubt
    use span_mesh, only: refine_mesh
    use attempt, only: attempt_t
    use path_record, only: recorder_t
-   use timing, only: count_up, counter_cut
    implicit none
    private
-   public :: retry_refined, retry_by_nodes, retry_closer
+   public :: retry_refined, retry_by_nodes, retry_shorter
 
    real(wp), parameter :: sharper = 0.01_wp     !! residual tolerance of the repetition over the one before
 
@@ -29,15 +28,14 @@ contains
       logical :: done
       attempt%cuts = 0
       attempt%meshes = attempt%meshes + 1
-      if (run%request%smaller_residual) then
-         run%request%smaller_residual = .false.
+      if (attempt%request%smaller_residual) then
+         attempt%request%smaller_residual = .false.
          problem%model%step(problem%step)%sharper = sharper * problem%model%step(problem%step)%sharper
          problem%deck%step(problem%step)%sharper = problem%model%step(problem%step)%sharper
-         if (allocated(run%request%density)) deallocate (run%request%density)
-         call linearise(problem, run%state, run%state, run%system)
+         if (allocated(attempt%request%density)) deallocate (attempt%request%density)
          return
       end if
-      call refine_mesh(problem, run, attempt%trial, settled, attempt%has_trial, done)
+      call refine_mesh(problem, run, attempt%trial, settled, attempt%request, attempt%has_trial, done)
       ! No mesh could be made: the counter is set so that the present mesh is accepted.
       if (.not. done) attempt%meshes = huge(attempt%meshes) - 1
    end subroutine retry_refined
@@ -55,13 +53,11 @@ contains
       attempt%changed = problem%has_spans() .and. run%arc_length - run%left_at > attempt%asked_at
       if (.not. attempt%changed) return
       attempt%asked_at = place()
-      call linearise(problem, run%state, run%state, run%system)
       call pass_doubt(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome)
       ! Contact at nodes is not tried again at the place where the new set was found.
       attempt%asked_at = place()
       if (.not. attempt%changed) return
       run%control%increment = sign(attempt%first_increment, run%control%increment)
-      if (allocated(run%stuck)) deallocate (run%stuck)
       attempt%cuts = 0
 
    contains
@@ -72,14 +68,9 @@ contains
       end function place
    end subroutine retry_by_nodes
 
-   !> Halves the increment, to separate events that its ends do not separate.
-   subroutine retry_closer(problem, run, attempt)
-      type(problem_t), intent(in) :: problem
+   !> Halves the increment.
+   pure subroutine retry_shorter(run)
       type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      attempt%searches = attempt%searches + 1
       run%control%increment = 0.5_wp * run%control%increment
-      call count_up(counter_cut)
-      call linearise(problem, run%state, run%state, run%system)
-   end subroutine retry_closer
+   end subroutine retry_shorter
 end module increment_retries

@@ -5,7 +5,7 @@ module increment_trials
    use problem, only: problem_t, copy_problem
    use path_continuity, only: relation_t, relate, same_path, turned_over, too_far, at_corner
    use corner_ahead, only: corner_t, look_for_corner, is_near
-   use corrector, only: take_increment
+   use path_point, only: advance
    use path_state, only: path_state_t, copy_path_state, path_tangent_of, turned_back
    use span_start, only: begin_spans
    use stiffness_homotopy, only: is_stiff_start, take_stiff_start
@@ -21,7 +21,7 @@ contains
    subroutine try_increment(problem, step, run, attempt)
       type(problem_t), intent(inout) :: problem  !! changes its mesh if contact spans begin or the start is stiff
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on return if that is in equilibrium
+      type(path_state_t), intent(inout) :: run   !! moves to the mesh of the trial with it
       type(attempt_t), intent(inout) :: attempt
       attempt%begins = .false.
       if (attempt%has_trial) then
@@ -32,7 +32,7 @@ contains
          if (is_stiff_start(problem, run)) then
             call take_stiff_start(problem, run, attempt%trial, attempt%report, attempt%has_trial)
          else
-            call take_increment(problem, run%state, run%control, attempt%trial, run%system, attempt%report)
+            call advance(problem, run%last, run%control, attempt%trial, attempt%report)
          end if
          call look_astray(problem, step, run, attempt)
       end if
@@ -71,13 +71,14 @@ contains
          attempt%corner = corner_t()
       end if
       if (.not. attempt%report%converged) return
-      attempt%ahead = path_tangent_of(problem, run, attempt%trial)
+      attempt%trial%tangent = path_tangent_of(problem, run, attempt%trial)
       before = attempt%relation
-      attempt%relation = relate(problem, run%state, attempt%trial, run%heading, attempt%ahead, run%fresh)
+      attempt%relation = relate(problem, run%last%state, attempt%trial%state, run%last%tangent, &
+         & attempt%trial%tangent, run%fresh)
       attempt%astray = .not. same_path(attempt%relation)
       ! With contact spans corners are located contact changes, and the path tangent is that behind the change.
       if (attempt%astray .and. .not. problem%has_spans()) then
-         call look_for_corner(problem, run, attempt%trial, attempt%ahead, attempt%corner)
+         call look_for_corner(problem, run, attempt%trial, attempt%corner)
          attempt%astray = .not. (around_corner(before, attempt) .or. is_near(problem, step, run, attempt%corner))
       else
          attempt%corner = corner_t()
@@ -87,7 +88,7 @@ contains
       if (attempt%astray) then
          attempt%report%message = 'what equilibrium there is ahead lies on another path, or behind a loop of this one'
       else
-         attempt%astray = turned_back(problem, run, attempt%trial, attempt%ahead)
+         attempt%astray = turned_back(problem, run, attempt%trial)
          if (attempt%astray) attempt%report%message = 'the path turns round and leads back over the points that it has passed'
       end if
       ! A trial transferred from another mesh was found on the path there. It stays accepted, because the last point may not be in

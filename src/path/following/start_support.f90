@@ -1,6 +1,6 @@
 !> Checks that supports and contacts prevent rigid-body motion in the state in which a path begins.
 module start_support
-   use model, only: model_t, step_t, new_load
+   use model, only: model_t, new_load
    use problem, only: problem_t, new_problem
    use rod_state, only: state_t, new_state
    use support_check, only: unheld_part

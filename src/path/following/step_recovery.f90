@@ -5,17 +5,15 @@ module step_recovery
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
-   use bordered_system, only: linearise
    use corner_ahead, only: part_before, differ
    use corner_turning, only: turn_corner
    use path_state, only: path_state_t, finer_mesh_t
    use step_control, only: smallest
-   use remeshing, only: wants_another
    use path_outcome, only: outcome_t
-   use span_changes, only: pass_change, set_holds, set_changed
+   use span_changes, only: pass_change
    use span_mesh, only: step_back, ask_for_twice
-   use attempt, only: attempt_t, ended
-   use increment_retries, only: retry_refined, retry_by_nodes
+   use attempt, only: attempt_t, note_change, ended
+   use increment_retries, only: retry_refined, retry_by_nodes, retry_shorter
    use stop_reasons, only: why_stuck
    use path_record, only: recorder_t
    use timing, only: count_up, counter_rejected, counter_cut
@@ -34,7 +32,7 @@ contains
    subroutine try_recovery(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at any point on entry, at its own point on return
+      type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt  !! its increment has failed
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
@@ -42,7 +40,6 @@ contains
       call count_up(counter_rejected)
       attempt%cuts = attempt%cuts + 1
       if (attempt%astray) attempt%failures = attempt%failures + 1
-      call linearise(problem, run%state, run%state, run%system)
       call go_past_change(problem, step, run, attempt, recorder, done, outcome)
       if (.not. done) call go_back_to_finer_mesh(problem, run, attempt, done)
       if (.not. done) call double_mesh(problem, step, run, attempt, done)
@@ -54,28 +51,23 @@ contains
    subroutine go_past_change(problem, step, run, attempt, recorder, done, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at its point
+      type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: done
       type(outcome_t), intent(inout) :: outcome
-      integer :: result
       done = .false.
       if (.not. (problem%has_spans() .and. attempt%cuts == cuts_before_change .and. allocated(run%trail))) return
-      attempt%trial = run%state
-      attempt%ahead = run%heading
-      call pass_change(problem, step, run, attempt%trial, attempt%ahead, .true., huge(1), recorder, result, &
-         & attempt%finished, outcome)
-      done = ended(attempt, outcome)
-      if (done) return
-      if (allocated(run%stuck)) deallocate (run%stuck)
-      attempt%changed = result == set_changed
-      done = result /= set_holds
-      if (done) then
-         attempt%cuts = 0
-      else
-         call linearise(problem, run%state, run%state, run%system)
-      end if
+      attempt%trial = run%last
+      associate (request => attempt%request)
+         call pass_change(problem, step, run, attempt%trial, .true., huge(1), recorder, request, attempt%finished, outcome)
+         done = ended(attempt, outcome)
+         if (done) return
+         call note_change(attempt)
+         done = request%set_changed .or. request%shorter .or. request%remeshes()
+         if (done) attempt%cuts = 0
+         if (request%shorter) call retry_shorter(run)
+      end associate
    end subroutine go_past_change
 
    !> Retries on the mesh used before the last coarsening.
@@ -85,9 +77,9 @@ contains
       type(attempt_t), intent(inout) :: attempt
       logical, intent(out) :: done
       type(finer_mesh_t), allocatable :: finer
-      done = attempt%cuts > cuts_before_change .and. allocated(run%before_coarsening)
+      done = attempt%cuts > cuts_before_change .and. allocated(run%mesh%before_coarsening)
       if (.not. done) return
-      call move_alloc(run%before_coarsening, finer)
+      call move_alloc(run%mesh%before_coarsening, finer)
       call step_back(finer, problem, run)
       run%control%increment = sign(attempt%first_increment, run%control%increment)
       attempt%cuts = 0
@@ -105,7 +97,7 @@ contains
       if (max(attempt%cuts, attempt%failures) <= cuts_before_mesh .and. .not. too_short(step, run, 0.5_wp)) return
       attempt%doubled_at = run%step_points
       attempt%failures = 0
-      call ask_for_twice(problem, run, done)
+      call ask_for_twice(problem, run%last%state, attempt%request, done)
       if (.not. done) return
       if (too_short(step, run, 0.5_wp)) run%control%increment = sign(attempt%first_increment, run%control%increment)
       call retry_refined(problem, run, attempt, .false.)
@@ -115,19 +107,20 @@ contains
    subroutine go_around_corner(problem, step, run, attempt, recorder, done, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at its point on entry and on return
+      type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: done
       type(outcome_t), intent(inout) :: outcome
       logical :: turned
       done = .false.
-      if (attempt%cuts <= cuts_before_corner .and. .not. (attempt%astray .and. differ(run%state%active, attempt%trial%active))) &
+      if (attempt%cuts <= cuts_before_corner .and. .not. (attempt%astray .and. differ(run%last%state%active, &
+         & attempt%trial%state%active))) &
          & return
-      call turn_corner(problem, step, run, attempt%corner_meshes, recorder, turned, attempt%finished, outcome)
+      call turn_corner(problem, step, run, attempt%corner_meshes, recorder, attempt%request, turned, attempt%finished, outcome)
       done = ended(attempt, outcome)
       if (done) return
-      if (wants_another(run)) then
+      if (attempt%request%remeshes()) then
          attempt%corner_meshes = attempt%corner_meshes + 1
          call retry_refined(problem, run, attempt, .false.)
          done = .true.

@@ -7,7 +7,6 @@ module stop_reasons
    use text, only: to_text
    use model, only: step_t, method_load, method_displacement
    use problem, only: problem_t
-   use bordered_system, only: linearise
    use path_control, only: is_arc_length
    use displacement_functional, only: monitor_change
    use path_state, only: path_state_t
@@ -22,11 +21,11 @@ module stop_reasons
 
 contains
 
-   !> Returns the reason as one sentence. The system is factored at the last point on entry, at any point on return.
+   !> Returns the reason as one sentence.
    subroutine why_stuck(problem, step, run, report, why, turns)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
+      type(path_state_t), intent(in) :: run
       type(increment_t), intent(in) :: report   !! report of the last increment tried
       character(:), allocatable, intent(out) :: why
       logical, intent(out) :: turns             !! the path continues, but this strategy cannot follow it
@@ -34,7 +33,7 @@ contains
       real(wp) :: at
       integer :: points
       turns = .false.
-      why = 'no further point at load factor '//to_text(run%state%load_factor)//': '//report%message
+      why = 'no further point at load factor '//to_text(run%last%state%load_factor)//': '//report%message
       cut = ' (increments were cut to '//to_text(abs(run%control%increment))
       if (is_arc_length(run%control%method)) then
          why = why//cut//'; *STATIC sets the smallest, *CONTROLS the iterations)'
@@ -63,7 +62,7 @@ contains
    !> Follows the path by arc length until the controlled quantity (load or monitor) turns back.
    subroutine look_ahead(problem, run, at, points, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
+      type(path_state_t), intent(in) :: run
       real(wp), intent(out) :: at               !! load factor at the turn, or at the last point
       integer, intent(out) :: points            !! number of points found by arc length
       logical, intent(out) :: found             !! the controlled quantity turns back
@@ -72,23 +71,21 @@ contains
       logical :: ahead
       found = .false.
       points = 0
-      at = run%state%load_factor
-      call linearise(problem, run%state, run%state, run%system)
-      if (.not. run%system%ok) return
+      at = run%last%state%load_factor
+      if (.not. run%last%system%ok) return
       look = look_from(run)
       rate_here = rate()
       ! A controlled quantity that changes against the increment at the start has turned before the last point.
       if (.not. rate_here * run%control%increment > 0.0_wp) return
       do while (points < most_points)
-         load = look%here%load_factor
-         slope = look%heading%load
-         call look_on(problem, run, look, ahead)
+         load = look%here%state%load_factor
+         slope = look%here%tangent%load
+         call look_on(problem, look, ahead)
          if (.not. ahead) return
          points = points + 1
-         call linearise(problem, look%here, look%here, run%system)
          rate_there = rate()
          found = rate_here * rate_there < 0.0_wp
-         at = look%here%load_factor
+         at = look%here%state%load_factor
          if (found .and. (at - load) * slope < 0.0_wp) at = load
          if (found) return
          rate_here = rate_there
@@ -96,11 +93,13 @@ contains
 
    contains
 
-      !> Derivative of the controlled quantity (load or monitor) by arc length at the look's point, where the system is factored.
+      !> Derivative of the controlled quantity (load or monitor) by arc length at the look's point.
       real(wp) function rate()
-         rate = look%heading%load
-         if (run%control%method == method_displacement) rate = look%heading%load * monitor_change(problem, run%control%monitor, &
-            & look%here, run%system, run%system%tangent, 1.0_wp)
+         associate (here => look%here)
+            rate = here%tangent%load
+            if (run%control%method == method_displacement) rate = here%tangent%load * monitor_change(problem, &
+               & run%control%monitor, here%state, here%system, here%system%tangent, 1.0_wp)
+         end associate
       end function rate
    end subroutine look_ahead
 end module stop_reasons

@@ -5,7 +5,7 @@ module contact_change_types
    use rod_state, only: state_t
    use test_kinds, only: span_test_t
    use span_tests, only: run_span_tests
-   use path_continuity, only: path_tangent_t
+   use path_point, only: path_point_t
    use path_state, only: path_state_t
    use next_spans, only: next_t
    use corrector, only: increment_t
@@ -34,8 +34,8 @@ module contact_change_types
 
    !> The examined increment, with the contact tests at its ends.
    type :: step_interval_t
-      type(state_t) :: from, to                   !! ends of the increment; if none converges, those of the last converged one
-      type(path_tangent_t) :: ahead                    !! path tangent at its end
+      type(state_t) :: from                       !! beginning of the increment; if none converges, that of the last converged one
+      type(path_point_t) :: to                    !! its end
       logical :: stuck = .false.                  !! true: no increment converges from its end, which is the run's point
       integer :: pivots = 0                       !! number of negative pivots at its end
       real(wp) :: scale = 0.0_wp                  !! scale of forces
@@ -50,8 +50,7 @@ module contact_change_types
       type(span_test_t), allocatable :: begins(:) !! gaps that close at the place, the located one last; else empty
       character(2) :: label = '  '                !! contact gained (C+) or lost (C-), empty if neither
       logical :: divides = .false.                !! a part of the lost contact remains on both sides
-      type(state_t) :: place
-      type(path_tangent_t) :: heading                  !! path tangent at the place
+      type(path_point_t) :: point                 !! place of the change, with the present set
       type(increment_t) :: report                 !! corrector's report at the place
       type(next_t) :: next                        !! next set after an opening or a closed span
       type(error_bars_t), allocatable :: bars     !! error bars of the place, if known
@@ -60,21 +59,19 @@ module contact_change_types
 contains
 
    !> The increment from the run's point to a trial, with the tests at its ends.
-   function new_interval(problem, run, trial, ahead, stuck) result(interval)
+   function new_interval(problem, run, trial, stuck) result(interval)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run              !! its system is factored at the trial
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead        !! path tangent at the trial
-      logical, intent(in) :: stuck                !! true: the trial is the run's state
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
+      logical, intent(in) :: stuck                !! true: the trial is the run's last point
       type(step_interval_t) :: interval
       interval%to = trial
-      interval%ahead = ahead
       interval%stuck = stuck
-      interval%from = run%state
+      interval%from = run%last%state
       if (stuck) interval%from = run%trail(1)%from
-      interval%pivots = run%system%negative_pivots
-      interval%scale = max(run%system%force_scale, tiny(interval%scale))
-      interval%after = run_span_tests(problem, interval%to, interval%scale)
+      interval%pivots = trial%system%negative_pivots
+      interval%scale = max(trial%system%force_scale, tiny(interval%scale))
+      interval%after = run_span_tests(problem, interval%to%state, interval%scale)
       interval%before = run_span_tests(problem, interval%from, interval%scale)
    end function new_interval
 end module contact_change_types

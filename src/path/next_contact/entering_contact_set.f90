@@ -11,6 +11,8 @@ module entering_contact_set
    use path_control, only: control_t, displacement_between, can_be_held, holding_value
    use path_continuity, only: path_tangent_at, between
    use path_events, only: event_t, test_values_t, new_test_values, detect_events, value_events, event_stop
+   use path_point, only: path_point_t, point_at, evaluate_tests
+   use trial_request, only: request_t
    use path_state, only: path_state_t, copy_path_state, path_tangent_of, forget_mesh
    use path_acceptance, only: arrival_t, accept
    use error_report, only: bars_at_point
@@ -33,29 +35,30 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(arrival_t) :: arrival
-      logical :: shorter, known
+      type(request_t) :: none                    ! no other trial is possible here
+      logical :: known
       run = bound_for(problem, run, next)
       call copy_problem(next%problem, problem)
       call stop_before(problem, step, run, next)
-      known = allocated(next%heading%u)
+      known = allocated(next%tangent%u)
       if (.not. known) then
-         next%heading = run%heading
-         if (.not. is_there(run, next)) next%heading = path_tangent_of(problem, run, next%state)
+         next%tangent = run%last%tangent
+         if (.not. is_there(run, next)) next%tangent = path_tangent_of(problem, run, next%path_point_t)
       end if
       arrival%report = next%report
       arrival%label = next%label
       arrival%times = next%times
       arrival%bracketed = .not. next%located
       arrival%divides = next%divides
-      if (next%test > 0) call bars_at_point(problem, step, run, next%state, next%heading, next%label, .false., next%test, &
+      if (next%test > 0) call bars_at_point(problem, step, run, next%path_point_t, next%label, .false., next%test, &
          & arrival%bars)
-      call accept(problem, step, run, next%state, next%heading, arrival, recorder, shorter, finished, outcome)
+      call accept(problem, step, run, next%path_point_t, arrival, recorder, none, finished, outcome)
       if (finished .or. allocated(outcome%why) .or. known) return
       ! The path up to this point belongs to another set; its mesh records are discarded.
       call forget_mesh(run)
       if (.not. abs(next%rate) > 0.0_wp) return
-      run%heading = path_tangent_at(problem, run%system, 0.0_wp * run%state%u, sign(1.0_wp, next%rate))
-      run%test_values = new_test_values(problem, run%state, run%system, run%heading%load)
+      run%last%tangent = path_tangent_at(problem, run%last%system, 0.0_wp * run%last%state%u, sign(1.0_wp, next%rate))
+      call evaluate_tests(problem, run%last)
    end subroutine go_to_next
 
    !> Replaces the next set's state by the end of the step, if the step ends on the way there and the set is valid at its end. The
@@ -73,7 +76,7 @@ contains
       real(wp) :: left, part                     ! to the value
       integer :: k, try
       test_values = new_test_values(problem, next%state, next%system, next%rate)
-      call value_events(problem, step, run%test_values, test_values, run%state, next%state, events)
+      call value_events(problem, step, run%last%test_values, test_values, run%last%state, next%state, events)
       k = findloc(events%kind == event_stop, .true., 1)
       if (k == 0) return
       if (.not. can_be_held(problem, events(k)%monitor)) return
@@ -105,7 +108,7 @@ contains
       type(step_interval_t), intent(in) :: interval        !! from the change's place to its end
       type(change_t), intent(inout) :: change
       type(next_t) :: nearer
-      type(state_t) :: here
+      type(path_point_t) :: here
       type(control_t) :: control
       type(increment_t) :: report
       type(path_state_t) :: on
@@ -118,18 +121,19 @@ contains
       do
          associate (next => change%next)
             on = bound_for(problem, run, next)
-            next%heading = path_tangent_of(next%problem, on, next%state)
-            call detect_events(next%problem, step, on%test_values, new_test_values(next%problem, next%state, next%system, &
-               & next%heading%load), on%state, next%state, events)
+            next%tangent = path_tangent_of(next%problem, on, next%path_point_t)
+            call detect_events(next%problem, step, on%last%test_values, new_test_values(next%problem, next%state, next%system, &
+               & next%tangent%load), on%last%state, next%state, events)
          end associate
          if (size(events) == 0) return
          part = 0.5_wp * part
-         here = between(problem, run%state, interval%to, run%heading, interval%ahead, part)
-         control%increment = here%load_factor - run%state%load_factor
-         call correct(problem, run%state, control, .true., here, run%system, report)
+         here%state = between(problem, run%last%state, interval%to%state, run%last%tangent, interval%to%tangent, part)
+         here%system = run%last%system
+         control%increment = here%state%load_factor - run%last%state%load_factor
+         call correct(problem, run%last%state, control, .true., here%state, here%system, report)
          if (.not. report%converged) return
-         call open_line(problem, run%state, here, change%tests(change%which), interval%scale, run%spans_begun + 1, nearer, &
-            & found)
+         call open_line(problem, run%last%state, here%state, change%tests(change%which), interval%scale, run%spans_begun + 1, &
+            & nearer, found)
          if (.not. found) return
          nearer%report = report
          call copy_next(nearer, change%next)
@@ -145,26 +149,29 @@ contains
       real(wp) :: rise
       call copy_path_state(run, on)
       on%spans_begun = max(run%spans_begun, maxval(next%problem%contact_span%number))
-      on%state = carried(problem, run%state, next%problem)
-      on%system = next%system
       call forget_mesh(on)
-      rise = next%state%load_factor - on%state%load_factor
-      if (is_there(on, next)) then
-         on%heading = next%heading
-         if (.not. allocated(next%heading%u)) on%heading = path_tangent_at(next%problem, next%system, carried_field(problem, &
-            & run%state, &
-            & run%heading%u, next%problem, on%state), run%heading%load)
-      else
-         on%heading = path_tangent_at(next%problem, next%system, displacement_between(next%problem, on%state, next%state), rise)
-      end if
-      on%test_values = new_test_values(next%problem, on%state, next%system, on%heading%load)
+      ! The point need not be in equilibrium on that mesh: its tangent and test values are those of the next set's equilibrium.
+      on%last = point_at(next%problem, carried(problem, run%last%state, next%problem))
+      associate (here => on%last)
+         rise = next%state%load_factor - here%state%load_factor
+         if (.not. is_there(on, next)) then
+            here%tangent = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here%state, next%state), &
+               & rise)
+         else if (allocated(next%tangent%u)) then
+            here%tangent = next%tangent
+         else
+            here%tangent = path_tangent_at(next%problem, next%system, carried_field(problem, run%last%state, &
+               & run%last%tangent%u, next%problem, here%state), run%last%tangent%load)
+         end if
+         here%test_values = new_test_values(next%problem, here%state, next%system, here%tangent%load)
+      end associate
    end function bound_for
 
    !> True if the loads of both states are equal within rounding: they are one equilibrium on two meshes.
    pure logical function is_there(run, next)
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
-      associate (load => run%state%load_factor)
+      associate (load => run%last%state%load_factor)
          is_there = abs(next%state%load_factor - load) <= 10.0_wp * epsilon(load) * abs(load)
       end associate
    end function is_there

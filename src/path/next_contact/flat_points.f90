@@ -7,11 +7,11 @@ module flat_points
    use contact_spans, only: shortest
    use conforming_span, only: flat_excess, excess_curvature
    use touchdown_points, only: point_force
-   use bordered_system, only: all_to_global
    use state_functional, only: functional_t
    use relative_curvature, only: new_relative_curvature
    use path_control, only: control_t, path_length
-   use path_state, only: path_state_t
+   use path_point, only: path_point_t
+   use linear_system, only: system_t, new_system
    use corrector, only: increment_t, correct
    implicit none
    private
@@ -23,9 +23,8 @@ contains
    !> follows the obstacle's direction, like the end of a line contact, its position is given by continuity of the moment, and the
    !> relative curvature is prescribed. Other points that become osculating nearby, for instance mirror images, are treated
    !> likewise.
-   subroutine find_flat_point(problem, run, candidate, too, place, found)
+   subroutine find_flat_point(problem, candidate, too, place, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! system undefined on return
       integer, intent(in) :: candidate
       integer, intent(in) :: too(:)              !! candidates of the other points
       type(state_t), intent(inout) :: place      !! a nearby state on entry
@@ -34,7 +33,7 @@ contains
       integer :: k
       call copy_problem(problem, turning)
       turning%candidates%follows([candidate, too]) = problem%candidates%rolls([candidate, too])
-      call go_to_excess(turning, run, candidate, 0.0_wp, least_told(problem), place, found)
+      call go_to_excess(turning, candidate, 0.0_wp, least_told(problem), place, found)
       if (.not. found) return
       do k = 1, size(too)
          place%reaction(too(k)) = point_force(problem, place, too(k))
@@ -44,14 +43,15 @@ contains
 
    !> Equilibrium in which the point contact with the least relative curvature may have negative relative curvature, for instance if
    !> it becomes a line earlier on another mesh: its node follows the obstacle's direction.
-   subroutine turn_flattest(problem, run, control, state, found)
+   subroutine turn_flattest(problem, from, control, state, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! its state is the origin of `control`; system undefined on return
+      type(state_t), intent(in) :: from          !! origin of `control`
       type(control_t), intent(in) :: control
       type(state_t), intent(inout) :: state      !! a guess on entry
       logical, intent(out) :: found
       type(problem_t) :: turning
       type(increment_t) :: report
+      type(system_t) :: system
       real(wp) :: excess(problem%candidates%n), extension
       integer :: c
       excess = huge(excess)
@@ -65,7 +65,8 @@ contains
       c = minloc(excess, 1)
       call copy_problem(problem, turning)
       turning%candidates%follows(c) = .true.
-      call correct(turning, run%state, control, .true., state, run%system, report)
+      system = new_system(turning)
+      call correct(turning, from, control, .true., state, system, report)
       found = report%converged
       if (found) state%reaction(c) = point_force(problem, state, c)
    end subroutine turn_flattest
@@ -73,9 +74,8 @@ contains
    !> Equilibrium just beyond the point where a line contact has become a point contact. At this point the contact is osculating,
    !> its rotational stiffness is unbounded, and free spans beside it may buckle, so that the load is a poor parameter; relative
    !> curvature is prescribed instead.
-   subroutine leave_flat_point(problem, run, candidate, reach, place, away, found)
+   subroutine leave_flat_point(problem, candidate, reach, place, away, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! system undefined on return
       integer, intent(in) :: candidate
       real(wp), intent(in) :: reach              !! largest path distance of the equilibrium
       type(state_t), intent(inout) :: place      !! in: the state of the line contact
@@ -87,9 +87,9 @@ contains
       line = place
       excess = of_no_line(problem, line, candidate)
       do
-         call go_to_excess(problem, run, candidate, excess, excess, place, found)
+         call go_to_excess(problem, candidate, excess, excess, place, found)
          ! Solved twice: if spans may buckle, the residual is small before the error is.
-         if (found) call go_to_excess(problem, run, candidate, excess, excess, place, found)
+         if (found) call go_to_excess(problem, candidate, excess, excess, place, found)
          away = huge(away)
          if (found) away = path_length(problem, line, place)
          if (away <= reach .or. excess <= least_told(problem)) return
@@ -99,13 +99,13 @@ contains
    end subroutine leave_flat_point
 
    !> Rate of the relative curvature of a point contact along the path, per unit of load factor.
-   real(wp) function curving_rate(problem, run, candidate) result(rate)
+   real(wp) function curving_rate(problem, point, candidate) result(rate)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! system factored
+      type(path_point_t), intent(in) :: point
       integer, intent(in) :: candidate
       type(functional_t) :: curvature
-      curvature = new_relative_curvature(problem, run%state, run%system, candidate)
-      rate = curvature%change(run%system%tangent, 1.0_wp)
+      curvature = new_relative_curvature(problem, point%state, point%system, candidate)
+      rate = curvature%change(point%system%tangent, 1.0_wp)
    end function curving_rate
 
    !> Small relative curvature: a share of the curvature change that the point's contact force produces along the least line length.
@@ -127,9 +127,8 @@ contains
    end function least_told
 
    !> Equilibrium at which a point contact has a given relative curvature.
-   subroutine go_to_excess(problem, run, candidate, excess, whole, state, found)
+   subroutine go_to_excess(problem, candidate, excess, whole, state, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
       integer, intent(in) :: candidate
       real(wp), intent(in) :: excess
       real(wp), intent(in) :: whole              !! scale for the tolerance of the relative curvature
@@ -137,12 +136,14 @@ contains
       logical, intent(out) :: found
       type(control_t) :: curved
       type(state_t) :: start
+      type(system_t) :: system
       type(increment_t) :: report
       curved%flat = candidate
       curved%increment = excess
       curved%whole = whole
       start = state
-      call correct(problem, start, curved, .true., state, run%system, report)
+      system = new_system(problem)
+      call correct(problem, start, curved, .true., state, system, report)
       found = report%converged
    end subroutine go_to_excess
 end module flat_points

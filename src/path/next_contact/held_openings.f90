@@ -5,10 +5,11 @@ module held_openings
    use contact_spans, only: first_length
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use bordered_system, only: linearise
+   use linear_system, only: system_t
    use model, only: method_load
    use path_control, only: control_t
    use corrector, only: increment_t, correct
+   use path_point, only: path_point_t, move_to
    use path_state, only: path_state_t
    use touchdown_points, only: with_held, opening_misfit, touchdown_steps
    use span_candidates, only: touch_place
@@ -31,40 +32,41 @@ contains
       integer, intent(in), optional :: others(:, :) !! (2, spans) spans that open as well: fixed until the load is found
       type(problem_t) :: frozen
       type(state_t) :: state, start
+      type(system_t) :: system
       type(control_t) :: here
       type(increment_t) :: report
       integer :: ends(2), k, c
       ends = opening_ends(problem, opened)
-      state = run%state
+      state = run%last%state
+      system = run%last%system
       call copy_problem(problem, frozen)
       if (present(others)) then
          do k = 1, size(others, 2)
             frozen = with_held(frozen, opening_ends(problem, others(:, k)))
          end do
       end if
-      call solve_held(frozen, ends, run%system, all(ends > 0), held_steps(problem, run), state, ok)
+      call solve_held(frozen, ends, system, all(ends > 0), held_steps(problem, run), state, ok)
       if (.not. ok) then
          ! Another span starts here with zero length: all touchdown points are fixed, and the load is found first.
-         state = run%state
+         state = run%last%state
          call copy_problem(problem, frozen)
-         call solve_held(problem, [maxval(ends), 0], run%system, .false., held_steps(problem, run), state, ok, &
+         call solve_held(problem, [maxval(ends), 0], system, .false., held_steps(problem, run), state, ok, &
             & [(c, c=1, problem%candidates%n)])
          if (.not. ok) return
          here%method = method_load
-         call correct(problem, state, here, .true., state, run%system, report)
+         call correct(problem, state, here, .true., state, system, report)
          ok = report%converged
       end if
       if (.not. ok) return
       if (any(frozen%candidates%held .neqv. problem%candidates%held)) then
          start = state
          here%method = method_load
-         call correct(problem, start, here, .true., state, run%system, report)
+         call correct(problem, start, here, .true., state, system, report)
          ok = report%converged
          if (.not. ok) return
       end if
-      run%state = state
-      call linearise(problem, run%state, run%state, run%system)
-      ok = run%system%ok
+      call move_to(problem, state, run%last)
+      ok = run%last%system%ok
    end subroutine begin_span
 
    !> Equilibrium of a span that is about to open at the run's load, with its touchdown points fixed; the misfits of their contact
@@ -74,13 +76,14 @@ contains
       type(path_state_t), intent(inout) :: run
       integer, intent(in) :: opened(2)           !! as begin_span
       type(state_t) :: state
+      type(system_t) :: system
       type(control_t) :: here
       type(increment_t) :: report
-      state = run%state
+      state = run%last%state
+      system = run%last%system
       here%method = method_load
-      call correct(with_held(problem, opening_ends(problem, opened)), run%state, here, .true., state, run%system, report)
-      if (report%converged) run%state = state
-      call linearise(problem, run%state, run%state, run%system)
+      call correct(with_held(problem, opening_ends(problem, opened)), run%last%state, here, .true., state, system, report)
+      if (report%converged) call move_to(problem, state, run%last)
    end subroutine rest_held
 
    !> Moves a line contact of zero length, in equilibrium with fixed ends, to the load at which it has its initial length, by the
@@ -92,21 +95,22 @@ contains
       integer, intent(in) :: opened(2)           !! as begin_span
       logical, intent(out) :: ok
       type(state_t) :: state
+      type(system_t) :: system
       type(control_t) :: ahead
       type(increment_t) :: report
       real(wp) :: rate
       integer :: ends(2)
       ends = opening_ends(problem, opened)
-      rate = spreading_rate(problem, run, opened)
+      rate = spreading_rate(problem, run%last, opened)
       ok = all(ends > 0) .and. abs(rate) > 0.0_wp
       if (.not. ok) return
       ahead%method = method_load
-      ahead%increment = (touch_place(problem, run%state, ends(2)) - touch_place(problem, run%state, ends(1))) / rate
-      state = run%state
-      call correct(problem, run%state, ahead, .true., state, run%system, report, far_off=.true.)
+      ahead%increment = (touch_place(problem, run%last%state, ends(2)) - touch_place(problem, run%last%state, ends(1))) / rate
+      state = run%last%state
+      system = run%last%system
+      call correct(problem, run%last%state, ahead, .true., state, system, report, far_off=.true.)
       ok = report%converged
-      if (ok) run%state = state
-      call linearise(problem, run%state, run%state, run%system)
+      if (ok) call move_to(problem, state, run%last)
    end subroutine spread_ahead
 
    !> Steps of load factor and position for finite differences.
@@ -120,7 +124,7 @@ contains
    !> Step of the load factor.
    pure real(wp) function held_load(run) result(step)
       type(path_state_t), intent(in) :: run
-      step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%state%load_factor))
+      step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%last%state%load_factor))
    end function held_load
 
    !> Free candidates at the ends of an opening span: both ends of a line contact, or the facing ends of two contacts; 0: none.
@@ -139,17 +143,17 @@ contains
 
    !> Rate at which the new span grows along the path, per unit of load factor: for the end of a line contact by the misfit of its
    !> condition, for a point contact by the change of its position.
-   real(wp) function spreading_rate(problem, run, opened) result(rate)
+   real(wp) function spreading_rate(problem, point, opened) result(rate)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! system factored
+      type(path_point_t), intent(in) :: point
       integer, intent(in) :: opened(2)           !! as begin_span
       type(state_t) :: ahead, here
       real(wp) :: step, misfit(2), place(problem%candidates%n), change
       integer :: ends(2), k
       ends = opening_ends(problem, opened)
-      call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)
+      call states_along(problem, point%system, point%state, 1.0_wp, here, ahead, step)
       misfit = opening_misfit(problem, ends, ahead) - opening_misfit(problem, ends, here)
-      place = touchdown_steps(problem, run%state, ahead) - touchdown_steps(problem, run%state, here)
+      place = touchdown_steps(problem, point%state, ahead) - touchdown_steps(problem, point%state, here)
       rate = 0.0_wp
       do k = 1, 2
          if (ends(k) == 0) cycle

@@ -34,7 +34,7 @@ contains
       call set_at_breakpoint(problem, interval, test, set, k, side, meets)
       found = allocated(set)
       if (.not. found) return
-      next = new_next(problem, interval%to, set)
+      next = new_next(problem, interval%to%state, set)
       k = findloc(next%problem%contact_span%number, problem%contact_span(k)%number, 1)
       call find_load(problem, interval, next%problem%contact_span(k)%candidate(3 - side), meets, next, found)
    end subroutine find_arrival
@@ -68,11 +68,11 @@ contains
          & problem%candidates%moves(problem%contact_span(other)%candidate(side))
       whole = problem%layout%rod_segment(test%rod_segment)%length
       if (.not. meets) then
-         if (lifted_ahead(problem, interval%to, problem%contact_span(k)%candidate(3 - side), end_node(problem, k, way)) <= &
+         if (lifted_ahead(problem, interval%to%state, problem%contact_span(k)%candidate(3 - side), end_node(problem, k, way)) <= &
             & shortest * whole) &
             & return
       end if
-      set = end_moved(present_contact_spans(problem, interval%to), k, 3 - side, merge(whole, 0.0_wp, way > 0))
+      set = end_moved(present_contact_spans(problem, interval%to%state), k, 3 - side, merge(whole, 0.0_wp, way > 0))
       if (meets) set = end_moved(set, other, side, merge(problem%layout%rod_segment(rod_segment)%length, 0.0_wp, way < 0))
    end subroutine set_at_breakpoint
 
@@ -88,7 +88,7 @@ contains
       type(span_test_t), allocatable :: tests(:)
       real(wp) :: load(2), couple(2), force(2), held(2)
       integer :: try
-      load = [interval%from%load_factor, interval%to%load_factor]
+      load = [interval%from%load_factor, interval%to%state%load_factor]
       call look_at(load(2), couple(2), force(2))
       if (found) call look_at(load(1), couple(1), force(1))
       if (.not. found) return
@@ -98,10 +98,10 @@ contains
          found = abs(held(2) - held(1)) > 0.0_wp
          if (.not. found) return
          load = [load(2), load(2) - held(2) * (load(2) - load(1)) / (held(2) - held(1))]
-         found = interval%stuck .or. abs(load(2) - interval%to%load_factor) <= &
-            & abs(interval%to%load_factor - interval%from%load_factor)
+         found = interval%stuck .or. abs(load(2) - interval%to%state%load_factor) <= &
+            & abs(interval%to%state%load_factor - interval%from%load_factor)
          associate (stop => problem%model%step(problem%step)%stop)
-            found = found .and. .not. any(stop%monitor == 0 .and. (stop%value - interval%to%load_factor) * &
+            found = found .and. .not. any(stop%monitor == 0 .and. (stop%value - interval%to%state%load_factor) * &
                & (load(2) - stop%value) > 0.0_wp)
          end associate
          if (.not. found) return

@@ -45,8 +45,8 @@ contains
       logical, intent(out) :: found
       integer :: side
       associate (beside => interval%after(which)%beside)
-         side = findloc(clamped_ends(problem, interval%to, interval%after(which)), .true., 1)
-         next = new_next(problem, interval%to, lost(present_contact_spans(problem, interval%to), beside(3 - side)))
+         side = findloc(clamped_ends(problem, interval%to%state, interval%after(which)), .true., 1)
+         next = new_next(problem, interval%to%state, lost(present_contact_spans(problem, interval%to%state), beside(3 - side)))
       end associate
       call lose(run, interval, next, found)
    end subroutine go_into_clamp
@@ -62,9 +62,10 @@ contains
       logical, intent(out) :: found
       type(answer_t) :: answer
       found = .false.
-      answer = answer_to(problem, interval%to, interval%after, which, interval%before%value - interval%after%value, run%spans_begun)
+      answer = answer_to(problem, interval%to%state, interval%after, which, interval%before%value - interval%after%value, &
+         & run%spans_begun)
       if (answer%label /= 'C-' .or. allocated(answer%no_rule) .or. size(answer%crosses, 2) > 0) return
-      next = new_next(problem, interval%to, answer%contact_span)
+      next = new_next(problem, interval%to%state, answer%contact_span)
       call lose(run, interval, next, found)
    end subroutine lose_line
 

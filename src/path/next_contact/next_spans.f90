@@ -4,7 +4,7 @@ module next_spans
    use model, only: method_load
    use problem, only: problem_t
    use rod_state, only: state_t
-   use linear_system, only: system_t, new_system
+   use linear_system, only: new_system
    use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem
    use test_kinds, only: span_test_t, any_fails
@@ -12,19 +12,16 @@ module next_spans
    use touchdown_points, only: with_held
    use state_transfer, only: carried
    use path_control, only: control_t
-   use path_continuity, only: path_tangent_t
+   use path_point, only: path_point_t
    use corrector, only: increment_t, correct
    implicit none
    private
    public :: next_t, copy_next, new_next, settle, go_to_load, tests_of, holds
 
-   !> Equilibrium with another contact set, found before the run accepts this set.
-   type :: next_t
+   !> Point of the path with another contact set, found before the run accepts this set. Its tangent is that with which the path
+   !> arrives; without displacements it is unknown.
+   type, extends(path_point_t) :: next_t
       type(problem_t) :: problem
-      type(state_t) :: state
-      type(system_t) :: system                    !! factored at `state`
-      type(path_tangent_t) :: heading                  !! path tangent with which the path arrives; without displacements: the
-      !! direction of the run
       real(wp) :: rate = 0.0_wp                   !! closed free span: derivative of the line contact's least pressure by the load
       !! factor; 0: the load continues in the present sense
       type(increment_t) :: report = increment_t(converged=.true.)

@@ -8,6 +8,7 @@ module reachability
    use state_transfer, only: carried, carried_field
    use path_control, only: path_length, displacement_between
    use path_continuity, only: path_tangent_t, relate, same_path, stands_still
+   use path_point, only: path_point_t
    use path_state, only: path_state_t, path_tangent_of
    implicit none
    private
@@ -28,19 +29,19 @@ contains
    pure logical function turns(run, interval)
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
-      turns = run%heading%load * interval%ahead%load < 0.0_wp
+      turns = run%last%tangent%load * interval%to%tangent%load < 0.0_wp
    end function turns
 
    !> Path direction at a place: the tangent, or the chord if the tangent does not continue the path. The latter occurs if the set
    !> of the next increment has a neutral span, so that the present tangent is a null vector.
-   function arrival(problem, run, place) result(heading)
+   function arrival(problem, run, point) result(heading)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run              !! its system is factored at the place
-      type(state_t), intent(in) :: place
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: point
       type(path_tangent_t) :: heading
-      heading = path_tangent_of(problem, run, place)
-      if (same_path(relate(problem, run%state, place, run%heading, heading, run%fresh))) return
-      if (path_length(problem, run%state, place) > 0.0_wp) heading = chord(problem, run%state, place)
+      heading = path_tangent_of(problem, run, point)
+      if (same_path(relate(problem, run%last%state, point%state, run%last%tangent, heading, run%fresh))) return
+      if (path_length(problem, run%last%state, point%state) > 0.0_wp) heading = chord(problem, run%last%state, point%state)
    end function arrival
 
    !> True if an equilibrium is ahead on the same path; Newton's method may find one on another path or behind a limit point. The
@@ -69,9 +70,9 @@ contains
       real(wp), intent(in), optional :: rate      !! as in leads_to
       type(state_t) :: from
       type(path_tangent_t) :: heading
-      from = carried(problem, run%state, next%problem)
-      heading%load = run%heading%load
-      heading%u = carried_field(problem, run%state, run%heading%u, next%problem, from)
+      from = carried(problem, run%last%state, next%problem)
+      heading%load = run%last%tangent%load
+      heading%u = carried_field(problem, run%last%state, run%last%tangent%u, next%problem, from)
       leads = leads_to(next%problem, from, heading, run%fresh, next%state, rate)
    end function leads_to_next
 

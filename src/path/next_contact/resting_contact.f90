@@ -4,7 +4,7 @@ module resting_contact
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
-   use bordered_system, only: linearise
+   use path_point, only: path_point_t, move_to
    use path_state, only: path_state_t
    use touchdown_points, only: touchdown_steps
    use tangent_step, only: states_along
@@ -17,9 +17,9 @@ module resting_contact
 contains
 
    !> Touchdown point with the largest rate of position by load.
-   subroutine find_fastest(problem, run, fastest, rate)
+   subroutine find_fastest(problem, point, fastest, rate)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! system factored
+      type(path_point_t), intent(in) :: point
       integer, intent(out) :: fastest            !! candidate, 0: none moves
       real(wp), intent(out) :: rate              !! along the rod, per unit of load factor
       real(wp) :: rates(problem%candidates%n), step
@@ -28,22 +28,24 @@ contains
       rate = 0.0_wp
       associate (moves => problem%candidates%moves(:size(rates)))
          if (.not. any(moves)) return
-         call states_along(problem, run%system, run%state, 1.0_wp, here, ahead, step)
-         rates = abs(touchdown_steps(problem, run%state, ahead) - touchdown_steps(problem, run%state, here)) / step
+         call states_along(problem, point%system, point%state, 1.0_wp, here, ahead, step)
+         rates = abs(touchdown_steps(problem, point%state, ahead) - touchdown_steps(problem, point%state, here)) / step
          fastest = maxloc(rates, 1, moves)
       end associate
       rate = rates(fastest)
    end subroutine find_fastest
 
    !> Equilibrium with a touchdown point at its present position.
-   subroutine stay_in_place(problem, run, fastest, state, found)
+   subroutine stay_in_place(problem, run, fastest, point, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! factored at the state if found
+      type(path_state_t), intent(in) :: run
       integer, intent(in) :: fastest             !! candidate
-      type(state_t), intent(inout) :: state      !! a guess on entry
+      type(path_point_t), intent(inout) :: point !! a guess on entry
       logical, intent(out) :: found
-      call solve_held(problem, [fastest, 0], run%system, .false., held_steps(problem, run), state, found)
-      if (found) call linearise(problem, state, state, run%system)
-      found = found .and. run%system%ok
+      type(state_t) :: state
+      state = point%state
+      call solve_held(problem, [fastest, 0], point%system, .false., held_steps(problem, run), state, found)
+      if (found) call move_to(problem, state, point)
+      found = found .and. point%system%ok
    end subroutine stay_in_place
 end module resting_contact

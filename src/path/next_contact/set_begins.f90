@@ -35,7 +35,7 @@ contains
       ! The pressure of a line contact shall be slightly above zero.
       slack = merge(0.0_wp, small, present(test))
       goal = 0.5_wp * slack
-      loads = interval%to%load_factor
+      loads = interval%to%state%load_factor
       call look_at(loads(2), value)
       found = .false.
       if (.not. ok) return
@@ -44,10 +44,10 @@ contains
       values = value - goal
       load = loads(2) + held_load(run)
       if (value > slack) then
-         call look_at(run%state%load_factor, value)
+         call look_at(run%last%state%load_factor, value)
          found = gone .and. ok .and. value >= 0.0_wp
          if (found) return
-         if (ok .and. value < 0.0_wp) load = run%state%load_factor
+         if (ok .and. value < 0.0_wp) load = run%last%state%load_factor
       end if
       do try = 1, max_tries
          ! The two loads are equal within rounding.
@@ -55,7 +55,7 @@ contains
          call look_at(load, value)
          if (.not. ok) return
          ! On a narrow interval the residual of forces spoils the slope.
-         narrow = abs(load - loads(2)) <= sqrt(small) * abs(interval%to%load_factor - interval%from%load_factor)
+         narrow = abs(load - loads(2)) <= sqrt(small) * abs(interval%to%state%load_factor - interval%from%load_factor)
          if (.not. (narrow .and. abs(next%rate) > 0.0_wp)) next%rate = (value - goal - values(2)) / (load - loads(2))
          found = (value >= 0.0_wp .and. value <= slack) .or. (narrow .and. abs(value) <= test_slack(test_pressure))
          if (found .or. .not. abs(next%rate) > 0.0_wp) return

@@ -5,9 +5,10 @@ module shrunk_line
    use model, only: method_load
    use problem, only: problem_t
    use rod_state, only: state_t
-   use bordered_system, only: linearise
+   use linear_system, only: system_t
    use path_control, only: control_t, path_length
    use flat_points, only: leave_flat_point
+   use path_point, only: move_to
    use path_state, only: path_state_t
    use corrector, only: increment_t, correct
    implicit none
@@ -32,23 +33,24 @@ contains
       type(control_t) :: here
       type(increment_t) :: report
       type(state_t) :: state
+      type(system_t) :: system
       real(wp) :: away
       logical :: found
       leaves = .false.
       if (candidate == 0) return
-      state = run%state
+      state = run%last%state
       if (problem%contact_span(problem%candidates%contact_span(candidate))%line .or. .not. problem%candidates%moves(candidate)) then
          here%method = method_load
-         here%whole = run%state%load_factor
-         call correct(problem, run%state, here, .true., state, run%system, report)
+         here%whole = run%last%state%load_factor
+         system = run%last%system
+         call correct(problem, run%last%state, here, .true., state, system, report)
          found = report%converged
-         if (found) found = path_length(problem, run%state, state) <= reach
+         if (found) found = path_length(problem, run%last%state, state) <= reach
       else
-         call leave_flat_point(problem, run, candidate, reach, state, away, found)
+         call leave_flat_point(problem, candidate, reach, state, away, found)
          if (found) found = away <= farther * reach
          leaves = found
       end if
-      if (found) run%state = state
-      call linearise(problem, run%state, run%state, run%system)
+      if (found) call move_to(problem, state, run%last)
    end subroutine come_to_rest
 end module shrunk_line

@@ -9,10 +9,10 @@ module corner_limit
    use text, only: to_text
    use model, only: step_t, method_load
    use problem, only: problem_t
-   use rod_state, only: state_t
    use path_continuity, only: path_tangent_t
    use path_control, only: is_arc_length
-   use path_events, only: test_values_t, note_of_corner
+   use path_events, only: note_of_corner
+   use path_point, only: path_point_t
    use path_state, only: path_state_t, path_tangent_of
    use looking_ahead, only: goes_on
    use event_recording, only: announce, new_critical
@@ -33,17 +33,16 @@ contains
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(critical_t) :: critical
-      type(state_t) :: place
-      type(test_values_t) :: values
+      type(path_point_t) :: point
       if (.not. load_turns(step, run)) return
       associate (arrived => run%arrived)
          critical = new_critical('LP', note_of_corner, arrived%bars)
          critical%point = arrived%point
          ! The state with the next contact set may have another load factor already.
-         place = run%state
-         place%load_factor = arrived%load_factor
-         values%monitor = arrived%monitor
-         call announce(problem, run, critical, place, values, .true., recorder, outcome)
+         point = run%last
+         point%state%load_factor = arrived%load_factor
+         point%test_values%monitor = arrived%monitor
+         call announce(problem, run, critical, point, .true., recorder, outcome)
          arrived%point = 0
       end associate
    end subroutine report_turned_load
@@ -54,7 +53,7 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       real(wp) :: slower
-      associate (before => run%arrived%load_rate, after => run%test_values%load_rate)
+      associate (before => run%arrived%load_rate, after => run%last%test_values%load_rate)
          turns = run%arrived%point > 0 .and. before * after < 0.0_wp
          if (.not. turns) return
          slower = min(abs(before), abs(after))
@@ -67,19 +66,18 @@ contains
    subroutine look_whether_back(problem, step, run, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run !! at a contact change, with the path tangent behind the change; its system is
-      !! factored there on entry, and at any point on return if the run ends
+      type(path_state_t), intent(inout) :: run   !! at a contact change, with the path tangent behind the change
       type(outcome_t), intent(inout) :: outcome
       type(path_tangent_t) :: prescribed
       if (is_arc_length(run%control%method)) return
-      prescribed = path_tangent_of(problem, run, run%state)
-      if (.not. run%heading%load * prescribed%load < 0.0_wp) return
+      prescribed = path_tangent_of(problem, run, run%last)
+      if (.not. run%last%tangent%load * prescribed%load < 0.0_wp) return
       if (is_arc_length(step%method)) then
-         run%control%increment = sign(run%control%increment, run%heading%load)
+         run%control%increment = sign(run%control%increment, run%last%tangent%load)
          return
       end if
       outcome%turns = .true.
-      outcome%why = 'the path turns back where the contact changes, at load factor '//to_text(run%state%load_factor)//': '// &
+      outcome%why = 'the path turns back where the contact changes, at load factor '//to_text(run%last%state%load_factor)//': '// &
          & trim(merge('load control        ', 'displacement control', run%control%method == method_load))//' cannot follow it'
       if (goes_on(problem, run)) outcome%why = outcome%why//' (METHOD=CYLINDRICAL can)'
    end subroutine look_whether_back

@@ -11,10 +11,10 @@ module event_recording
    use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
    use force_free_contact, only: remove_force_free_lines, let_turn, line_opening
    use path_control, only: path_length
-   use path_continuity, only: path_tangent_t
+   use path_point, only: path_point_t
    use path_state, only: path_state_t, keep_critical_point, leave_trail
    use branch_closure, only: on_parent_path, check_closure
-   use path_events, only: test_values_t, event_t, new_test_values, event_stop, event_bifurcation, event_release, event_limit
+   use path_events, only: event_t, event_stop, event_bifurcation, event_release, event_limit
    use located_events, only: located_event_t
    use event_order, only: same_place
    use path_outcome, only: outcome_t
@@ -40,44 +40,41 @@ contains
    subroutine record_event(problem, step, run, trial, located_event, pivots, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system may be factored at any point
-      type(state_t), intent(in) :: trial
+      type(path_state_t), intent(inout) :: run
+      type(path_point_t), intent(in) :: trial
       type(located_event_t), intent(in) :: located_event
       integer, intent(in) :: pivots              !! negative pivots before the event
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished           !! the step ends at this event
       type(outcome_t), intent(inout) :: outcome
       type(critical_t) :: critical
-      type(test_values_t) :: test_values
-      type(path_tangent_t), allocatable :: tangent    ! not allocated at a corner, which has two
+      integer :: before
       logical :: smooth
       finished = .false.
-      associate (event => located_event%event, place => located_event%place)
-         call linearise(problem, place, place, run%system)
+      associate (event => located_event%event, point => located_event%point)
          smooth = any(event%kind == [event_bifurcation, event_limit])
-         if (run%branch == 0 .and. smooth) outcome%home = on_parent_path(problem, run, place)
+         if (run%branch == 0 .and. smooth) outcome%home = on_parent_path(problem, run, point%state)
          if (outcome%home) outcome%why = 'the path comes back to a bifurcation of its own at load factor '// &
-            & to_text(place%load_factor)//': beyond lies what it has passed'
-         if (event%kind == event_limit) call check_closure(problem, run, place, event%label, outcome)
+            & to_text(point%state%load_factor)//': beyond lies what it has passed'
+         if (event%kind == event_limit) call check_closure(problem, run, point%state, event%label, outcome)
          if (outcome%home) return
          critical = new_critical(event%label, event%note, located_event%bars)
-         if (smooth) run%system%negative_pivots = pivots
-         if (.not. event%corner) tangent = located_event%heading
-         call record(problem, run, place, event%label, located_event%report, recorder, outcome, first_touch(problem, event, &
-            & place), located_event%bars, tangent)
+         ! The path has two tangents at a corner.
+         before = merge(pivots, point%system%negative_pivots, smooth)
+         call record(problem, run, point, event%label, located_event%report, recorder, outcome, first_touch(problem, event, &
+            & point%state), located_event%bars, smooth=.not. event%corner, pivots=before)
          if (allocated(outcome%why)) return
          call count_up(counter_located)
-         test_values = new_test_values(problem, place, run%system, located_event%heading%load)
          call keep_start(problem, step, run, trial, located_event, pivots, critical)
-         call announce(problem, run, critical, place, test_values, .true., recorder, outcome)
+         call announce(problem, run, critical, point, .true., recorder, outcome)
          if (allocated(outcome%why)) return
          if (smooth) then
-            finished = on_parent_path(problem, run, place)
+            finished = on_parent_path(problem, run, point%state)
             if (finished) call announce(problem, run, new_critical('EP', 'back on the path it left, at a bifurcation', &
-               & located_event%bars), place, test_values, .true., recorder, outcome)
+               & located_event%bars), point, .true., recorder, outcome)
          else if (event%kind == event_stop) then
             finished = .true.
-            call go_to(problem, run, place, located_event%heading, test_values)
+            call go_to(problem, run, point)
          end if
       end associate
    end subroutine record_event
@@ -86,8 +83,8 @@ contains
    subroutine keep_start(problem, step, run, trial, located_event, pivots, critical)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the event
-      type(state_t), intent(in) :: trial
+      type(path_state_t), intent(inout) :: run
+      type(path_point_t), intent(in) :: trial
       type(located_event_t), intent(in) :: located_event
       integer, intent(in) :: pivots              !! negative pivots before the event
       type(critical_t), intent(inout) :: critical
@@ -97,18 +94,18 @@ contains
       type(system_t) :: other
       real(wp) :: arc_length
       logical :: weak
-      associate (event => located_event%event, place => located_event%place)
-         arc_length = run%arc_length + path_length(problem, run%state, place)
+      associate (event => located_event%event, place => located_event%point%state, system => located_event%point%system)
+         arc_length = run%arc_length + path_length(problem, run%last%state, place)
          select case (event%kind)
          case (event_bifurcation)
-            call find_null_vectors(problem, step, run%system, place, event, critical, modes)
+            call find_null_vectors(problem, step, system, place, event, critical, modes)
             if (allocated(located_event%bars)) then
                if (located_event%bars%unfolding > 0.0_wp) critical%note = critical%note//imperfect
             end if
-            call keep_critical_point(problem, run, 'BP', place, trial, located_event%fraction, arc_length, pivots, &
+            call keep_critical_point(problem, run, 'BP', place, trial%state, located_event%fraction, arc_length, pivots, &
                & size(critical%null_vector, 3), event%scale, located_event%bars)
          case (event_release)
-            call remove_force_free_lines(problem, place, run%system, free, released, weak)
+            call remove_force_free_lines(problem, place, system, free, released, weak)
             other = new_system(free)
             call linearise(free, released, released, other)
             call find_null_vectors(free, step, other, released, event, critical, modes)
@@ -116,28 +113,24 @@ contains
             if (line_opening(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
                & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
             call let_turn(free)
-            call keep_critical_point(problem, run, 'BP', place, trial, located_event%fraction, arc_length, pivots, 1, &
+            call keep_critical_point(problem, run, 'BP', place, trial%state, located_event%fraction, arc_length, pivots, 1, &
                & free=free, released=released)
          case (event_limit)
-            call keep_critical_point(problem, run, 'LP', place, trial, 0.0_wp, arc_length, pivots, 0, corner=event%corner)
+            call keep_critical_point(problem, run, 'LP', place, trial%state, 0.0_wp, arc_length, pivots, 0, corner=event%corner)
          end select
       end associate
    end subroutine keep_start
 
-   !> Moves the path state to a point with known path tangent and test values.
-   subroutine go_to(problem, run, place, heading, test_values)
+   !> Moves the path state to a point.
+   subroutine go_to(problem, run, point)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: place
-      type(path_tangent_t), intent(in) :: heading
-      type(test_values_t), intent(in) :: test_values
-      call leave_trail(problem, run, place, heading)
-      run%last_length = path_length(problem, run%state, place)
+      type(path_point_t), intent(in) :: point
+      call leave_trail(problem, run, point)
+      run%last_length = path_length(problem, run%last%state, point%state)
       run%arc_length = run%arc_length + run%last_length
-      run%state = place
-      run%motion = max(run%motion, motion_sizes(problem, place))
-      run%heading = heading
-      run%test_values = test_values
+      run%last = point
+      run%motion = max(run%motion, motion_sizes(problem, point%state))
       run%fresh = .false.
       run%since_change%shrunk = .false.
       run%arrived%point = 0
@@ -167,29 +160,28 @@ contains
    end function first_touch
 
    !> Reports a critical point: the point recorded last, or the point whose row is given.
-   subroutine announce(problem, run, point, state, values, exact, recorder, outcome)
+   subroutine announce(problem, run, critical, point, exact, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(critical_t), intent(in) :: point      !! label, note, null vectors, and the row; row 0: the point recorded last
-      type(state_t), intent(in) :: state
-      type(test_values_t), intent(in) :: values
+      type(critical_t), intent(in) :: critical   !! label, note, null vectors, and the row; row 0: the point recorded last
+      type(path_point_t), intent(in) :: point
       logical, intent(in) :: exact               !! located, not only bracketed
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       type(critical_t) :: full
       type(place_t) :: at
       type(error_t), allocatable :: error
-      full = point
+      full = critical
       full%step = problem%step
       if (full%point == 0) full%point = run%points
-      full%load_factor = state%load_factor
+      full%load_factor = point%state%load_factor
       full%located = exact
-      full%monitor = values%monitor
+      full%monitor = point%test_values%monitor
       if (allocated(full%bars)) then
-         at = place_t(run%branch, problem%step, full%point, state%load_factor)
+         at = place_t(run%branch, problem%step, full%point, full%load_factor)
          associate (step => problem%model%step(problem%step))
-            call note_error(problem, step, full%bars, sizes_there(problem, step, run, state, asked_at(problem, step, full%label), &
-               & outcome), full%label, at, outcome%accuracy)
+            call note_error(problem, step, full%bars, sizes_there(problem, step, run, point%state, point%system%force_scale, &
+               & asked_at(problem, step, full%label), outcome), full%label, at, outcome%accuracy)
          end associate
       end if
       call recorder%critical(full, error)
@@ -200,7 +192,7 @@ contains
    subroutine find_null_vectors(problem, step, system, state, event, point, modes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(system_t), intent(in) :: system         !! factored at `state`
+      type(system_t), intent(in) :: system       !! factored at `state`
       type(state_t), intent(in) :: state
       type(event_t), intent(in) :: event
       type(critical_t), intent(inout) :: point   !! receives its null vectors and a note of their number

@@ -3,12 +3,11 @@ module looking_ahead
    use kinds, only: wp
    use model, only: method_cylindrical
    use problem, only: problem_t
-   use rod_state, only: state_t
-   use bordered_system, only: linearise
    use path_control, only: control_t, set_tangent, displacement_between
-   use path_continuity, only: path_tangent_t, path_tangent_at, relate, same_path
+   use path_continuity, only: path_tangent_at, relate, same_path
+   use path_point, only: path_point_t, advance
    use path_state, only: path_state_t
-   use corrector, only: increment_t, take_increment
+   use corrector, only: increment_t
    use span_tests, only: spans_hold
    implicit none
    private
@@ -18,8 +17,7 @@ module looking_ahead
 
    !> Position of a look along the path.
    type :: look_t
-      type(state_t) :: here                    !! the last accepted point of the run, or the point reached last
-      type(path_tangent_t) :: heading               !! path tangent there, in the direction of travel
+      type(path_point_t) :: here               !! the last accepted point of the run, or the point reached last
       type(control_t) :: control               !! constraint of the increments
       integer :: cuts = 0                      !! halvings so far
    end type look_t
@@ -34,50 +32,47 @@ contains
       look%control%method = method_cylindrical
       look%control%increment = run%last_length
       if (.not. look%control%increment > 0.0_wp) &
-         & look%control%increment = abs(run%control%increment) / max(abs(run%heading%load), tiny(1.0_wp))
-      look%here = run%state
-      look%heading = run%heading
+         & look%control%increment = abs(run%control%increment) / max(abs(run%last%tangent%load), tiny(1.0_wp))
+      look%here = run%last
    end function look_from
 
    !> Moves the look to the next point of the path, if an increment converges on the path and the contact spans stay valid.
-   subroutine look_on(problem, run, look, found)
+   subroutine look_on(problem, look, found)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run        !! its system is factored at the new point if one is found
       type(look_t), intent(inout) :: look      !! its point is unchanged if none is found
       logical, intent(out) :: found
-      type(state_t) :: next
-      type(path_tangent_t) :: ahead
+      type(path_point_t) :: next
       type(increment_t) :: report
       found = .false.
       do while (look%cuts <= most_cuts)
-         call linearise(problem, look%here, look%here, run%system)
-         if (.not. run%system%ok) return
-         call set_tangent(problem, run%system, look%heading%u, look%heading%load, look%control)
-         call take_increment(problem, look%here, look%control, next, run%system, report)
-         if (report%converged) then
-            ahead = path_tangent_at(problem, run%system, displacement_between(problem, look%here, next), next%load_factor - &
-               & look%here%load_factor)
-            report%converged = same_path(relate(problem, look%here, next, look%heading, ahead, .false.))
-         end if
+         if (.not. look%here%system%ok) return
+         associate (here => look%here)
+            call set_tangent(problem, here%system, here%tangent%u, here%tangent%load, look%control)
+            call advance(problem, here, look%control, next, report)
+            if (report%converged) then
+               next%tangent = path_tangent_at(problem, next%system, displacement_between(problem, here%state, next%state), &
+                  & next%state%load_factor - here%state%load_factor)
+               report%converged = same_path(relate(problem, here%state, next%state, here%tangent, next%tangent, .false.))
+            end if
+         end associate
          if (report%converged) exit
          look%cuts = look%cuts + 1
          look%control%increment = 0.5_wp * look%control%increment
       end do
       if (look%cuts > most_cuts) return
       ! The look does not follow contact changes.
-      if (problem%has_spans()) report%converged = spans_hold(problem, next, run%system%force_scale)
+      if (problem%has_spans()) report%converged = spans_hold(problem, next%state, next%system%force_scale)
       if (.not. report%converged) return
       found = .true.
       look%here = next
-      look%heading = ahead
    end subroutine look_on
 
    !> True if an increment by arc length from the last accepted point of the run reaches another point of the path.
    logical function goes_on(problem, run)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run        !! its system is factored at any point on return
+      type(path_state_t), intent(in) :: run
       type(look_t) :: look
       look = look_from(run)
-      call look_on(problem, run, look, goes_on)
+      call look_on(problem, look, goes_on)
    end function goes_on
 end module looking_ahead

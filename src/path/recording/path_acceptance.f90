@@ -7,14 +7,14 @@ module path_acceptance
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
-   use rod_state, only: state_t
-   use bordered_system, only: linearise
    use path_control, only: path_length
-   use path_continuity, only: path_tangent_t
    use corrector, only: increment_t
+   use force_free_contact, only: count_released
+   use path_point, only: path_point_t, evaluate_tests
+   use trial_request, only: request_t
    use path_state, only: path_state_t, arrived_t, keep_critical_point
    use step_control, only: stop_met
-   use path_events, only: new_test_values, event_stop, event_bifurcation
+   use path_events, only: event_stop, event_bifurcation
    use branch_closure, only: check_closure
    use event_search, only: findings_t, find_events
    use spurious_events, only: better_from_nearer, hides_release, turns_by_rounding, doubt_limit, doubt_bifurcation
@@ -25,7 +25,7 @@ module path_acceptance
    use error_bar, only: error_bars_t
    use error_report, only: bars_at_event, bars_at_point, note_error, asked_at
    use corner_limit, only: report_turned_load
-   use remeshing, only: wants_another, ask_at_event, ask_for_mesh, ask_for_less, sizes_there
+   use remeshing, only: ask_at_event, ask_for_mesh, ask_for_less, sizes_there
    use path_record, only: recorder_t
    use run_accuracy, only: place_t
    implicit none
@@ -39,7 +39,7 @@ module path_acceptance
       type(increment_t) :: report                !! report of the correction to the trial
       logical :: can_cut = .false.             !! the caller can try a shorter increment instead
       integer :: tries = mesh_has_to_do        !! meshes made for the errors of this increment. If another one is
-      !! requested, run%request%density is allocated and nothing is recorded
+      !! requested, nothing is recorded
       character(2) :: label = ''               !! C+ or C- if the trial is known to be a contact change
       integer :: times = 1                     !! multiplicity of that change
       logical :: bracketed = .false.           !! the change lies somewhere before the trial
@@ -51,48 +51,49 @@ module path_acceptance
 
 contains
 
-   !> Locates, orders and records the events of a converged increment and its end, and moves the path state to that end. If an event
-   !> was not located and the increment can be shortened, nothing is recorded and `shorter` is true.
-   subroutine accept(problem, step, run, trial, ahead, arrival, recorder, shorter, finished, outcome)
+   !> Locates, orders and records the events of a converged increment and its end, and moves the path state to that end, unless the
+   !> increment must be repeated.
+   subroutine accept(problem, step, run, trial, arrival, recorder, request, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on entry and, if accepted, on return
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead       !! path tangent at the trial
+      type(path_state_t), intent(inout) :: run
+      type(path_point_t), intent(inout) :: trial !! its test values are set here
       type(arrival_t), intent(in) :: arrival
       class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: shorter
+      type(request_t), intent(inout) :: request  !! of the trial; if it requires another one, nothing was recorded
       logical, intent(out) :: finished           !! the step is complete
       type(outcome_t), intent(inout) :: outcome
       type(findings_t) :: findings
       finished = .false.
-      if (allocated(run%request%density)) deallocate (run%request%density)
-      run%request%smaller_residual = .false.
-      call find_events(problem, step, run, trial, ahead, findings)
+      call request%begin_trial()
+      call evaluate_tests(problem, trial)
+      call count_released(problem, trial%state, trial%system, trial%test_values%free_pivots, trial%test_values%weak)
+      call find_events(problem, step, run, trial, findings)
       call find_corners(run, trial, findings)
       findings%duplicate = duplicates_of(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
-      shorter = arrival%can_cut .and. better_from_nearer(problem, run, trial, findings)
-      if (shorter) return
-      call begin_asking(problem, step, run, arrival, findings)
-      call settle_events(problem, step, run, trial, arrival, findings, shorter, outcome)
-      if (shorter .or. wants_another(run)) return
-      call settle_trial(problem, step, run, trial, ahead, arrival, findings, outcome)
-      if (wants_another(run)) return
+      request%shorter = arrival%can_cut .and. better_from_nearer(problem, run, trial, findings)
+      if (request%shorter) return
+      request%events_located = any(findings%seen%located .and. .not. findings%duplicate)
+      call begin_asking(problem, step, run, trial, arrival, findings)
+      call settle_events(problem, step, run, trial, arrival, findings, request, outcome)
+      if (request%shorter .or. request%remeshes()) return
+      call settle_trial(problem, step, run, trial, arrival, findings, request, outcome)
+      if (request%remeshes()) return
       call report_turned_load(problem, step, run, recorder, outcome)
       if (allocated(outcome%why)) return
       call record_events(problem, step, run, trial, findings, recorder, finished, outcome)
       if (finished .or. allocated(outcome%why)) return
       finished = findings%stops
-      if (arrival%label /= '') call check_closure(problem, run, trial, arrival%label, outcome)
+      if (arrival%label /= '') call check_closure(problem, run, trial%state, arrival%label, outcome)
       if (allocated(outcome%why)) return
-      call record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome)
+      call record_trial(problem, run, trial, arrival, findings, recorder, outcome)
       if (allocated(outcome%why)) return
       call announce_missed(problem, run, trial, findings, recorder, finished, outcome)
       if (arrival%label /= '') call announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
-      if (finished) call announce(problem, run, new_critical('EP', 'end of the step', findings%bars), trial, findings%test_values, &
-         & .true., recorder, outcome)
+      if (finished) call announce(problem, run, new_critical('EP', 'end of the step', findings%bars), trial, .true., &
+         & recorder, outcome)
       if (allocated(outcome%why)) return
-      call arrive(problem, run, trial, ahead, arrival, findings)
+      call arrive(problem, run, trial, arrival, findings)
    end subroutine accept
 
    !> Finds the contact changes at whose corners the load turns. A limit point at a corner without a reported contact change is
@@ -100,11 +101,11 @@ contains
    !> them.
    subroutine find_corners(run, trial, findings)
       type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: trial
+      type(path_point_t), intent(in) :: trial
       type(findings_t), intent(inout) :: findings
       integer :: i
       findings%beside = beside(findings%seen)
-      if (all(run%state%active .eqv. trial%active)) return
+      if (all(run%last%state%active .eqv. trial%state%active)) return
       do i = 1, size(findings%seen)
          associate (event => findings%seen(i)%event)
             if (.not. event%corner .or. event%law%candidate > 0 .or. findings%beside(i) > 0) cycle
@@ -115,85 +116,79 @@ contains
       end do
    end subroutine find_corners
 
-   !> Sets the conditions for error bars and mesh requests: located events, the end of the step, and whether the mesh may be
-   !> refined.
-   subroutine begin_asking(problem, step, run, arrival, findings)
+   !> Sets the conditions for error bars: the end of the step, and whether the mesh may be refined.
+   subroutine begin_asking(problem, step, run, trial, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
+      type(path_point_t), intent(in) :: trial
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
-      run%request%events_located = any(findings%seen%located .and. .not. findings%duplicate)
-      findings%stops = stop_met(step, run%test_values, findings%test_values)
+      findings%stops = stop_met(step, run%last%test_values, trial%test_values)
       ! A mesh given by the deck is not changed. A second mesh made by the program would lack the nodes missing in the first. (A
       ! point before the event supplies them: the mesh of the next increment begins there.)
       findings%as_it_is = .not. any(problem%layout%rod_segment%placed) .or. arrival%tries > 0
    end subroutine begin_asking
 
    !> Checks each located event and computes its error bars, up to the first that requires another increment.
-   subroutine settle_events(problem, step, run, trial, arrival, findings, shorter, outcome)
+   subroutine settle_events(problem, step, run, trial, arrival, findings, request, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run !! its system is factored at any point on entry, at the trial on return if all are
-      !! accepted
-      type(state_t), intent(in) :: trial
+      type(path_state_t), intent(inout) :: run
+      type(path_point_t), intent(in) :: trial
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
-      logical, intent(out) :: shorter
+      type(request_t), intent(inout) :: request
       type(outcome_t), intent(in) :: outcome
       integer :: i
-      shorter = .false.
       do i = 1, size(findings%seen)
          if (findings%duplicate(i) .or. findings%beside(i) > 0 .or. .not. findings%seen(i)%located) cycle
-         call settle_event(problem, step, run, trial, arrival, i, findings, shorter, outcome)
-         if (shorter .or. wants_another(run)) return
+         call settle_event(problem, step, run, trial, arrival, i, findings, request, outcome)
+         if (request%shorter .or. request%remeshes()) return
       end do
-      if (allocated(findings%at_trial)) run%system = findings%at_trial
    end subroutine settle_events
 
    !> Checks one located event: spurious, accepted with error bars, or to be located again on a shorter increment or another mesh.
-   subroutine settle_event(problem, step, run, trial, arrival, i, findings, shorter, outcome)
+   subroutine settle_event(problem, step, run, trial, arrival, i, findings, request, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at any point on entry, at the event on return
-      type(state_t), intent(in) :: trial
+      type(path_state_t), intent(inout) :: run
+      type(path_point_t), intent(in) :: trial
       type(arrival_t), intent(in) :: arrival
       integer, intent(in) :: i                   !! index of the event among those seen
       type(findings_t), intent(inout) :: findings
-      logical, intent(out) :: shorter
+      type(request_t), intent(inout) :: request
       type(outcome_t), intent(in) :: outcome
-      shorter = .false.
       associate (located_event => findings%seen(i))
-         call linearise(problem, located_event%place, located_event%place, run%system)
-         findings%duplicate(i) = turns_by_rounding(problem, step, run, findings%test_values, located_event)
+         findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
          if (findings%duplicate(i)) return
          ! Bars of a branch closure are those of the parent path, on its mesh.
          if (allocated(located_event%bars)) return
-         shorter = arrival%can_cut .and. located_event%event%kind == event_stop .and. hides_release(problem, run, findings, i)
-         if (shorter) return
-         call bars_at_event(problem, step, run, trial, located_event%event, located_event%place, located_event%heading, &
-            & located_event%bars, &
+         request%shorter = arrival%can_cut .and. located_event%event%kind == event_stop .and. hides_release(problem, run, &
+            & findings, i)
+         if (request%shorter) return
+         call bars_at_event(problem, step, run, trial, located_event%event, located_event%point, located_event%bars, &
             & findings%as_it_is)
          ! The bars may contain a larger rounding error.
-         findings%duplicate(i) = turns_by_rounding(problem, step, run, findings%test_values, located_event)
+         findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
          if (findings%duplicate(i)) return
          call doubt_limit(problem, run, trial, located_event)
-         if (arrival%tries /= mesh_has_to_do) call ask_at_event(problem, step, run, located_event, arrival%tries, outcome)
-         if (wants_another(run)) return
+         if (arrival%tries /= mesh_has_to_do) call ask_at_event(problem, step, run, located_event, arrival%tries, outcome, request)
+         if (request%remeshes()) return
          call doubt_bifurcation(located_event)
-         shorter = arrival%can_cut .and. .not. located_event%located
+         request%shorter = arrival%can_cut .and. .not. located_event%located
       end associate
    end subroutine settle_event
 
    !> Error bars of the trial, if they are shown or required for a mesh request.
-   subroutine settle_trial(problem, step, run, trial, ahead, arrival, findings, outcome)
+   subroutine settle_trial(problem, step, run, trial, arrival, findings, request, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead
+      type(path_state_t), intent(inout) :: run
+      type(path_point_t), intent(in) :: trial
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
+      type(request_t), intent(inout) :: request
       type(outcome_t), intent(inout) :: outcome
       logical :: behind_end, critical, can_ask
       if (allocated(arrival%bars)) findings%bars = arrival%bars
@@ -202,17 +197,19 @@ contains
       critical = arrival%label /= '' .or. findings%stops
       can_ask = arrival%tries /= mesh_has_to_do
       if (.not. (allocated(findings%bars) .or. behind_end)) &
-         & call bars_at_point(problem, step, run, trial, ahead, merge('  ', arrival%label, arrival%bracketed), findings%stops, 0, &
+         & call bars_at_point(problem, step, run, trial, merge('  ', arrival%label, arrival%bracketed), findings%stops, 0, &
          & findings%bars, wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%rod_segment%placed), &
          & changing=arrival%changing, as_it_is=findings%as_it_is .and. critical)
       if (behind_end .or. .not. allocated(findings%bars)) return
-      if (can_ask) call ask_for_mesh(problem, step, run, trial, findings%bars, critical, arrival%tries, outcome)
-      if (wants_another(run)) return
-      if (.not. critical) call note_error(problem, step, findings%bars, sizes_there(problem, step, run, trial, &
-         & asked_at(problem, step, ''), outcome), '', place_t(run%branch, problem%step, run%points + 1, trial%load_factor), &
+      if (can_ask) call ask_for_mesh(problem, step, run, trial%state, trial%system%force_scale, findings%bars, critical, &
+         & arrival%tries, outcome, request)
+      if (request%remeshes()) return
+      if (.not. critical) call note_error(problem, step, findings%bars, sizes_there(problem, step, run, trial%state, &
+         & trial%system%force_scale, &
+         & asked_at(problem, step, ''), outcome), '', place_t(run%branch, problem%step, run%points + 1, trial%state%load_factor), &
          & outcome%accuracy)
       if (can_ask .and. .not. (critical .or. any(findings%seen%located))) &
-         & call ask_for_less(problem, step, run, trial, findings%bars, arrival%tries, outcome)
+         & call ask_for_less(problem, step, run, trial%state, trial%system%force_scale, findings%bars, arrival%tries, outcome)
       if (.not. (critical .or. step%bars_everywhere)) deallocate (findings%bars)
    end subroutine settle_trial
 
@@ -220,8 +217,8 @@ contains
    subroutine record_events(problem, step, run, trial, findings, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial on return, if no event ends the step
-      type(state_t), intent(in) :: trial
+      type(path_state_t), intent(inout) :: run
+      type(path_point_t), intent(in) :: trial
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
@@ -238,13 +235,12 @@ contains
          if (.not. allocated(outcome%why)) call announce_beside(problem, run, findings, k, recorder, outcome)
          if (finished .or. allocated(outcome%why)) return
       end do
-      if (allocated(findings%at_trial)) run%system = findings%at_trial
    end subroutine record_events
 
    !> Reports a limit point at the corner of a contact change, which is the point recorded last.
    subroutine announce_beside(problem, run, findings, change, recorder, outcome)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! its system is factored at the contact change
+      type(path_state_t), intent(in) :: run
       type(findings_t), intent(in) :: findings
       integer, intent(in) :: change              !! index of the contact change among the events seen
       class(recorder_t), intent(inout) :: recorder
@@ -254,31 +250,32 @@ contains
          i = findloc(findings%beside, change, 1)
          if (i == 0) return
          call announce(problem, run, new_critical(seen(i)%event%label, seen(i)%event%note, seen(change)%bars), &
-            & seen(change)%place, new_test_values(problem, seen(change)%place, run%system, 0.0_wp), .true., recorder, outcome)
+            & seen(change)%point, .true., recorder, outcome)
       end associate
    end subroutine announce_beside
 
    !> Records the trial as a point.
-   subroutine record_trial(problem, run, trial, ahead, arrival, findings, recorder, outcome)
+   subroutine record_trial(problem, run, trial, arrival, findings, recorder, outcome)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the trial
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead
+      type(path_state_t), intent(inout) :: run
+      type(path_point_t), intent(in) :: trial
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
+      integer :: pivots
       ! At a contact change the tangent may be singular: a point contact with zero relative curvature beside a neutral span.
-      if (arrival%changes) run%system%negative_pivots = count_before(run, findings%seen, findings%duplicate, 1.0_wp)
+      pivots = trial%system%negative_pivots
+      if (arrival%changes) pivots = count_before(run, findings%seen, findings%duplicate, 1.0_wp)
       call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, &
-         & arrival%changing, findings%bars, ahead)
+         & arrival%changing, findings%bars, smooth=.true., pivots=pivots)
    end subroutine record_trial
 
    !> Reports events that were not located at the trial, which lies behind them.
    subroutine announce_missed(problem, run, trial, findings, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: trial
+      type(path_point_t), intent(in) :: trial
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
       logical, intent(inout) :: finished         !! becomes true if the event is the end of the step
@@ -287,13 +284,13 @@ contains
       do i = 1, size(findings%seen)
          if (findings%duplicate(i) .or. findings%seen(i)%located) cycle
          associate (event => findings%seen(i)%event)
-            call announce(problem, run, new_critical(event%label, event%note), trial, findings%test_values, .false., recorder, &
+            call announce(problem, run, new_critical(event%label, event%note), trial, .false., recorder, &
                & outcome)
-            call note_bracketed(outcome, event%note, run%state%load_factor, trial%load_factor)
+            call note_bracketed(outcome, event%note, run%last%state%load_factor, trial%state%load_factor)
             finished = finished .or. event%kind == event_stop
             ! The point counts for the closure check; no branch can start there.
-            call keep_critical_point(problem, run, event%label, trial, trial, 1.0_wp, &
-               & run%arc_length + path_length(problem, run%state, trial), findings%test_values%negative_pivots, 0)
+            call keep_critical_point(problem, run, event%label, trial%state, trial%state, 1.0_wp, &
+               & run%arc_length + path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
          end associate
       end do
    end subroutine announce_missed
@@ -302,7 +299,7 @@ contains
    subroutine announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: trial
+      type(path_point_t), intent(in) :: trial
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(in) :: findings
       class(recorder_t), intent(inout) :: recorder
@@ -314,38 +311,38 @@ contains
       if (arrival%divides) note = 'a contact region splits'
       if (allocated(findings%bars) .and. .not. arrival%bracketed) bars = findings%bars
       do i = 1, arrival%times
-         call announce(problem, run, new_critical(arrival%label, note, bars), trial, findings%test_values, &
-            & .not. arrival%bracketed, &
-            & recorder, outcome)
+         call announce(problem, run, new_critical(arrival%label, note, bars), trial, .not. arrival%bracketed, recorder, &
+            & outcome)
       end do
-      if (arrival%bracketed) call note_bracketed(outcome, note, run%state%load_factor, trial%load_factor)
-      call keep_critical_point(problem, run, arrival%label, trial, trial, 1.0_wp, run%arc_length + path_length(problem, run%state, &
-         & trial), findings%test_values%negative_pivots, 0)
+      if (arrival%bracketed) call note_bracketed(outcome, note, run%last%state%load_factor, trial%state%load_factor)
+      call keep_critical_point(problem, run, arrival%label, trial%state, trial%state, 1.0_wp, run%arc_length + &
+         & path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
    end subroutine announce_contact
 
    !> Moves the path state to the trial. Bifurcations behind the trial are removed from its number of negative pivots.
-   subroutine arrive(problem, run, trial, ahead, arrival, findings)
+   subroutine arrive(problem, run, trial, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead
+      type(path_point_t), intent(in) :: trial
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
+      real(wp) :: rise
       integer :: i
-      associate (seen => findings%seen, pivots => findings%test_values%negative_pivots)
+      rise = trial%state%load_factor - run%last%state%load_factor
+      run%on_bifurcation = any(findings%seen%event%kind == event_bifurcation .and. findings%seen%located .and. &
+         & findings%seen%fraction >= 1.0_wp - same_place)
+      run%step_points = run%step_points + 1
+      run%last_load = rise
+      call go_to(problem, run, trial)
+      associate (seen => findings%seen, pivots => run%last%test_values%negative_pivots)
          do i = 1, size(seen)
             if (seen(i)%later) pivots = pivots - nint(sign(1.0_wp, seen(i)%event%before))
          end do
-         run%step_points = run%step_points + 1
-         run%last_load = trial%load_factor - run%state%load_factor
-         run%on_bifurcation = any(seen%event%kind == event_bifurcation .and. seen%located .and. &
-            & seen%fraction >= 1.0_wp - same_place)
       end associate
-      call go_to(problem, run, trial, ahead, findings%test_values)
       ! Changes of contact at nodes without a label depend on the mesh and are no corners of the path.
       if (arrival%bracketed .or. .not. (arrival%label /= '' .or. arrival%changes)) return
-      run%arrived = arrived_t(point=run%points, load_rate=ahead%load, load_factor=trial%load_factor, &
-         & monitor=findings%test_values%monitor)
+      run%arrived = arrived_t(point=run%points, load_rate=trial%tangent%load, load_factor=trial%state%load_factor, &
+         & monitor=trial%test_values%monitor)
       if (allocated(arrival%bars)) then
          run%arrived%bars = arrival%bars
       else if (allocated(findings%bars)) then

@@ -9,6 +9,7 @@ module point_recording
    use monitors, only: monitor_rate
    use path_continuity, only: path_tangent_t, path_tangent_at
    use corrector, only: increment_t
+   use path_point, only: path_point_t
    use path_state, only: path_state_t
    use path_outcome, only: outcome_t
    use point_report, only: report_point
@@ -29,53 +30,61 @@ contains
 
    !> Passes a converged point to the recorder and to the independent checks. If the point fails the checks, the path ends there,
    !> and outcome%why is set.
-   subroutine record(problem, run, state, label, report, recorder, outcome, touching, bars, heading)
+   subroutine record(problem, run, point, label, report, recorder, outcome, touching, bars, smooth, pivots)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: state
+      type(path_point_t), intent(in) :: point
       character(*), intent(in) :: label
       type(increment_t), intent(in) :: report
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       logical, intent(in), optional :: touching(:) !! (candidates) shown as contact, though without force yet
       type(error_bars_t), allocatable, intent(in), optional :: bars
-      type(path_tangent_t), intent(in), optional :: heading !! path tangent; absent: unknown
-      type(point_t) :: point
+      logical, intent(in), optional :: smooth    !! true: the path has one tangent at the point, that of the point; absent: unknown
+      integer, intent(in), optional :: pivots    !! number of negative pivots just before the point, where an eigenvalue may be
+      !! zero; absent: that of the point's system
+      type(point_t) :: row
       type(state_t) :: shown
       type(error_t), allocatable :: error
       type(path_tangent_t) :: tangent
       character(:), allocatable :: wrong
       integer :: m
-      logical :: weak
-      shown = state
-      if (present(touching)) shown%active = state%active .or. touching
-      point = report_point(problem, shown, run%system, run%points, label)
-      if (present(bars)) then
-         if (allocated(bars)) point%bars = bars
-      end if
-      if (present(heading) .and. .not. any(label == has_corner)) then
-         ! At a limit point the tangent per load is arbitrarily long; its own length is used throughout.
-         tangent = path_tangent_at(problem, run%system, heading%u, heading%load)
-         if (metric(problem, tangent%u, tangent%u) > 0.0_wp) point%rate = tangent%load * &
-            & [1.0_wp, (monitor_rate(problem, m, state, run%system), m=1, size(point%monitor))]
-      end if
-      point%iterations = report%iterations
-      point%residual = max(report%residual, run%system%force_residual)
-      point%lcp_size = report%lcp_size
-      point%lcp_pivots = report%lcp_pivots
-      point%arc_length = run%arc_length + path_length(problem, run%state, state)
-      call count_released(problem, state, run%system, point%free_pivots, weak)
-      ! The stress-free start has no force as reference of a residual.
-      if (is_stress_free(state)) point%residual = 0.0_wp
-      run%points = run%points + 1
-      if (allocated(run%onset%region) .and. label == 'C+') point%region = [point%region, run%onset%region]
-      if (allocated(point%bars) .and. allocated(point%region)) call tell_places(point%bars, point%region)
-      call check_point(problem, state, run%system, place_t(run%branch, problem%step, run%points, state%load_factor), &
-         & merge(run%onset%element, 0, label == 'C+'), point, outcome%accuracy, wrong)
-      call note_load(problem%step, state%load_factor, outcome%accuracy)
+      logical :: weak, has_tangent
+      associate (state => point%state, system => point%system)
+         shown = state
+         if (present(touching)) shown%active = state%active .or. touching
+         row = report_point(problem, shown, system, run%points, label)
+         if (present(pivots)) row%negative_pivots = pivots
+         if (present(bars)) then
+            if (allocated(bars)) row%bars = bars
+         end if
+         has_tangent = present(smooth) .and. .not. any(label == has_corner)
+         if (has_tangent) has_tangent = smooth
+         if (has_tangent) then
+            ! At a limit point the tangent per load is arbitrarily long; its own length is used throughout.
+            tangent = path_tangent_at(problem, system, point%tangent%u, point%tangent%load)
+            if (metric(problem, tangent%u, tangent%u) > 0.0_wp) row%rate = tangent%load * &
+               & [1.0_wp, (monitor_rate(problem, m, state, system), m=1, size(row%monitor))]
+         end if
+         row%iterations = report%iterations
+         row%residual = max(report%residual, system%force_residual)
+         row%lcp_size = report%lcp_size
+         row%lcp_pivots = report%lcp_pivots
+         row%arc_length = run%arc_length + path_length(problem, run%last%state, state)
+         call count_released(problem, state, system, row%free_pivots, weak)
+         if (.not. weak) row%free_pivots = row%negative_pivots
+         ! The stress-free start has no force as reference of a residual.
+         if (is_stress_free(state)) row%residual = 0.0_wp
+         run%points = run%points + 1
+         if (allocated(run%onset%region) .and. label == 'C+') row%region = [row%region, run%onset%region]
+         if (allocated(row%bars) .and. allocated(row%region)) call tell_places(row%bars, row%region)
+         call check_point(problem, state, system, place_t(run%branch, problem%step, run%points, state%load_factor), &
+            & merge(run%onset%element, 0, label == 'C+'), row, outcome%accuracy, wrong)
+         call note_load(problem%step, state%load_factor, outcome%accuracy)
+      end associate
       call count_up(counter_points)
       if (.not. problem%is_sampled()) call count_largest(counter_largest, problem%model%mesh%n_elements)
-      call recorder%point(point, error)
+      call recorder%point(row, error)
       if (allocated(error)) then
          outcome%why = error%message
       else if (wrong /= '') then

@@ -6,6 +6,7 @@ module remeshing
    use rod_state, only: state_t
    use force_free_contact, only: remove_force_free_lines
    use ground_cuts, only: find_cuts, marked
+   use trial_request, only: request_t
    use path_state, only: path_state_t, rest_of_mesh
    use path_events, only: event_release
    use located_events, only: located_event_t
@@ -14,99 +15,99 @@ module remeshing
    use mesh_request, only: most_meshes, request_mesh, spare_mesh, motion_sizes, value_sizes
    implicit none
    private
-   public :: wants_another, ask_at_event, ask_for_mesh, ask_for_less, sizes_there
+   public :: ask_at_event, ask_for_mesh, ask_for_less, sizes_there
 
    real(wp), parameter :: most_sharp = 1.0e-5_wp !! smallest part of the step's tolerance; below it residuals are rounding
 
 contains
 
-   !> True if the trial must be repeated on another mesh or with a smaller residual.
-   pure logical function wants_another(run)
-      type(path_state_t), intent(in) :: run
-      wants_another = run%request%smaller_residual .or. allocated(run%request%density)
-   end function wants_another
-
    !> Requests a finer mesh if the errors of an event exceed the tolerance. For a detachment the error contributions are those of
    !> the reduced problem, which lacks the elements on a straight wall; these are few and exact.
-   subroutine ask_at_event(problem, step, run, located_event, tries, outcome)
+   subroutine ask_at_event(problem, step, run, located_event, tries, outcome, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the event
+      type(path_state_t), intent(inout) :: run
       type(located_event_t), intent(in) :: located_event !! located
       integer, intent(in) :: tries
       type(outcome_t), intent(in) :: outcome
+      type(request_t), intent(inout) :: request
       type(problem_t) :: free
       type(state_t) :: released
       logical :: any_weak
       any_weak = .false.
-      if (located_event%event%kind == event_release) call remove_force_free_lines(problem, located_event%place, run%system, free, &
-         & released, any_weak)
-      if (any_weak) then
-         call ask_for_mesh(free, step, run, released, located_event%bars, .true., tries, outcome)
-      else
-         call ask_for_mesh(problem, step, run, located_event%place, located_event%bars, .true., tries, outcome)
-      end if
+      associate (place => located_event%point%state, system => located_event%point%system)
+         if (located_event%event%kind == event_release) call remove_force_free_lines(problem, place, system, free, released, &
+            & any_weak)
+         if (any_weak) then
+            call ask_for_mesh(free, step, run, released, system%force_scale, located_event%bars, .true., tries, outcome, request)
+         else
+            call ask_for_mesh(problem, step, run, place, system%force_scale, located_event%bars, .true., tries, outcome, request)
+         end if
+      end associate
    end subroutine ask_at_event
 
    !> Requests a finer mesh, or a smaller residual, if the errors of a point exceed the tolerance.
-   subroutine ask_for_mesh(problem, step, run, place, bars, critical, tries, outcome)
+   subroutine ask_for_mesh(problem, step, run, place, force_scale, bars, critical, tries, outcome, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the point
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: place
+      real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
       type(error_bars_t), allocatable, intent(in) :: bars
       logical, intent(in) :: critical
       integer, intent(in) :: tries
       type(outcome_t), intent(in) :: outcome
+      type(request_t), intent(inout) :: request
       real(wp) :: asked
       logical :: can_settle
       asked = merge(step%asked, step%asked_of_path, critical)
       if (.not. allocated(bars) .or. .not. asked > 0.0_wp .or. tries > most_meshes) return
-      if (tries == 0) then
-         run%request%at_last_point = .false.
-         if (allocated(run%request%density_before)) deallocate (run%request%density_before)
-      end if
-      if (tries > 0 .and. .not. run%request%at_last_point) then
+      if (tries == 0) call request%begin_increment()
+      if (tries > 0 .and. .not. request%at_last_point) then
          ! The trial's mesh lacks nodes at interface points: the mesh is made at the last point instead.
-         run%request%at_last_point = .not. marked(problem, place, find_cuts(problem, place))
-         if (run%request%at_last_point) then
-            run%request%density = problem%demand
-            if (allocated(run%request%density_before)) run%request%density = run%request%density_before
+         request%at_last_point = .not. marked(problem, place, find_cuts(problem, place))
+         if (request%at_last_point) then
+            request%density = problem%demand
+            if (allocated(request%density_before)) request%density = request%density_before
             return
          end if
       end if
       can_settle = .not. step%tolerance_given .and. problem%model%step(problem%step)%sharper > most_sharp
-      call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, asked, outcome), step%asked_of, asked, &
-         & critical, tries, can_settle, run%refinement, run%request%smaller_residual, run%request%density)
+      call request_mesh(problem, place, bars, sizes_there(problem, step, run, place, force_scale, asked, outcome), &
+         & step%asked_of, asked, &
+         & critical, tries, can_settle, run%mesh%refinement, request%smaller_residual, request%density)
       ! The finer mesh did not reduce the errors: it is coarsened again, because otherwise each further point would refine the mesh.
-      if (run%refinement%in_vain) run%spare = run%refinement%demand
+      if (run%mesh%refinement%in_vain) run%mesh%coarser = run%mesh%refinement%demand
       ! A free span that the elements did not resolve opens between the last point and this one.
-      if (allocated(run%request%density) .and. .not. run%request%at_last_point) &
-         & run%request%at_last_point = allocated(bars%may_open) .or. marked(problem, place, find_cuts(problem, place))
+      if (allocated(request%density) .and. .not. request%at_last_point) &
+         & request%at_last_point = allocated(bars%may_open) .or. marked(problem, place, find_cuts(problem, place))
    end subroutine ask_for_mesh
 
    !> Requests a coarser mesh if the errors of a point are far below the tolerance.
-   subroutine ask_for_less(problem, step, run, place, bars, tries, outcome)
+   subroutine ask_for_less(problem, step, run, place, force_scale, bars, tries, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at the point
+      type(path_state_t), intent(inout) :: run
       type(state_t), intent(in) :: place
+      real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
       type(error_bars_t), intent(in) :: bars
       integer, intent(in) :: tries               !! meshes made for the point
       type(outcome_t), intent(in) :: outcome
-      if (tries > 0) run%kept_meshes = rest_of_mesh
-      run%kept_meshes = max(run%kept_meshes - 1, 0)
-      if (run%kept_meshes > 0 .or. .not. step%asked_of_path > 0.0_wp) return
-      call spare_mesh(problem, place, bars, sizes_there(problem, step, run, place, step%asked_of_path, outcome), step%asked_of, &
-         & step%asked_of_path, run%spare)
+      if (tries > 0) run%mesh%points_to_keep = rest_of_mesh
+      run%mesh%points_to_keep = max(run%mesh%points_to_keep - 1, 0)
+      if (run%mesh%points_to_keep > 0 .or. .not. step%asked_of_path > 0.0_wp) return
+      call spare_mesh(problem, place, bars, sizes_there(problem, step, run, place, force_scale, step%asked_of_path, outcome), &
+         & step%asked_of, &
+         & step%asked_of_path, run%mesh%coarser)
    end subroutine ask_for_less
 
    !> Reference values of the errors of a point: load factor, then monitors.
-   function sizes_there(problem, step, run, place, asked, outcome) result(sizes)
+   function sizes_there(problem, step, run, place, force_scale, asked, outcome) result(sizes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(state_t), intent(in) :: place
+      real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
       real(wp), intent(in) :: asked              !! relative error
       type(outcome_t), intent(in) :: outcome
       real(wp) :: sizes(1 + size(problem%deck%monitor))
@@ -115,6 +116,6 @@ contains
       if (outcome%accuracy%load_step == problem%step) load = max(load, outcome%accuracy%load)
       ! The first point may be almost unloaded.
       if (step%method /= method_displacement) load = max(load, abs(step%increment))
-      sizes = value_sizes(problem, run%system, load, max(run%motion, motion_sizes(problem, place)), asked)
+      sizes = value_sizes(problem, force_scale, load, max(run%motion, motion_sizes(problem, place)), asked)
    end function sizes_there
 end module remeshing

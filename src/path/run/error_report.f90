@@ -15,6 +15,7 @@ module error_report
    use test_kinds, only: span_test_t, test_force
    use span_tests, only: run_span_tests
    use path_events, only: event_t, event_limit, event_bifurcation, event_contact, event_release
+   use path_point, only: path_point_t
    use path_state, only: path_state_t
    use enriched_problem, only: enriched_problem_t
    use error_bar, only: error_bar_t, error_bars_t, no_error_bars, shifted_error_bar, allowed_part, lacks_bound
@@ -41,14 +42,13 @@ contains
 
    !> Error bars of an event located between the last accepted point and a trial point. For a detachment the error contributions are
    !> those of the elements without the force-free line contacts.
-   subroutine bars_at_event(problem, step, run, trial, event, place, heading, bars, as_it_is)
+   subroutine bars_at_event(problem, step, run, trial, event, point, bars, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at `place`
-      type(state_t), intent(in) :: trial
+      type(path_state_t), intent(inout) :: run   !! its enriched problem is reused
+      type(path_point_t), intent(in) :: trial
       type(event_t), intent(in) :: event
-      type(state_t), intent(in) :: place
-      type(path_tangent_t), intent(in) :: heading     !! path tangent at `place`
+      type(path_point_t), intent(in) :: point    !! located point of the event
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck requests none
       logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for these bars
       type(zero_t) :: zero
@@ -62,21 +62,24 @@ contains
       else if (is_at_mesh_nodes(problem, event)) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (event%jumps) then
-         ! Free spans buckle: the event is the point where the line contact vanishes, at the load of `place`.
-         call point_errors(problem, run%finer, place, run%system, control_t(method=method_linearised), heading, bars, &
-            & places=.true., as_it_is=as_it_is)
+         ! Free spans buckle: the event is the point where the line contact vanishes, at the load of `point`.
+         call point_errors(problem, run%mesh%enriched, point%state, point%system, control_t(method=method_linearised), &
+            & point%tangent, &
+            & bars, places=.true., as_it_is=as_it_is)
          ! The inertia before and behind the event depends on the mesh and is not compared, only the sign of the load rate behind
          ! the event.
          bars%missed = 0
          bars%turned = load_turns()
          bars%unsure = bars%turned
       else if (event%held) then
-         call point_errors(problem, run%finer, place, run%system, holding_value(event%monitor, 0.0_wp), heading, bars, &
-            & places=.true., as_it_is=as_it_is)
+         call point_errors(problem, run%mesh%enriched, point%state, point%system, holding_value(event%monitor, 0.0_wp), &
+            & point%tangent, &
+            & bars, places=.true., as_it_is=as_it_is)
       else
-         call new_zero(problem, event, place, run%system, zero)
-         call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, trial), &
-            & trial%load_factor - run%state%load_factor, bars, as_it_is)
+         call new_zero(problem, event, point%state, point%system, zero)
+         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
+            & run%last%state, trial%state), &
+            & trial%state%load_factor - run%last%state%load_factor, bars, as_it_is)
          ! On stiff foundations a mesh given by the deck makes small contact changes of its own: no bar is possible.
          if (event%kind == event_contact .and. bars%load%estimated .and. .not. bars%load%bounded .and. &
             & .not. any(problem%layout%rod_segment%placed)) bars = no_error_bars(size(problem%model%monitor), waves)
@@ -88,9 +91,10 @@ contains
       !> True if the load rate behind the event has the other sign on the enriched elements.
       logical function load_turns() result(turns)
          type(error_bars_t) :: of_rate
-         call new_zero(problem, event_t(kind=event_limit), place, run%system, zero)
-         call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, trial), &
-            & trial%load_factor - run%state%load_factor, of_rate, as_it_is)
+         call new_zero(problem, event_t(kind=event_limit), point%state, point%system, zero)
+         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
+            & run%last%state, trial%state), &
+            & trial%state%load_factor - run%last%state%load_factor, of_rate, as_it_is)
          turns = of_rate%turned
       end function load_turns
 
@@ -104,19 +108,19 @@ contains
          type(event_t) :: one
          type(path_tangent_t) :: on
          logical :: any_weak
-         call remove_force_free_lines(problem, place, run%system, free, released, any_weak)
+         call remove_force_free_lines(problem, point%state, point%system, free, released, any_weak)
          bars = no_error_bars(size(problem%model%monitor), hidden)
          if (.not. any_weak) return
          loose = new_system(free)
          call linearise(free, released, released, loose)
          ! The tangent from the singular system would contain a multiple of the null vector, so that the path tangent is carried
          ! over.
-         on = path_tangent_t(carried_field(problem, place, heading%u, free, released), heading%load)
+         on = path_tangent_t(carried_field(problem, point%state, point%tangent%u, free, released), point%tangent%load)
          one = event
          one%kind = event_bifurcation
          call new_zero(free, one, released, loose, zero)
-         call event_errors(free, finer, released, loose, zero, on, path_length(problem, run%state, trial), &
-            & trial%load_factor - run%state%load_factor, bars)
+         call event_errors(free, finer, released, loose, zero, on, path_length(problem, run%last%state, trial%state), &
+            & trial%state%load_factor - run%last%state%load_factor, bars)
          ! If the mesh may be remade, these bars are kept: they lead to a finer mesh.
          if (any(problem%layout%rod_segment%placed)) return
          if (bars%why /= '' .or. .not. (bars%load%estimated .and. bars%load%bounded)) &
@@ -126,19 +130,17 @@ contains
 
    !> Error bars of an accepted point: either a point at which a test of contact spans is zero, or any point prescribed by the
    !> control.
-   subroutine bars_at_point(problem, step, run, place, heading, label, finished, test, bars, wanted, changing, &
-      & as_it_is)
+   subroutine bars_at_point(problem, step, run, point, label, finished, test, bars, wanted, changing, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at `place`; its state is the previous point
-      type(state_t), intent(in) :: place
-      type(path_tangent_t), intent(in) :: heading     !! path tangent at `place`
+      type(path_state_t), intent(inout) :: run   !! its last point is the previous point; its enriched problem is reused
+      type(path_point_t), intent(in) :: point
       character(*), intent(in) :: label          !! label of the point; C+ and C- are in the table of critical points
       logical, intent(in) :: finished            !! true at the end of the step
       integer, intent(in) :: test                !! number of the vanishing test in run_span_tests; 0: none
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: the deck requests none
       logical, intent(in), optional :: wanted    !! true: bars at every point
-      logical, intent(in), optional :: changing(:) !! (candidates) true for nodes whose contact begins or ends at `place`
+      logical, intent(in), optional :: changing(:) !! (candidates) true for nodes whose contact begins or ends at `point`
       logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for these bars
       type(zero_t) :: zero
       logical :: everywhere
@@ -155,17 +157,19 @@ contains
          end if
       end if
       if (allocated(zero%event)) then
-         call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, place), &
-            & place%load_factor - run%state%load_factor, bars)
+         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
+            & run%last%state, point%state), &
+            & point%state%load_factor - run%last%state%load_factor, bars)
       else if (label /= '' .and. .not. problem%has_spans()) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
       else if (label /= '' .and. test == 0) then
          bars = no_error_bars(size(problem%model%monitor), 'a whole span lies down here')
       else if (test > 0) then
-         call event_errors(problem, run%finer, place, run%system, zero, heading, path_length(problem, run%state, place), &
-            & place%load_factor - run%state%load_factor, bars)
+         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
+            & run%last%state, point%state), &
+            & point%state%load_factor - run%last%state%load_factor, bars)
       else
-         call point_errors(problem, run%finer, place, run%system, run%control, heading, bars, &
+         call point_errors(problem, run%mesh%enriched, point%state, point%system, run%control, point%tangent, bars, &
             & places=label /= '' .or. finished .or. step%bars_everywhere, as_it_is=as_it_is)
       end if
       call timing_stop(phase_accuracy)
@@ -203,15 +207,14 @@ contains
    !> Error bars of a point where contact begins. The gap inside a free span is only as accurate as the element polynomials; the
    !> force of the new contact vanishes at the same load and is a function of the nodal values, so that the bars are computed for
    !> its zero.
-   subroutine bars_at_contact_start(problem, step, run, place, heading, begun, touched, bars)
+   subroutine bars_at_contact_start(problem, step, run, point, begun, touched, newest, bars)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! its system is factored at `place`
-      type(state_t), intent(in) :: place
-      type(path_tangent_t), intent(in) :: heading     !! path tangent at `place`
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: point
       type(problem_t), intent(in) :: begun       !! the problem with the new contact
-      type(path_state_t), intent(in) :: touched !! state of `begun` at the same load, the new contact force being zero; its system
-      !! is factored there
+      type(path_point_t), intent(in) :: touched  !! point of `begun` at the same load, the new contact force being zero
+      integer, intent(in) :: newest              !! number of the contact span begun last
       type(error_bars_t), allocatable, intent(out) :: bars !! not allocated: not requested, or contact begins at a fixed node
       type(enriched_problem_t) :: finer
       type(span_test_t), allocatable :: tests(:)
@@ -223,17 +226,18 @@ contains
       tests = run_span_tests(begun, touched%state, touched%system%force_scale)
       do k = 1, size(tests)
          if (tests(k)%kind /= test_force) cycle
-         if (begun%contact_span(tests(k)%contact_span)%number /= touched%spans_begun) cycle
+         if (begun%contact_span(tests(k)%contact_span)%number /= newest) cycle
          if (begun%candidates%moves(tests(k)%candidate)) zero%test = k
       end do
       if (zero%test > 0) then
          allocate (bars)
-         call event_errors(begun, finer, touched%state, touched%system, zero, path_tangent_at(begun, touched%system, &
-            & 0.0_wp * touched%state%u, heading%load), path_length(problem, run%state, place), &
-            & place%load_factor - run%state%load_factor, bars)
-         if (allocated(bars%share)) bars%share = shares_on(begun, touched%state, bars%share, problem, place)
+         call event_errors(begun, finer, touched%state, touched%system, zero, path_tangent_at(begun, &
+            & touched%system, &
+            & 0.0_wp * touched%state%u, point%tangent%load), path_length(problem, run%last%state, point%state), &
+            & point%state%load_factor - run%last%state%load_factor, bars)
+         if (allocated(bars%share)) bars%share = shares_on(begun, touched%state, bars%share, problem, point%state)
          ! The monitors reported are those of the problem without the contact: the corrected values stay, the bars are shifted.
-         here = monitor_values(problem, place, run%system)
+         here = monitor_values(problem, point%state, point%system)
          there = monitor_values(begun, touched%state, touched%system)
          do m = 1, size(bars%monitor)
             bars%monitor(m) = shifted_error_bar(bars%monitor(m), there(m) - here(m))

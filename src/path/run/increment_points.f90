@@ -4,12 +4,11 @@ module increment_points
    use model, only: method_linearised, method_load
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
-   use bordered_system, only: linearise
    use path_control, only: control_t, is_arc_length, metric, path_length, displacement_between
-   use path_continuity, only: path_tangent_t, chord_between, seen_from, between, part_at, alike, &
-      & stands_still
-   use corrector, only: increment_t, take_increment, correct
-   use path_state, only: path_state_t
+   use path_continuity, only: chord_between, seen_from, between, part_at, alike, stands_still
+   use corrector, only: increment_t, correct
+   use path_point, only: path_point_t, advance, evaluate_tests
+   use path_state, only: path_state_t, path_tangent_of
    implicit none
    private
    public :: division_t, new_division, point_within, chord_fraction
@@ -30,37 +29,37 @@ contains
    !> An arc-length increment is divided by load if the load rises or falls steadily, because load planes are not affected by
    !> rounding transverse to the path, which is large in structures that hardly move before they buckle; otherwise by planes normal
    !> to the chord.
-   type(division_t) function new_division(problem, run, trial, ahead, load_tells) result(division)
+   type(division_t) function new_division(problem, run, trial, load_tells) result(division)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: trial           !! end of the increment
-      type(path_tangent_t), intent(in) :: ahead         !! path tangent there
+      type(path_point_t), intent(in) :: trial      !! end of the increment
       logical, intent(in) :: load_tells            !! the load changes monotonically over the increment
       real(wp) :: rise
       logical :: still
-      division%smooth = alike(problem, run%state, trial)
-      division%chord = chord_between(problem, run%state, trial)
+      division%smooth = alike(problem, run%last%state, trial%state)
+      division%chord = chord_between(problem, run%last%state, trial%state)
       division%length = sqrt(metric(problem, division%chord, division%chord))
-      associate (control => division%control)
+      associate (control => division%control, ahead => trial%tangent)
          control = run%control
          division%whole = control%increment
          if (is_arc_length(control%method)) then
-            rise = trial%load_factor - run%state%load_factor
+            rise = trial%state%load_factor - run%last%state%load_factor
             ! If no node moves by more than rounding, only the load can divide the increment.
-            still = stands_still(run%heading, rise) .and. stands_still(ahead, rise) .and. abs(rise) > 0.0_wp
+            still = stands_still(run%last%tangent, rise) .and. stands_still(ahead, rise) .and. abs(rise) > 0.0_wp
             if ((load_tells .and. division%smooth) .or. still) then
                control%method = method_load
                division%whole = rise
-               division%slopes = [run%heading%load, ahead%load] * path_length(problem, run%state, trial) / division%whole
+               division%slopes = [run%last%tangent%load, ahead%load] * path_length(problem, run%last%state, &
+                  & trial%state) / division%whole
             else if (division%length > 0.0_wp) then
                control%method = method_linearised
                control%load_scale = 0.0_wp
                control%tangent = division%chord / division%length
                control%tangent_load = 0.0_wp
                ! Measured at the nodes of the trial point: with contact spans they are other material points.
-               division%whole = metric(problem, seen_from(problem, trial, run%state, control%tangent), &
-                  & displacement_between(problem, run%state, trial))
-               division%slopes = [metric(problem, control%tangent, run%heading%u), metric(problem, control%tangent, ahead%u)]
+               division%whole = metric(problem, seen_from(problem, trial%state, run%last%state, control%tangent), &
+                  & displacement_between(problem, run%last%state, trial%state))
+               division%slopes = [metric(problem, control%tangent, run%last%tangent%u), metric(problem, control%tangent, ahead%u)]
             end if
          end if
          control%whole = division%whole
@@ -69,37 +68,39 @@ contains
 
    !> Corrects the point at a fraction of the increment. The predictor interpolates between the ends if both have the same contact
    !> set, otherwise the increment starts again from its first end.
-   subroutine point_within(problem, run, trial, ahead, division, fraction, from_start, keep_contact, here, report)
+   subroutine point_within(problem, run, trial, division, fraction, from_start, keep_contact, here, report)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run            !! its system is factored at the point on return
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial      !! end of the increment
       type(division_t), intent(inout) :: division
       real(wp), intent(in) :: fraction             !! 0 to 1
       logical, intent(in) :: from_start            !! start from the first end even if interpolation is possible
       logical, intent(in) :: keep_contact          !! contact set of the start, whatever the signs of gaps and reactions
-      type(state_t), intent(out) :: here
+      type(path_point_t), intent(out) :: here      !! undefined unless the report says converged
       type(increment_t), intent(out) :: report
       integer :: first
       division%control%increment = fraction * division%whole
       if (division%smooth .and. .not. from_start) then
-         here = between(problem, run%state, trial, run%heading, ahead, part_at(fraction, division%slopes(1), division%slopes(2)))
-         call correct(problem, run%state, division%control, .false., here, run%system, report)
+         here%state = between(problem, run%last%state, trial%state, run%last%tangent, trial%tangent, part_at(fraction, &
+            & division%slopes(1), division%slopes(2)))
+         here%system = run%last%system
+         call correct(problem, run%last%state, division%control, .false., here%state, here%system, report)
          ! A second correction: from such a close predictor the residual is small before the error is.
          if (.not. report%converged) return
          first = report%iterations
-         call correct(problem, run%state, division%control, .false., here, run%system, report)
+         call correct(problem, run%last%state, division%control, .false., here%state, here%system, report)
          report%iterations = first + report%iterations
-      else if (size(problem%mark) > 0 .and. is_stress_free(run%state)) then
+      else if (size(problem%mark) > 0 .and. is_stress_free(run%last%state)) then
          ! A stress-free start does not say where contact with a foundation ends: the increment is made backwards from its other
          ! end.
          division%control%increment = division%control%increment - division%whole
-         call linearise(problem, trial, trial, run%system)
-         call take_increment(problem, trial, division%control, here, run%system, report, keep_contact=keep_contact)
+         call advance(problem, trial, division%control, here, report, keep_contact)
       else
-         call linearise(problem, run%state, run%state, run%system)
-         call take_increment(problem, run%state, division%control, here, run%system, report, keep_contact=keep_contact)
+         call advance(problem, run%last, division%control, here, report, keep_contact)
       end if
+      if (.not. report%converged) return
+      here%tangent = path_tangent_of(problem, run, here)
+      call evaluate_tests(problem, here)
    end subroutine point_within
 
    !> Projection of a state onto the chord, from 0 to 1, clipped. It orders events that different methods located.
@@ -108,7 +109,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(division_t), intent(in) :: division
       type(state_t), intent(in) :: place
-      fraction = min(max(metric(problem, division%chord, chord_between(problem, run%state, place)) / &
+      fraction = min(max(metric(problem, division%chord, chord_between(problem, run%last%state, place)) / &
          & division%length**2, 0.0_wp), 1.0_wp)
    end function chord_fraction
 end module increment_points

@@ -2,9 +2,8 @@
 module located_events
    use kinds, only: wp
    use model, only: step_t
-   use rod_state, only: state_t
    use linear_system, only: system_t
-   use path_continuity, only: path_tangent_t
+   use path_point, only: path_point_t
    use path_events, only: event_t
    use corrector, only: increment_t
    use error_bar, only: error_bars_t
@@ -15,8 +14,7 @@ module located_events
    !> An event inside an increment, before and after its location.
    type :: located_event_t
       type(event_t) :: event
-      type(state_t) :: place                   !! located state, or the nearest one found
-      type(path_tangent_t) :: heading               !! path tangent there
+      type(path_point_t) :: point              !! located point, or the nearest one found
       type(increment_t) :: report                !! report of the correction, or of the residual of an interpolated state
       real(wp) :: fraction = 1.0_wp            !! position between the last point and the trial, 0 to 1
       type(error_bars_t), allocatable :: bars  !! not allocated: the deck requests none

@@ -1,11 +1,10 @@
-!> State of a path: the last accepted point, its tangent and test values, and the history that later increments need.
+!> State of a path: the last accepted point, and the history that later increments need.
 module path_state
    use kinds, only: wp
    use archive, only: archive_t
    use model, only: method_load, method_displacement
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use linear_system, only: system_t
    use state_transfer, only: carried_field
    use mesh_density, only: mesh_density_t
    use path_control, only: control_t, displacement_between
@@ -16,12 +15,12 @@ module path_state
    use displacement_functional, only: monitor_change
    use path_continuity, only: path_tangent_t, path_tangent_at, chord_between, goes_back, stands_still
    use path_record, only: region_t
-   use path_events, only: test_values_t, new_test_values
+   use path_point, only: path_point_t
    implicit none
    private
-   public :: path_state_t, recent_path_t, slopes_t, trial_request_t, onset_t, since_change_t, finer_mesh_t, arrived_t
+   public :: path_state_t, recent_path_t, slopes_t, onset_t, since_change_t, finer_mesh_t, mesh_history_t, arrived_t
    public :: copy_path_state
-   public :: path_tangent_of, test_values_at, keep_critical_point, leave_trail, turned_back, forget_mesh, rest_of_mesh
+   public :: path_tangent_of, keep_critical_point, leave_trail, turned_back, forget_mesh, rest_of_mesh
 
    integer, parameter :: rest_of_mesh = 10       !! accepted points after a refinement during which no coarser mesh is tried
 
@@ -37,10 +36,18 @@ module path_state
    !> State before the mesh was coarsened, to return to if the coarser mesh fails.
    type :: finer_mesh_t
       type(problem_t) :: problem
-      type(state_t) :: state
-      type(path_tangent_t) :: heading
-      type(test_values_t) :: test_values
+      type(path_point_t) :: point                !! the last accepted point on that mesh
    end type finer_mesh_t
+
+   !> The mesh at the last accepted point: its error estimates, and the meshes before and after it.
+   type :: mesh_history_t
+      type(enriched_problem_t) :: enriched       !! enriched problem, from which error estimates are computed
+      type(refinement_t) :: refinement           !! results of the refinements tried for the present point
+      type(mesh_density_t), allocatable :: coarser(:) !! (rod segments) coarser mesh that is accurate enough for the last point
+      type(finer_mesh_t), allocatable :: before_coarsening !! state to return to until a point is accepted on the coarser mesh
+      integer :: points_to_keep = 0              !! number of further points for which the mesh is not coarsened
+      logical :: change_behind = .false. !! on the new mesh a point contact becomes a line contact before the last accepted point
+   end type mesh_history_t
 
    !> Derivatives of the tests of contact spans by arc length.
    type :: slopes_t
@@ -72,17 +79,6 @@ module path_state
       type(error_bars_t), allocatable :: bars    !! error bars; not allocated: unknown
    end type arrived_t
 
-   !> Requirements of a trial whose errors exceed the tolerance. The trial is not recorded: the increment is repeated from the last
-   !> accepted point.
-   type :: trial_request_t
-      logical :: smaller_residual = .false.      !! the iteration must end with a smaller residual
-      type(mesh_density_t), allocatable :: density(:) !! (rod segments) required mesh density; not allocated: it is high enough
-      logical :: at_last_point = .false.         !! the mesh is made for the last accepted point, not for the trial
-      type(mesh_density_t), allocatable :: density_before(:) !! (rod segments) mesh density up to the last accepted point,
-      !! before the mesh was made for the trial
-      logical :: events_located = .false.        !! events were located between the last accepted point and the trial
-   end type trial_request_t
-
    !> A point contact that begins at the next point.
    type :: onset_t
       type(region_t), allocatable :: region      !! not allocated: no contact begins
@@ -91,32 +87,22 @@ module path_state
 
    !> State of a path; a single type, so that the procedures of the path loop have short argument lists.
    type :: path_state_t
-      type(state_t) :: state                     !! the last accepted point
-      type(system_t) :: system                   !! factored at the point named by each procedure
+      type(path_point_t) :: last                 !! the last accepted point
       type(control_t) :: control                 !! constraint of the next increment
-      type(test_values_t) :: test_values         !! test values at the last accepted point
       real(wp) :: arc_length = 0.0_wp            !! arc length since the start of the run
       integer :: branch = 0                      !! number of the branch in the result file; 0: the path of the steps
       integer :: points = 0                      !! points recorded so far, in all steps
       integer :: step_points = 0                 !! points accepted in this step
       integer :: spans_begun = 0                 !! contact spans begun so far: the last identity number given
-      character(:), allocatable :: stuck         !! failure of a contact change: the step ends with this reason
       type(onset_t) :: onset                     !! point contact that begins at the next point
       logical :: on_bifurcation = .false.        !! the last point is a recorded bifurcation: its pivots have the sign of rounding
       type(since_change_t) :: since_change       !! consequences of the last contact change that are still active
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
-      type(enriched_problem_t) :: finer             !! enriched problem, from which error estimates are computed
-      type(refinement_t) :: refinement           !! results of the refinements tried for the present point
-      type(trial_request_t) :: request           !! requirements of the last trial before it can be accepted
-      type(mesh_density_t), allocatable :: spare(:) !! (rod segments) coarser mesh that is accurate enough for the last point
-      logical :: behind_flat = .false. !! on the new mesh a point contact becomes a line contact before the last accepted point
-      type(finer_mesh_t), allocatable :: before_coarsening !! state to return to until a point is accepted on the coarser mesh
-      integer :: kept_meshes = 0                 !! number of further points for which the mesh is not coarsened
+      type(mesh_history_t) :: mesh
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load change of the last increment
       type(arrived_t) :: arrived                 !! arrival at the last accepted point
       type(slopes_t) :: slopes
       type(recent_path_t), allocatable :: trail(:)   !! parts of the path before the last accepted point, the latest first
-      type(path_tangent_t) :: heading                 !! path tangent at the last accepted point, in the direction of travel
       logical :: fresh = .false. !! the last point is an unloaded start: its contacts carry no force and are kept closed in its
       !! tangent
       type(critical_points_t), pointer :: home => null() !! critical points of the parent path of a branch; on the path of a step,
@@ -135,52 +121,44 @@ contains
       to = from
    end subroutine copy_path_state
 
-   !> Path tangent at a converged state at which the system is factored, in the direction of travel: that of the chord from the last
-   !> accepted point, or, under load or displacement control, the direction in which the controlled quantity changes with the sign
-   !> of the increment.
-   type(path_tangent_t) function path_tangent_of(problem, run, state) result(heading)
+   !> Path tangent at a point whose state and system are known, in the direction of travel: that of the chord from the last accepted
+   !> point, or, under load or displacement control, the direction in which the controlled quantity changes with the sign of the
+   !> increment.
+   type(path_tangent_t) function path_tangent_of(problem, run, point) result(tangent)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: state
+      type(path_point_t), intent(in) :: point
       real(wp) :: ahead
-      select case (run%control%method)
-      case (method_load)
-         heading = path_tangent_at(problem, run%system, 0.0_wp * state%u, run%control%increment)
-      case (method_displacement)
-         ahead = monitor_change(problem, run%control%monitor, state, run%system, run%system%tangent, 1.0_wp)
-         heading = path_tangent_at(problem, run%system, 0.0_wp * state%u, sign(1.0_wp, ahead * run%control%increment))
-      case default
-         heading = path_tangent_at(problem, run%system, displacement_between(problem, run%state, state), &
-            & state%load_factor - run%state%load_factor)
-      end select
+      associate (state => point%state, system => point%system)
+         select case (run%control%method)
+         case (method_load)
+            tangent = path_tangent_at(problem, system, 0.0_wp * state%u, run%control%increment)
+         case (method_displacement)
+            ahead = monitor_change(problem, run%control%monitor, state, system, system%tangent, 1.0_wp)
+            tangent = path_tangent_at(problem, system, 0.0_wp * state%u, sign(1.0_wp, ahead * run%control%increment))
+         case default
+            tangent = path_tangent_at(problem, system, displacement_between(problem, run%last%state, state), &
+               & state%load_factor - run%last%state%load_factor)
+         end select
+      end associate
    end function path_tangent_of
-
-   !> Test values at a converged state at which the system is factored.
-   type(test_values_t) function test_values_at(problem, run, state, heading) result(test_values)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: state
-      type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
-      test_values = new_test_values(problem, state, run%system, heading%load)
-   end function test_values_at
 
    !> Adds the path from the last accepted point to a new one. The path has a corner at a contact change: both tangents are those of
    !> this part of the path.
-   subroutine leave_trail(problem, run, place, heading)
+   subroutine leave_trail(problem, run, point)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      type(state_t), intent(in) :: place
-      type(path_tangent_t), intent(in) :: heading     !! path tangent at `place`, on this side
+      type(path_point_t), intent(in) :: point    !! its tangent is that on this side
       type(recent_path_t), allocatable :: longer(:)
       integer :: kept
       kept = 0
       if (allocated(run%trail)) kept = min(size(run%trail), trail_length - 1)
       allocate (longer(1 + kept))
-      longer(1)%from = run%state
-      longer(1)%first = run%heading
-      longer(1)%to = place
-      longer(1)%chord = chord_between(problem, run%state, place)
-      longer(1)%last = heading
+      longer(1)%from = run%last%state
+      longer(1)%first = run%last%tangent
+      longer(1)%to = point%state
+      longer(1)%chord = chord_between(problem, run%last%state, point%state)
+      longer(1)%last = point%tangent
       if (kept > 0) longer(2:) = run%trail(:kept)
       call move_alloc(longer, run%trail)
    end subroutine leave_trail
@@ -192,25 +170,24 @@ contains
       if (allocated(run%control%previous)) deallocate (run%control%previous)
       if (allocated(run%trail)) deallocate (run%trail)
       run%slopes = slopes_t(closer=run%slopes%closer)
-      call run%finer%forget()
-      if (allocated(run%before_coarsening)) deallocate (run%before_coarsening)
+      call run%mesh%enriched%forget()
+      if (allocated(run%mesh%before_coarsening)) deallocate (run%mesh%before_coarsening)
    end subroutine forget_mesh
 
    !> True if a trial point lies on the recent path, which the increment retraces.
-   logical function turned_back(problem, run, trial, ahead)
+   logical function turned_back(problem, run, trial)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(state_t), intent(in) :: trial
-      type(path_tangent_t), intent(in) :: ahead       !! path tangent at `trial`
+      type(path_point_t), intent(in) :: trial
       integer :: k
       turned_back = .false.
       if (.not. allocated(run%trail)) return
       ! If only the load changes, the tangent's displacements are rounding.
-      if (stands_still(ahead, trial%load_factor - run%state%load_factor)) return
+      if (stands_still(trial%tangent, trial%state%load_factor - run%last%state%load_factor)) return
       do k = 1, size(run%trail)
          if (turned_back) return
          associate (way => run%trail(k))
-            turned_back = goes_back(problem, way%from, way%to, way%chord, way%first, way%last, trial, ahead)
+            turned_back = goes_back(problem, way%from, way%to, way%chord, way%first, way%last, trial%state, trial%tangent)
          end associate
       end do
    end function turned_back
@@ -241,9 +218,9 @@ contains
       critical_point%pivots = pivots
       critical_point%multiplicity = multiplicity
       critical_point%arc_length = arc_length
-      critical_point%direction = displacement_between(problem, run%state, state)
-      critical_point%drift = critical_point%direction - part * displacement_between(problem, run%state, trial)
-      critical_point%direction_load = state%load_factor - run%state%load_factor
+      critical_point%direction = displacement_between(problem, run%last%state, state)
+      critical_point%drift = critical_point%direction - part * displacement_between(problem, run%last%state, trial)
+      critical_point%direction_load = state%load_factor - run%last%state%load_factor
       critical_point%control = run%control
       if (present(scale)) critical_point%scale = scale
       if (present(bars)) critical_point%bars = bars

@@ -29,8 +29,8 @@ contains
       run%control%load_scale = 0.0_wp
       if (allocated(run%control%previous)) deallocate (run%control%previous)
       run%control%increment = step%increment
-      run%heading = path_tangent_of(problem, run, run%state)
-      run%test_values%load_rate = run%heading%load
+      run%last%tangent = path_tangent_of(problem, run, run%last)
+      run%last%test_values%load_rate = run%last%tangent%load
       if (step%method == method_displacement .and. .not. allocated(run%control%tangent)) &
          & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
    end subroutine start_control
@@ -45,7 +45,7 @@ contains
       length = run%last_length
       scaled = length > rounding_gap(problem) * sqrt(sum(problem%weight)) .and. abs(run%last_load) > 0.0_wp
       if (run%control%load_scale > 0.0_wp) then
-         scaled = .not. stands_still(run%heading, step%increment)
+         scaled = .not. stands_still(run%last%tangent, step%increment)
          length = run%control%load_scale * abs(step%increment)
       end if
       if (.not. scaled) return
@@ -71,12 +71,12 @@ contains
    subroutine go_by_load(step, run)
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      if (.not. is_arc_length(run%control%method) .or. .not. stands_still(run%heading, step%increment)) return
+      if (.not. is_arc_length(run%control%method) .or. .not. stands_still(run%last%tangent, step%increment)) return
       ! A structure that has hardly moved since the start of the step keeps its arc length.
       if (.not. run%control%load_scale > 0.0_wp) return
       if (stands_still(1.0_wp / run%control%load_scale, step%increment)) return
       run%control%method = method_load
-      run%control%increment = sign(step%increment, run%heading%load)
+      run%control%increment = sign(step%increment, run%last%tangent%load)
    end subroutine go_by_load
 
    !> Adapts the increment by Crisfield's rule, the square root of desired over needed iterations, limited so that the path tangent
@@ -123,10 +123,10 @@ contains
       integer :: i, watched
       if (is_arc_length(step%method)) return
       watched = 0
-      now = run%state%load_factor
+      now = run%last%state%load_factor
       if (step%method == method_displacement) then
          watched = step%monitor
-         now = run%test_values%monitor(watched)
+         now = run%last%test_values%monitor(watched)
       end if
       do i = 1, size(step%stop)
          if (step%stop(i)%monitor /= watched) cycle

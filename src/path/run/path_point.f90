@@ -1,0 +1,67 @@
+!> A point of the path: an equilibrium with its factored equations, its path tangent and its test values.
+!>
+!> The corrector makes a point once; later procedures only read it. Everything that needs the equations at a point (tangents, modes,
+!> error bars, the next increment) takes them from the point itself, so that no procedure has to restore them for its caller.
+module path_point
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t, new_system
+   use bordered_system, only: linearise
+   use path_control, only: control_t
+   use path_continuity, only: path_tangent_t
+   use path_events, only: test_values_t, new_test_values
+   use corrector, only: increment_t, take_increment
+   implicit none
+   private
+   public :: path_point_t, point_at, move_to, advance, evaluate_tests
+
+   !> Tangent and test values of a trial point are set as soon as the direction of travel is known (path_state).
+   type :: path_point_t
+      type(state_t) :: state
+      type(system_t) :: system                   !! assembled and factored at `state`
+      type(path_tangent_t) :: tangent            !! path tangent at `state`, in the direction of travel
+      type(test_values_t) :: test_values         !! at `state`
+   end type path_point_t
+
+contains
+
+   !> Point at a given state, which need not be in equilibrium: its equations are assembled and factored there (see system%ok).
+   function point_at(problem, state) result(point)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(path_point_t) :: point
+      point%state = state
+      point%system = new_system(problem)
+      call linearise(problem, point%state, point%state, point%system)
+   end function point_at
+
+   !> Moves a point to another state near it, for example to the equilibrium with another contact set. The tangent stays until the
+   !> sense of the path is known there.
+   subroutine move_to(problem, state, point)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(path_point_t), intent(inout) :: point
+      point%state = state
+      call linearise(problem, point%state, point%state, point%system)
+   end subroutine move_to
+
+   !> Makes the control's increment from one point to another. Without success (report%converged is false) the new point is
+   !> undefined.
+   subroutine advance(problem, from, control, to, report, keep_contact)
+      type(problem_t), intent(in) :: problem
+      type(path_point_t), intent(in) :: from
+      type(control_t), intent(in) :: control
+      type(path_point_t), intent(out) :: to      !! its state and system are set
+      type(increment_t), intent(out) :: report
+      logical, intent(in), optional :: keep_contact !! true: contact set of `from`, whatever the signs of gaps and reactions
+      to%system = from%system
+      call take_increment(problem, from%state, control, to%state, to%system, report, keep_contact)
+   end subroutine advance
+
+   !> Computes the test values of a point whose state, system and tangent are known.
+   subroutine evaluate_tests(problem, point)
+      type(problem_t), intent(in) :: problem
+      type(path_point_t), intent(inout) :: point
+      point%test_values = new_test_values(problem, point%state, point%system, point%tangent%load)
+   end subroutine evaluate_tests
+end module path_point

@@ -1,0 +1,52 @@
+!> What a trial requires before the path can go on: nothing, or the increment again in another way. Acceptance and contact changes
+!> return it as a value, and the path follower serves it.
+module trial_request
+   use mesh_density, only: mesh_density_t
+   implicit none
+   private
+   public :: request_t
+
+   type :: request_t
+      ! Requirements of the last trial. The trial is not recorded: the increment is repeated from the last accepted point.
+      logical :: shorter = .false.               !! at half its length
+      logical :: smaller_residual = .false.      !! with an iteration that ends with a smaller residual
+      type(mesh_density_t), allocatable :: density(:) !! (rod segments) on a mesh of this density; not allocated: it is high enough
+      logical :: events_located = .false.        !! events were located between the last accepted point and the trial
+      ! Contact changes.
+      logical :: set_changed = .false.           !! the run has moved to a contact change, with the next set
+      character(:), allocatable :: no_set        !! reason why no next set was found; not allocated: no such failure
+      ! Kept for all trials of one increment.
+      logical :: at_last_point = .false.         !! the mesh is made for the last accepted point, not for the trial
+      type(mesh_density_t), allocatable :: density_before(:) !! (rod segments) mesh density up to the last accepted point,
+      !! before the mesh was made for the trial
+   contains
+      procedure :: begin_trial
+      procedure :: begin_increment
+      procedure :: remeshes
+   end type request_t
+
+contains
+
+   !> Clears the requirements of the trial before.
+   pure subroutine begin_trial(self)
+      class(request_t), intent(inout) :: self
+      self%shorter = .false.
+      self%smaller_residual = .false.
+      self%set_changed = .false.
+      if (allocated(self%density)) deallocate (self%density)
+      if (allocated(self%no_set)) deallocate (self%no_set)
+   end subroutine begin_trial
+
+   !> Clears what was kept for the trials of the increment before.
+   pure subroutine begin_increment(self)
+      class(request_t), intent(inout) :: self
+      self%at_last_point = .false.
+      if (allocated(self%density_before)) deallocate (self%density_before)
+   end subroutine begin_increment
+
+   !> True if the trial must be repeated on another mesh or with a smaller residual.
+   pure logical function remeshes(self)
+      class(request_t), intent(in) :: self
+      remeshes = self%smaller_residual .or. allocated(self%density)
+   end function remeshes
+end module trial_request
