@@ -6,8 +6,8 @@ module event_location
    use rod_state, only: state_t
    use linear_system, only: system_t
    use path_control, only: path_length, is_arc_length, can_be_held, holding_value
-   use path_continuity, only: lies_between, alike, largest_distance
-   use increment_points, only: division_t, new_division, point_within, chord_fraction
+   use path_continuity, only: between, lies_between, alike, largest_distance
+   use increment_points, only: division_t, new_division, point_within, chord_fraction, part_of_increment
    use corrector, only: increment_t, correct
    use path_events, only: event_t, event_value, note_of_corner, event_bifurcation, event_release, event_contact, event_limit, &
       & event_turning, event_value_reached, event_stop
@@ -35,7 +35,6 @@ contains
       type(path_point_t), intent(in) :: trial
       type(located_event_t), intent(inout) :: located_event !! its event is given on entry
       type(division_t) :: division
-      type(law_corner_t) :: law
       real(wp) :: before
       division = new_division(problem, run, trial, located_event%event%load_tells)
       located_event%point = trial
@@ -53,15 +52,9 @@ contains
          located_event%fraction = 0.0_wp
          return
       end if
-      law = corner_between(problem, run%last%state, trial%state)
-      if (located_event%event%kind == event_bifurcation .or. (division%smooth .and. (located_event%event%kind == &
-         & event_turning .or. (located_event%event%kind == event_limit .and. law%candidate == 0)))) then
-         call locate_smooth(problem, step, run, trial, division, located_event)
-      else
-         call bracket_zero(problem, step, run, trial, division, located_event)
-      end if
+      call locate_by_holding(problem, run, trial, division, located_event)
+      if (.not. located_event%located) call locate_by_function(problem, step, run, trial, division, located_event)
       if (.not. located_event%located) return
-      if (any(located_event%event%kind == [event_value_reached, event_stop])) call meet_value(problem, run, located_event)
       if (division%smooth) then
          located_event%located = is_what_it_says(problem, step, run, trial, located_event)
          ! If a line contact just became a point, the load may be constant and its rate change sign by rounding only.
@@ -72,6 +65,56 @@ contains
          located_event%fraction = chord_fraction(problem, run, division, located_event%point%state)
       end if
    end subroutine locate
+
+   !> Locates a value by prescribing it: one correction, with the value as its constraint, from a point interpolated between the
+   !> ends
+   !> of the increment. The event stays unlocated if its function cannot be prescribed, or if no such point lies between the ends.
+   subroutine locate_by_holding(problem, run, trial, division, located_event)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
+      type(division_t), intent(in) :: division
+      type(located_event_t), intent(inout) :: located_event
+      type(path_point_t) :: here
+      real(wp) :: part
+      associate (event => located_event%event, from => run%last, report => located_event%report)
+         if (.not. (division%smooth .and. any(event%kind == [event_value_reached, event_stop]))) return
+         if (.not. (can_be_held(problem, event%monitor) .and. event%before * event%after < 0.0_wp)) return
+         part = event%before / (event%before - event%after)
+         here%state = between(problem, from%state, trial%state, from%tangent, trial%tangent, part)
+         here%system = from%system
+         call correct(problem, from%state, holding_value(event%monitor, -event%before), .false., here%state, here%system, report)
+         if (.not. report%converged) return
+         if (.not. alike(problem, from%state, here%state)) return
+         if (.not. lies_between(problem, from%state, trial%state, from%tangent, trial%tangent, here%state)) return
+         here%tangent = path_tangent_of(problem, run, here)
+         call evaluate_tests(problem, here)
+         located_event%point = here
+         located_event%fraction = part_of_increment(problem, run, trial, division, here%state)
+         located_event%located = .true.
+         event%held = .true.
+      end associate
+   end subroutine locate_by_holding
+
+   !> Locates the zero of the event function by points of the increment.
+   subroutine locate_by_function(problem, step, run, trial, division, located_event)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial
+      type(division_t), intent(inout) :: division
+      type(located_event_t), intent(inout) :: located_event
+      type(law_corner_t) :: law
+      law = corner_between(problem, run%last%state, trial%state)
+      if (located_event%event%kind == event_bifurcation .or. (division%smooth .and. (located_event%event%kind == &
+         & event_turning .or. (located_event%event%kind == event_limit .and. law%candidate == 0)))) then
+         call locate_smooth(problem, step, run, trial, division, located_event)
+      else
+         call bracket_zero(problem, step, run, trial, division, located_event)
+         if (located_event%located .and. any(located_event%event%kind == [event_value_reached, event_stop])) &
+            & call meet_value(problem, run, located_event)
+      end if
+   end subroutine locate_by_function
 
    !> True if contact with a foundation began or ended, or the load rate changed its sign, when the last point was transferred to
    !> another mesh: the event lies at that point within its error bar.

@@ -37,8 +37,8 @@ module zero_search
 
 contains
 
-   !> Finds the zero and the state there: by cubic interpolation between samples around it, or else, unless it is a bifurcation, by
-   !> bracketing.
+   !> Finds the zero and the state there: by bracketing, unless it is a bifurcation, or else by cubic interpolation between samples
+   !> around it.
    subroutine find_zero(problem, step, run, trial, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -48,10 +48,15 @@ contains
       type(zero_search_t), intent(inout) :: search !! its bracket is given
       type(located_event_t), intent(inout) :: located_event !! sets point and fraction, as far as the search succeeded
       logical, intent(out) :: found
+      type(bracket_t) :: whole
+      whole = search%bracket
+      found = .false.
+      if (located_event%event%kind /= event_bifurcation) &
+         & call close_in(problem, step, run, trial, division, search, located_event, found)
+      if (found) return
+      search%bracket = whole
       call narrow_bracket(problem, run, trial, division, search, located_event, found)
       if (found) call interpolate_zero(problem, run, trial, division, search, located_event, found)
-      if (.not. found .and. located_event%event%kind /= event_bifurcation) &
-         & call close_in(problem, step, run, trial, division, search, located_event, found)
    end subroutine find_zero
 
    !> Narrows the bracket to the spacing of the samples. If the corrector fails near the zero, several eigenvalues may vanish, and

@@ -11,7 +11,7 @@ module increment_points
    use path_state, only: path_state_t, path_tangent_of
    implicit none
    private
-   public :: division_t, new_division, point_within, chord_fraction
+   public :: division_t, new_division, point_within, chord_fraction, part_of_increment
 
    !> Constraint and scaling that define the fractions of an increment.
    type :: division_t
@@ -112,4 +112,23 @@ contains
       fraction = min(max(metric(problem, division%chord, chord_between(problem, run%last%state, place)) / &
          & division%length**2, 0.0_wp), 1.0_wp)
    end function chord_fraction
+   !> Fraction of an increment at a state on it, measured by the quantity that divides the increment if this is the load, else
+   !> along the
+   !> chord.
+   pure real(wp) function part_of_increment(problem, run, trial, division, place) result(fraction)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: trial      !! end of the increment
+      type(division_t), intent(in) :: division
+      type(state_t), intent(in) :: place
+      real(wp) :: rise
+      rise = trial%state%load_factor - run%last%state%load_factor
+      if (division%control%method == method_load .and. abs(rise) > 0.0_wp) then
+         fraction = min(max((place%load_factor - run%last%state%load_factor) / rise, 0.0_wp), 1.0_wp)
+      else if (division%length > 0.0_wp) then
+         fraction = chord_fraction(problem, run, division, place)
+      else
+         fraction = 1.0_wp
+      end if
+   end function part_of_increment
 end module increment_points
