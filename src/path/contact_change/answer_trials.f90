@@ -76,6 +76,7 @@ contains
       more = 0
       do
          call try(problem, run, interval, change, larger, next, on, grows, why)
+         if (allocated(why)) return
          if (grows .and. more > 0) grows = spans_hold(next, on%last%state, on%last%system%force_scale)
          if (grows) return
          more = more + 1

@@ -175,7 +175,7 @@ contains
             return
          end if
       end if
-      call go_on(problem, step, run, next, on, recorder, request, finished, outcome)
+      if (.not. allocated(request%no_set)) call go_on(problem, step, run, next, on, recorder, finished, outcome)
    end subroutine pass_by_rule
 
    !> Makes the change at which a free span opens in a line contact; the next set is known. If contact remains on both sides, the
@@ -201,22 +201,19 @@ contains
    end subroutine pass_opening
 
    !> Continues with the next set. If this set is known only at another load, user-requested values on the way there are located.
-   subroutine go_on(problem, step, run, next, on, recorder, request, finished, outcome)
+   subroutine go_on(problem, step, run, next, on, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! at the change's place
       type(problem_t), intent(in) :: next
       type(path_state_t), intent(in) :: on              !! at the state where the next set is known
       class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(in) :: request
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(event_t), allocatable :: events(:)
       type(next_t) :: ahead
       finished = .false.
-      allocate (events(0))
-      if (.not. allocated(request%no_set)) call value_events(next, step, run%last%test_values, on%last%test_values, on%last%state, &
-         & on%last%state, events)
+      call value_events(next, step, run%last%test_values, on%last%test_values, on%last%state, on%last%state, events)
       if (size(events) == 0) then
          call copy_problem(next, problem)
          call copy_path_state(on, run)

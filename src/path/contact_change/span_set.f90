@@ -3,7 +3,7 @@
 module span_set
    use kinds, only: wp
    use model, only: method_load
-   use problem, only: problem_t, copy_problem
+   use problem, only: problem_t
    use rod_state, only: state_t
    use contact_response, only: reaction_rate
    use contact_spans, only: contact_span_t, shortest
@@ -19,7 +19,7 @@ module span_set
    use path_control, only: control_t, is_arc_length
    use path_continuity, only: path_tangent_at
    use path_point, only: path_point_t, move_to, evaluate_tests
-   use path_state, only: path_state_t, copy_path_state, path_tangent_of
+   use path_state, only: path_state_t, path_tangent_of
    use corrector, only: increment_t, correct
    use touchdown_points, only: point_force
    implicit none
@@ -30,40 +30,36 @@ contains
 
    !> Continues with the set that the test's rule gives, in the sense in which the new contact or free span grows.
    subroutine change_set(problem, run, test, begins, answer, reach, grows, why)
-      type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run          !! in: at the zero of the test
+      type(problem_t), intent(inout) :: problem  !! undefined if no equilibrium is found
+      type(path_state_t), intent(inout) :: run   !! in: at the zero of the test; undefined if no equilibrium is found
       type(span_test_t), intent(in) :: test      !! at this zero
       type(span_test_t), intent(in) :: begins(:) !! gaps that close there, that of `test` last; empty if `test` is no gap
       type(answer_t), intent(in) :: answer       !! rule's answer to the test
       real(wp), intent(in) :: reach              !! largest path distance to the equilibrium with the new set
       logical, intent(out) :: grows              !! false: no equilibrium with a new line contact of positive length was found
       character(:), allocatable, intent(out) :: why !! reason why no equilibrium was found; not allocated: it was found
-      type(problem_t) :: next
-      type(path_state_t) :: on
       type(contact_span_t) :: old, now(size(problem%contact_span))
+      integer :: pivots
       logical :: ok, leaves
       now = present_contact_spans(problem, run%last%state)
       if (test%contact_span > 0) old = now(test%contact_span)
+      grows = .true.
       if (allocated(answer%no_rule)) then
-         grows = .true.
          why = answer%no_rule
          return
       end if
-      call copy_problem(problem, next)
-      call copy_path_state(run, on)
-      call stand_with(next, on, test, begins, answer, old, reach, ok, grows, leaves)
+      pivots = run%last%test_values%negative_pivots
+      call stand_with(problem, run, test, begins, answer, old, reach, ok, grows, leaves)
       if (.not. ok) then
          why = 'no way on from where '//trim(test_words(test%kind))
          return
       end if
-      call take_sense(next, on, test, answer, old, leaves)
-      call evaluate_tests(next, on%last)
+      call take_sense(problem, run, test, answer, old, leaves)
+      call evaluate_tests(problem, run%last)
       ! A line that has become a point may leave a neutral span there; the pivots of the line are definite.
-      on%since_change%shrunk = test%kind == test_length
-      if (on%since_change%shrunk) on%last%test_values%negative_pivots = run%last%test_values%negative_pivots
-      on%since_change%arrives = any(test%kind == [test_length, test_crossing])
-      call copy_problem(next, problem)
-      call copy_path_state(on, run)
+      run%since_change%shrunk = test%kind == test_length
+      if (run%since_change%shrunk) run%last%test_values%negative_pivots = pivots
+      run%since_change%arrives = any(test%kind == [test_length, test_crossing])
    end subroutine change_set
 
    !> Equilibrium of the run with the contact spans of an answer.
