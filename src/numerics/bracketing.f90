@@ -17,9 +17,12 @@ module bracketing
 
 contains
 
-   !> The bracket (0, 1) with the function's values at both ends.
-   pure type(bracket_t) function new_bracket(f_low, f_high) result(bracket)
+   !> A bracket with the function's values at both ends.
+   pure type(bracket_t) function new_bracket(f_low, f_high, low, high) result(bracket)
       real(wp), intent(in) :: f_low, f_high
+      real(wp), intent(in), optional :: low, high !! ends, low < high; absent: 0, 1
+      if (present(low)) bracket%low = low
+      if (present(high)) bracket%high = high
       bracket%f_low = f_low
       bracket%f_high = f_high
       bracket%scale = max(abs(f_low), abs(f_high))
@@ -58,7 +61,7 @@ contains
          end if
       end if
       ! At least a rounding distance from both ends.
-      margin = min(2.0_wp * epsilon(at), 0.25_wp * width)
+      margin = min(2.0_wp * epsilon(at) * max(1.0_wp, abs(bracket%low), abs(bracket%high)), 0.25_wp * width)
       at = min(max(at, bracket%low + margin), bracket%high - margin)
    end function bracket_guess
 

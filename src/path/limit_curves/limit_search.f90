@@ -11,11 +11,15 @@ module limit_search
    use path_control, only: control_t, set_tangent
    use corrector, only: increment_t, correct
    use second_parameter, only: present_value, problem_at, carry_state
+   use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    implicit none
    private
    public :: follower_t, copy_follower, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
 
    integer, parameter :: max_searches = 40          !! evaluations of h for one limit point
+   real(wp), parameter :: first_move = 0.01_wp      !! first step of a search, in units of the coordinates
+   real(wp), parameter :: longest_move = 3.0_wp     !! longest step of a search
+   real(wp), parameter :: narrow = 1.0e-10_wp       !! distance at which places are not told apart
    real(wp), parameter :: small_drop = 0.01_wp !! relative decrease of the load over one unit of arc length from the limit point
 
    !> The last limit point and the data to move from there.
@@ -108,7 +112,7 @@ contains
       trial%rate = control%tangent_load
    end subroutine evaluate
 
-   !> Searches for h = 0 from a point along a normal to the curve: by secants, inside a bracket as soon as one exists.
+   !> Searches for h = 0 from a point along a normal to the curve: by secants until the zero is bracketed.
    subroutine search(follower, step, place, normal, trial, searches)
       type(follower_t), intent(inout) :: follower
       type(step_t), intent(in) :: step
@@ -117,9 +121,10 @@ contains
       type(trial_t), intent(out) :: trial
       integer, intent(out) :: searches
       type(trial_t) :: next
-      real(wp) :: q, h, q_old, h_old, q_new, low, high, h_low, h_high, slope
+      type(bracket_t) :: bracket
+      real(wp) :: q, h, q_old, h_old, slope
       integer :: total
-      logical :: bracketed
+      logical :: bracketed, open
       call evaluate(follower, place, trial)
       searches = 1
       if (.not. trial%report%converged) return
@@ -127,58 +132,45 @@ contains
       q_old = 0.0_wp
       h_old = trial%rate
       if (.not. abs(h_old) > 0.0_wp) return
-      slope = follower%rate_scale * sign(1.0_wp, h_old)
       ! The direction in which the rate falls is unknown: a small step determines it.
-      q = 0.01_wp
+      q = first_move
       bracketed = .false.
-      low = 0.0_wp
-      high = 0.0_wp
-      h_low = 0.0_wp
-      h_high = 0.0_wp
       do searches = 2, max_searches
          call evaluate(follower, place + q * normal, next)
          total = total + next%iterations
          if (.not. next%report%converged) then
             ! Half the distance to the last point that converged.
             q = 0.5_wp * (q + q_old)
-            if (abs(q - q_old) < 1.0e-9_wp) exit
+            if (abs(q - q_old) < narrow) exit
             cycle
          end if
          h = next%rate
-         if (h * h_old < 0.0_wp) then
-            bracketed = .true.
-            low = q_old
-            h_low = h_old
-            high = q
-            h_high = h
-         else if (bracketed) then
-            if (h * h_low > 0.0_wp) then
-               low = q
-               h_low = h
-            else
-               high = q
-               h_high = h
-            end if
-         end if
          slope = (h - h_old) / (q - q_old)
          trial = next
+         open = .true.
+         if (bracketed) then
+            call take_value(bracket, q, h)
+         else if (h * h_old < 0.0_wp) then
+            bracketed = .true.
+            bracket = new_bracket(merge(h_old, h, q_old < q), merge(h, h_old, q_old < q), min(q, q_old), max(q, q_old))
+         end if
+         if (bracketed) open = bracket%high - bracket%low > narrow
          ! The load differs from the limit load by h^2 over twice the slope.
-         if (accurate(h, slope) .or. (bracketed .and. abs(high - low) < 1.0e-10_wp)) then
+         if (accurate(h, slope) .or. .not. open) then
             if (abs(normal(1)) > 0.7_wp) trial%slope = slope / normal(1)
             place = place + q * normal
             trial%iterations = total
             return
          end if
-         q_new = q - h / slope
-         if (.not. abs(slope) > 0.0_wp) q_new = 2.0_wp * q
-         if (bracketed) then
-            if ((q_new - low) * (q_new - high) >= 0.0_wp) q_new = 0.5_wp * (low + high)
-         else
-            q_new = min(max(q_new, q - 3.0_wp), q + 3.0_wp)
-         end if
          q_old = q
          h_old = h
-         q = q_new
+         if (bracketed) then
+            open = next_guess(bracket, narrow, q)
+         else if (abs(slope) > 0.0_wp) then
+            q = min(max(q - h / slope, q - longest_move), q + longest_move)
+         else
+            q = 2.0_wp * q
+         end if
       end do
       trial%report%converged = .false.
       if (.not. allocated(trial%report%message)) trial%report%message = 'the search for the limit point did not converge'

@@ -29,6 +29,7 @@ module span_opening
    use breakpoint_forces, only: breakpoint_force, breakpoint_couple
    use lifted_node, only: inside_line, lifted_beside
    use next_spans, only: next_t, new_next, settle, holds
+   use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    implicit none
    private
    public :: open_line
@@ -263,14 +264,15 @@ contains
 
    contains
 
+      !> End of a zone, between a place with tensile and one with compressive force.
       real(wp) function zero_between(negative, positive) result(zero)
-         real(wp), intent(in) :: negative, positive
-         real(wp) :: ends(2)
-         integer :: i
-         ends = [negative, positive]
-         do i = 1, digits(zero)
-            zero = 0.5_wp * sum(ends)
-            ends(merge(1, 2, density_at(problem, state, line, zero) < 0.0_wp)) = zero
+         real(wp), intent(in) :: negative, positive !! places
+         type(bracket_t) :: bracket
+         associate (low => min(negative, positive), high => max(negative, positive))
+            bracket = new_bracket(density_at(problem, state, line, low), density_at(problem, state, line, high), low, high)
+         end associate
+         do while (next_guess(bracket, spacing(max(abs(negative), abs(positive))), zero))
+            call take_value(bracket, zero, density_at(problem, state, line, zero))
          end do
       end function zero_between
    end function pulled_zones
