@@ -2,14 +2,14 @@
 !>
 !> The checks (card_check), the readers (card_values) and the manual (card_manual, `unilat --cards`) use this table.
 module card_table
-   use card_spec, only: card_spec_t, in_model, anywhere, positive, not_negative, not_zero, &
-      kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof, kind_path, &
-      kind_value, &
+   use card_spec, only: card_spec_t, table_t, in_model, anywhere, positive, not_negative, not_zero, poisson, &
+      kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_component, kind_dof, &
+      kind_path, kind_value, &
       card => add_card, param => add_parameter, lines => add_layout, field => add_field
    use step_card_table, only: add_step_cards
    implicit none
    private
-   public :: all_cards
+   public :: all_cards, cards_of
 
    character(*), parameter :: node_or_set = 'a node label or the name of a node set'
    character(*), parameter :: left_out = 'number of elements; left out: as many as `*ACCURACY` needs, where they are needed'
@@ -17,22 +17,32 @@ module card_table
 
 contains
 
-   !> The table, in the order of the manual.
+   !> The whole table, in the order of the manual.
    pure function all_cards() result(table)
       type(card_spec_t), allocatable :: table(:)
-      allocate (table(0))
-      call mesh_cards(table)
-      call generator_cards(table)
-      call imperfection_card(table)
-      call section_cards(table)
-      call contact_cards(table)
-      call support_cards(table)
-      call joint_cards(table)
-      call add_step_cards(table)
+      table = cards_of('')
    end function all_cards
 
+   !> The part of the table with some cards only.
+   pure function cards_of(keys) result(table)
+      character(*), intent(in) :: keys !! keywords in capitals without blanks, between bars, with a bar at both ends; '': all cards
+      type(card_spec_t), allocatable :: table(:)
+      type(table_t) :: t
+      t%wanted = keys
+      allocate (t%card(0))
+      call mesh_cards(t)
+      call generator_cards(t)
+      call imperfection_card(t)
+      call section_cards(t)
+      call contact_cards(t)
+      call support_cards(t)
+      call joint_cards(t)
+      call add_step_cards(t)
+      call move_alloc(t%card, table)
+   end function cards_of
+
    pure subroutine mesh_cards(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call card(t, 'HEADING', in_model, 'Title of the analysis: free text up to the next keyword.', &
          once=.true., free_text=.true.)
       call param(t, 'JOB', kind_name, 'name of the result file, without `.h5`', optional=.true.)
@@ -89,7 +99,7 @@ contains
    end subroutine mesh_cards
 
    pure subroutine range_lines(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call lines(t, when='GENERATE')
       call field(t, 'first', kind_label, 'first label')
       call field(t, 'last', kind_label, 'last label, a whole number of increments from the first')
@@ -97,13 +107,13 @@ contains
    end subroutine range_lines
 
    pure subroutine element_type(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call param(t, 'TYPE', kind_word, 'geometrically exact element of order 2, 4, 6 or 8, or the straight '// &
          'updated-Lagrangian element', default='GE8', words='GE2|GE4|GE6|GE8|UL2')
    end subroutine element_type
 
    pure subroutine generator_cards(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call card(t, 'LINE', in_model, 'A straight row of elements from node to node. New nodes and elements are '// &
          'numbered from the largest label so far.')
       call generator_parameters(t)
@@ -135,20 +145,20 @@ contains
    end subroutine generator_cards
 
    pure subroutine generator_parameters(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call element_type(t)
       call param(t, 'ELSET', kind_name, 'adds the elements to this element set', optional=.true.)
       call param(t, 'NSET', kind_name, 'adds all nodes, in order and with both ends, to this node set', optional=.true.)
    end subroutine generator_parameters
 
    pure subroutine end_nodes(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call field(t, 'first node', kind_label, 'stands above')
       call field(t, 'last node', kind_label, 'stands above')
    end subroutine end_nodes
 
    pure subroutine imperfection_card(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call card(t, 'IMPERFECTION', anywhere, 'Moves the stress-free axis to the left of its direction by w(s). The '// &
          'elements of the set are one smooth chain of whole `*LINE`s, `*ARC`s or a `*RING`, in order; s runs from '// &
          '0 '// &
@@ -183,7 +193,7 @@ contains
    end subroutine imperfection_card
 
    pure subroutine section_cards(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       character(*), parameter :: of_material = 'SECTION=RECT|CIRC|PIPE|GENERAL'
 
       call card(t, 'MATERIAL', in_model, 'Begins a material; `*ELASTIC`, `*DENSITY` and `*EXPANSION` follow.')
@@ -192,7 +202,7 @@ contains
       call card(t, 'ELASTIC', in_model, 'Elastic constants of the material.', follows='MATERIAL')
       call lines(t, most=1)
       call field(t, 'E', kind_real, 'Young''s modulus', unit='force/length^2', bound=positive)
-      call field(t, 'nu', kind_real, 'Poisson''s ratio, above -1 and at most 0.5; for shear only', default='0.3')
+      call field(t, 'nu', kind_real, 'Poisson''s ratio; for shear only', default='0.3', bound=poisson)
 
       call card(t, 'DENSITY', in_model, 'Density of the material, for self-weight.', follows='MATERIAL')
       call lines(t, most=1)
@@ -232,7 +242,7 @@ contains
 
    !> Adds the stiffnesses other than EA of sections given by numbers; inextensible sections have no EA.
    pure subroutine stiffness_fields(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call field(t, 'EI', kind_real, 'bending stiffness', unit='force length^2', bound=positive)
       call field(t, 'GA', kind_real, 'shear stiffness; left out: rigid in shear', unit='force', optional=.true., &
          bound=positive)
@@ -242,7 +252,7 @@ contains
    end subroutine stiffness_fields
 
    pure subroutine contact_cards(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call card(t, 'OBSTACLE', in_model, 'A line or curve that the structure cannot cross, unilateral and frictionless. '// &
          'But for circles, the free side is on the left of the direction in which the points come, and obstacles go on '// &
          'straight beyond their ends.')
@@ -264,8 +274,8 @@ contains
          'WIDTH 1)', only='FOUNDATION=PASTERNAK', bound=positive)
       call param(t, 'YOUNG', kind_real, 'Young''s modulus of the half-space, force per area', only='FOUNDATION=HALF SPACE', &
          bound=positive)
-      call param(t, 'POISSON', kind_real, 'its Poisson''s ratio, above -1 and at most 0.5', default='0.3', &
-         only='FOUNDATION=HALF SPACE')
+      call param(t, 'POISSON', kind_real, 'its Poisson''s ratio', default='0.3', &
+         only='FOUNDATION=HALF SPACE', bound=poisson)
       call param(t, 'LAW', kind_name, 'the *FOUNDATION LAW', only='FOUNDATION=LAW')
       call param(t, 'WIDTH', kind_real, 'width of the foundation', default='1', &
          only='FOUNDATION=WINKLER|LAW|PASTERNAK|HALF SPACE', bound=positive)
@@ -339,7 +349,7 @@ contains
    end subroutine contact_cards
 
    pure subroutine support_cards(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call card(t, 'BOUNDARY', anywhere, 'Supports (model part), or displacements of supported nodes that grow '// &
          'with the '// &
          'load factor (in a step). Degrees of freedom are 1 (x), 2 (y), 6 (rotation); a range covers those inside it.')
@@ -356,7 +366,7 @@ contains
          'the start; repeated ones add up.')
       call lines(t)
       call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets the spring')
-      call field(t, 'dof', kind_integer, '1 (x), 2 (y), 6 (rotation)', bound=positive)
+      call field(t, 'dof', kind_component, 'x, y, rotation')
       call field(t, 'stiffness', kind_real, 'reaction over displacement', unit='force/length or moment/radian', bound=positive)
       call field(t, 'second node', kind_label, 'the other end; left out: the ground', optional=.true.)
 
@@ -372,7 +382,7 @@ contains
    end subroutine support_cards
 
    pure subroutine joint_cards(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call card(t, 'RELEASE', in_model, 'Hinges and other joints: ends of elements that go their own way at a node. They get a '// &
          'node of their own, at the same place, which follows the first one in what is not released.')
       call param(t, 'NSET', kind_name, 'adds the new nodes to this node set', optional=.true.)
@@ -397,7 +407,7 @@ contains
          'line, is zero. The first one follows the others.')
       call lines(t, least=2)
       call field(t, 'node', kind_label, 'of the term')
-      call field(t, 'dof', kind_integer, '1 (x), 2 (y), 6 (rotation)', bound=positive)
+      call field(t, 'dof', kind_component, 'x, y, rotation')
       call field(t, 'coefficient', kind_real, 'times the displacement or rotation', bound=not_zero)
    end subroutine joint_cards
 end module card_table

@@ -8,10 +8,8 @@ module check_grounds
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t, new_candidates
    use surface_patches, only: patches_t, new_patches, couples, first_overlap
-   use diagnostics, only: diagnostics_t
-   use deck_cards, only: deck_t, complain
-   use card_values, only: value_place, parameter_text
-   use deck_names, only: deck_names_t
+   use checked_deck, only: checked_deck_t, cursor_t
+   use deck_names, only: node_words
    implicit none
    private
    public :: check_ground_candidates
@@ -21,16 +19,16 @@ module check_grounds
 contains
 
    !> Number, lengths and places of the candidates.
-   subroutine check_ground_candidates(deck, names, model, diagnostics)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names
-      type(model_t), intent(in) :: model
-      type(diagnostics_t), intent(inout) :: diagnostics
+   subroutine check_ground_candidates(deck, model)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
       type(tableau_t) :: tableau(max_stages)
       type(geometry_t) :: geometry
       type(candidates_t) :: list
       type(patches_t) :: patches
-      integer :: card, o, i, pair(2), alone
+      type(cursor_t) :: at, last
+      character(:), allocatable :: problem, found
+      integer :: contact, i
       if (.not. any(couples(model%obstacle))) return
       do i = 1, max_stages
          tableau(i) = new_tableau(i)
@@ -38,39 +36,44 @@ contains
       geometry = new_geometry(model, tableau)
       list = new_candidates(model, geometry, distributed=.false.)
       patches = new_patches(model, list, geometry)
-      do card = deck%n_cards, 1, -1
-         if (deck%card(card)%keyword /= 'CONTACT') cycle
-         o = names%obstacle%find(parameter_text(deck, card, 'OBSTACLE'))
-         if (.not. couples(model%obstacle(o))) cycle
-         if (patches%n > most_candidates) then
-            call wrong('all obstacles that carry load sideways have '//to_text(patches%n)//' candidates; with a full matrix of '// &
-               'compliances '//to_text(most_candidates)//' are allowed')
-            return
-         end if
-         alone = findloc(list%obstacle == o .and. .not. list%tributary > 0.0_wp, .true., 1)
-         if (alone > 0 .and. model%obstacle(o)%ground == ground_half_space) then
-            call wrong('node '//label(alone)//' is a candidate without an element to another one: a force on no area '// &
-               'sinks into a half-space without limit')
-            return
-         end if
-         pair = first_overlap(patches, list, o)
-         if (pair(1) == 0) cycle
-         call wrong('nodes '//label(pair(1))//' and '//label(pair(2))//' load the same place of the ground, which carries load '// &
-            'sideways; give one of the rods an obstacle of its own')
-         return
+      ! The error is reported at the last card concerned.
+      contact = 0
+      last = cursor_t()
+      do while (deck%next_card(at, 'CONTACT'))
+         contact = contact + 1
+         if (.not. couples(model%obstacle(model%contact(contact)%obstacle))) cycle
+         found = contact_problem(model, list, patches, model%contact(contact)%obstacle)
+         if (found == '') cycle
+         problem = found
+         last = at
       end do
-
-   contains
-
-      subroutine wrong(message)
-         character(*), intent(in) :: message
-         call complain(deck, diagnostics, card, value_place(deck, card, 'NSET'), message)
-      end subroutine wrong
-
-      function label(candidate) result(string)
-         integer, intent(in) :: candidate
-         character(:), allocatable :: string
-         string = to_text(model%mesh%node_label(list%node(candidate)))
-      end function label
+      if (last%card > 0) call deck%wrong(last, 'NSET', problem)
    end subroutine check_ground_candidates
+
+   !> Reason why an obstacle with coupled ground cannot carry its candidates; '' if it can.
+   function contact_problem(model, list, patches, obstacle) result(problem)
+      type(model_t), intent(in) :: model
+      type(candidates_t), intent(in) :: list
+      type(patches_t), intent(in) :: patches
+      integer, intent(in) :: obstacle
+      character(:), allocatable :: problem
+      integer :: pair(2), alone
+      problem = ''
+      if (patches%n > most_candidates) then
+         problem = 'all obstacles that carry load sideways have '//to_text(patches%n)//' candidates; with a full matrix of '// &
+            'compliances '//to_text(most_candidates)//' are allowed'
+         return
+      end if
+      alone = findloc(list%obstacle == obstacle .and. .not. list%tributary > 0.0_wp, .true., 1)
+      if (alone > 0 .and. model%obstacle(obstacle)%ground == ground_half_space) then
+         problem = node_words(model%mesh, list%node(alone))//' is a candidate without an element to another one: a force on '// &
+            'no area sinks into a half-space without limit'
+         return
+      end if
+      pair = first_overlap(patches, list, obstacle)
+      if (pair(1) == 0) return
+      problem = 'nodes '//to_text(model%mesh%node_label(list%node(pair(1))))//' and '// &
+         to_text(model%mesh%node_label(list%node(pair(2))))//' load the same place of the ground, which carries load sideways; '// &
+         'give one of the rods an obstacle of its own'
+   end function contact_problem
 end module check_grounds

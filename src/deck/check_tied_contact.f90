@@ -5,12 +5,10 @@
 !> The force of a foundation acts on the nodes that are followed; coupled ground requires independent unknowns of its nodes.
 module check_tied_contact
    use kinds, only: wp
-   use text, only: to_text
    use model, only: model_t, contact_t, tie_t
    use obstacle_types, only: ground_independent
-   use diagnostics, only: diagnostics_t, place_t
-   use deck_cards, only: deck_t, complain
-   use card_values, only: value_place, field_place
+   use checked_deck, only: checked_deck_t, cursor_t
+   use deck_names, only: node_words
    implicit none
    private
    public :: check_contact_of_tied_nodes, touch_by_leaders
@@ -18,53 +16,52 @@ module check_tied_contact
 contains
 
    !> Reports the first node of each *CONTACT and *GAP at which contact is impossible.
-   subroutine check_contact_of_tied_nodes(deck, model, diagnostics)
-      type(deck_t), intent(in) :: deck
+   subroutine check_contact_of_tied_nodes(deck, model)
+      type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer :: card, line, contact
+      type(cursor_t) :: at
+      integer :: contact
       contact = 0
-      do card = 1, deck%n_cards
-         if (deck%card(card)%keyword /= 'CONTACT') cycle
+      do while (deck%next_card(at, 'CONTACT'))
          contact = contact + 1
-         call check_nodes(model%contact(contact), value_place(deck, card, 'NSET'))
+         call check_nodes(deck, at, 'NSET', model, model%contact(contact))
       end do
-      do card = 1, deck%n_cards
-         if (deck%card(card)%keyword /= 'GAP') cycle
-         do line = deck%card(card)%first_line, deck%card(card)%last_line
+      do while (deck%next_card(at, 'GAP'))
+         do while (deck%next_line(at))
             contact = contact + 1
-            call check_nodes(model%contact(contact), field_place(deck, line, 1))
+            call check_nodes(deck, at, 'node or set', model, model%contact(contact))
          end do
       end do
-
-   contains
-
-      subroutine check_nodes(contact, place)
-         type(contact_t), intent(in) :: contact
-         type(place_t), intent(in) :: place
-         character(:), allocatable :: why
-         integer :: i
-         associate (obstacle => model%obstacle(contact%obstacle))
-            if (.not. obstacle%rigid .and. obstacle%ground == ground_independent) return
-            do i = 1, size(contact%node)
-               if (.not. any(model%tie%node == contact%node(i) .and. (model%tie%component < 3 .or. .not. obstacle%rigid))) cycle
-               if (.not. obstacle%rigid) then
-                  why = 'cannot lie on ground that carries load sideways: that needs rods without joints'
-               else if (obstacle%at_nodes) then
-                  why = 'cannot have a rigid stop: give it to the node that it follows, or give it a STIFFNESS'
-               else if (touches_too(model, contact, contact%node(i), leader(model, contact%node(i)))) then
-                  cycle
-               else
-                  why = 'cannot touch a rigid obstacle: let the node that it follows touch it, give the obstacle a '// &
-                     'foundation, or take a stiff rod instead of the joint'
-               end if
-               call complain(deck, diagnostics, card, place, 'node '//to_text(model%mesh%node_label(contact%node(i)))// &
-                  ' follows another one and '//why)
-               return
-            end do
-         end associate
-      end subroutine check_nodes
    end subroutine check_contact_of_tied_nodes
+
+   !> Reports the first node of a contact at which contact is impossible.
+   subroutine check_nodes(deck, at, name, model, contact)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
+      character(*), intent(in) :: name                  ! of the item that names the nodes
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      character(:), allocatable :: why
+      integer :: i
+      associate (obstacle => model%obstacle(contact%obstacle))
+         if (.not. obstacle%rigid .and. obstacle%ground == ground_independent) return
+         do i = 1, size(contact%node)
+            if (.not. any(model%tie%node == contact%node(i) .and. (model%tie%component < 3 .or. .not. obstacle%rigid))) cycle
+            if (.not. obstacle%rigid) then
+               why = 'cannot lie on ground that carries load sideways: that needs rods without joints'
+            else if (obstacle%at_nodes) then
+               why = 'cannot have a rigid stop: give it to the node that it follows, or give it a STIFFNESS'
+            else if (touches_too(model, contact, contact%node(i), leader(model, contact%node(i)))) then
+               cycle
+            else
+               why = 'cannot touch a rigid obstacle: let the node that it follows touch it, give the obstacle a '// &
+                  'foundation, or take a stiff rod instead of the joint'
+            end if
+            call deck%wrong(at, name, node_words(model%mesh, contact%node(i))//' follows another one and '//why)
+            return
+         end do
+      end associate
+   end subroutine check_nodes
 
    !> Among tied nodes at one position only one remains in contact: nodes that follow another node of the same rigid contact are
    !> removed from it.

@@ -2,10 +2,7 @@
 module read_foundation_laws
    use kinds, only: wp
    use model, only: model_t, law_t
-   use diagnostics, only: diagnostics_t
-   use deck_cards, only: deck_t, complain
-   use card_values, only: parameter_text, parameter_place, field_real, field_place
-   use deck_names, only: deck_names_t
+   use checked_deck, only: checked_deck_t, cursor_t
    implicit none
    private
    public :: read_foundation_law_cards
@@ -13,68 +10,56 @@ module read_foundation_laws
 contains
 
    !> Reads the laws.
-   subroutine read_foundation_law_cards(deck, names, model, diagnostics)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! receives the laws
+   subroutine read_foundation_law_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! receives the names of the laws
       type(model_t), intent(inout) :: model             !! receives law
-      type(diagnostics_t), intent(inout) :: diagnostics
+      type(cursor_t) :: at
       type(law_t) :: law
-      integer :: card, position, first, last
-      logical :: is_new
+      logical :: ok
       allocate (model%law(0))
-      do card = 1, deck%n_cards
-         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'FOUNDATION LAW') cycle
-         call names%law%add(parameter_text(deck, card, 'NAME'), position, is_new)
-         if (.not. is_new) then
-            call complain(deck, diagnostics, card, parameter_place(deck, card, 'NAME'), 'the name is used already')
-            cycle
-         end if
-         law = law_t()
-         law%name = parameter_text(deck, card, 'NAME')
-         allocate (law%penetration(0), law%force(0))
-         first = deck%card(card)%first_line
-         last = deck%card(card)%last_line
-         if (all(deck%data_line(first:last)%sound)) call read_points(first, last)
+      do while (deck%next_card(at, 'FOUNDATION LAW'))
+         call deck%define(at, deck%names%law, deck%text(at, 'NAME'), ok)
+         if (.not. ok) cycle
+         law = law_t(penetration=[real(wp) ::], force=[real(wp) ::])
+         law%name = deck%text(at, 'NAME')
+         if (deck%lines_sound(at)) call read_points(deck, at, law)
          model%law = [model%law, law]
       end do
+   end subroutine read_foundation_law_cards
 
-   contains
-
-      !> Reads the points of a law; only the first error is reported.
-      subroutine read_points(from, to)
-         integer, intent(in) :: from, to
-         integer :: line
-         real(wp) :: penetration, force
-         do line = from, to
-            penetration = field_real(deck, line, 1)
-            force = field_real(deck, line, 2)
-            if (line == from) then
-               if (abs(penetration) > 0.0_wp) then
-                  call wrong(line, 1, 'the first point of a law is 0, 0')
-                  return
-               else if (abs(force) > 0.0_wp) then
-                  call wrong(line, 2, 'the first point of a law is 0, 0')
-                  return
-               end if
-            else if (.not. penetration > law%penetration(size(law%penetration))) then
-               call wrong(line, 1, 'penetrations must rise from line to line')
+   !> Reads the points of a law; only the first error is reported.
+   subroutine read_points(deck, card, law)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: card
+      type(law_t), intent(inout) :: law
+      type(cursor_t) :: at
+      real(wp) :: penetration, force
+      integer :: n
+      at = card
+      do while (deck%next_line(at))
+         penetration = deck%real(at, 'penetration')
+         force = deck%real(at, 'force')
+         n = size(law%force)
+         if (n == 0) then
+            if (abs(penetration) > 0.0_wp) then
+               call deck%wrong(at, 'penetration', 'the first point of a law is 0, 0')
                return
-            else if (line == from + 1 .and. .not. force > 0.0_wp) then
-               call wrong(line, 2, 'the force must rise from 0 at first; for a clearance use GAP of *CONTACT')
-               return
-            else if (force < law%force(size(law%force))) then
-               call wrong(line, 2, 'forces must not fall: a foundation that softens is not available')
+            else if (abs(force) > 0.0_wp) then
+               call deck%wrong(at, 'force', 'the first point of a law is 0, 0')
                return
             end if
-            law%penetration = [law%penetration, penetration]
-            law%force = [law%force, force]
-         end do
-      end subroutine read_points
-
-      subroutine wrong(line, field, message)
-         integer, intent(in) :: line, field
-         character(*), intent(in) :: message
-         call complain(deck, diagnostics, card, field_place(deck, line, field), message)
-      end subroutine wrong
-   end subroutine read_foundation_law_cards
+         else if (.not. penetration > law%penetration(n)) then
+            call deck%wrong(at, 'penetration', 'penetrations must rise from line to line')
+            return
+         else if (n == 1 .and. .not. force > 0.0_wp) then
+            call deck%wrong(at, 'force', 'the force must rise from 0 at first; for a clearance use GAP of *CONTACT')
+            return
+         else if (force < law%force(n)) then
+            call deck%wrong(at, 'force', 'forces must not fall: a foundation that softens is not available')
+            return
+         end if
+         law%penetration = [law%penetration, penetration]
+         law%force = [law%force, force]
+      end do
+   end subroutine read_points
 end module read_foundation_laws

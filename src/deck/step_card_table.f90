@@ -1,7 +1,8 @@
 !> The cards of a step: the second part of the table of cards.
 module step_card_table
-   use card_spec, only: card_spec_t, in_step, outside_step, positive, not_zero, &
-      kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label_or_set, &
+   use model, only: method_words, parameter_words
+   use card_spec, only: table_t, in_step, outside_step, positive, not_zero, &
+      kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label_or_set, kind_component, below_one, &
       card => add_card, param => add_parameter, lines => add_layout, field => add_field
    implicit none
    private
@@ -11,7 +12,7 @@ contains
 
    !> Appends the cards of a step to the table, in the order of the manual.
    pure subroutine add_step_cards(table)
-      type(card_spec_t), allocatable, intent(inout) :: table(:) !! contains the cards of the model part
+      type(table_t), intent(inout) :: table !! contains the cards of the model part
       call step_cards(table)
       call load_cards(table)
       call path_cards(table)
@@ -20,7 +21,7 @@ contains
    end subroutine add_step_cards
 
    pure subroutine step_cards(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call card(t, 'STEP', outside_step, 'Begins a step. Its loads grow with the load factor from 0; what the '// &
          'steps before '// &
          'left behind stays constant. No model card may follow.')
@@ -30,8 +31,7 @@ contains
 
       call card(t, 'STATIC', in_step, 'How the path is followed. Every step has this card or `*BUCKLE`.', once=.true.)
       call param(t, 'METHOD', kind_word, 'what an increment prescribes: the load factor, a monitor, or an arc length', &
-         default='CYLINDRICAL', words='LOAD|DISPLACEMENT|CYLINDRICAL|SPHERICAL|LINEARISED|MINIMUM RESIDUAL|'// &
-         'VARIABLE LOAD|GENERALISED DISPLACEMENT|LARGEST DISPLACEMENT')
+         default='CYLINDRICAL', words=method_words)
       call param(t, 'MONITOR', kind_name, 'the displacement that is prescribed', only='METHOD=DISPLACEMENT')
       call param(t, 'NEWTON', kind_word, 'FULL: the tangent of every iterate; MODIFIED: that of the last point for all; '// &
          'ONCE: that of the last point, then that of the first iterate for all others', default='FULL', words='FULL|MODIFIED|ONCE')
@@ -57,9 +57,8 @@ contains
       call field(t, 'modes', kind_integer, 'how many, those with the smallest factors first', bound=positive)
 
       call card(t, 'CONTROLS', in_step, 'Limits of the iteration, for this step only.', once=.true.)
-      call param(t, 'TOLERANCE', kind_real, 'relative residual, below 1', default='1e-9', bound=positive)
-      call param(t, 'LOCATE', kind_real, 'relative tolerance of located points, below 1', default='1e-8', &
-         bound=positive)
+      call param(t, 'TOLERANCE', kind_real, 'relative residual', default='1e-9', bound=below_one)
+      call param(t, 'LOCATE', kind_real, 'relative tolerance of located points', default='1e-8', bound=below_one)
       call param(t, 'ITERATIONS', kind_integer, 'most iterations of an increment', default='15', bound=positive, most=1000000)
       call param(t, 'DESIRED', kind_integer, 'iterations that keep the increment as it is', default='5', bound=positive, &
          most=1000000)
@@ -68,12 +67,12 @@ contains
       call card(t, 'ACCURACY', in_step, 'Error bars: how far the numbers of the mesh may be from those of infinitely fine '// &
          'ones, and how far they are allowed to be, for this step only. Where numbers of elements are left out the mesh '// &
          'is made for the tolerance, and made anew along the path; numbers that are given stay.', once=.true.)
-      call param(t, 'TOLERANCE', kind_real, 'largest error of load factor and monitors at critical points and the end, '// &
-         'below 1. It is relative to the largest load factor of the step, the largest displacement or rotation of all nodes, '// &
+      call param(t, 'TOLERANCE', kind_real, 'largest error of load factor and monitors at critical points and the end. '// &
+         'It is relative to the largest load factor of the step, the largest displacement or rotation of all nodes, '// &
          'or the largest force. Where numbers of elements are given it sets WIDEST only', default='1e-6', &
-         bound=positive)
-      call param(t, 'PATH', kind_real, 'the same for the points between, below 1; left out: as TOLERANCE', optional=.true., &
-         bound=positive)
+         bound=below_one)
+      call param(t, 'PATH', kind_real, 'the same for the points between; left out: as TOLERANCE', optional=.true., &
+         bound=below_one)
       call param(t, 'POINTS', kind_word, 'which points get them: CRITICAL ones and the end, ALL, or NONE', default='CRITICAL', &
          words='CRITICAL|ALL|NONE')
       call param(t, 'WIDEST', kind_real, 'widest bar of a value at a point with a label, over the largest value of its kind. '// &
@@ -84,11 +83,11 @@ contains
    end subroutine step_cards
 
    pure subroutine load_cards(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call card(t, 'CLOAD', in_step, 'Forces and moments on nodes at load factor 1; repeated ones add up.')
       call lines(t)
       call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets the load')
-      call field(t, 'dof', kind_integer, '1 (x), 2 (y), 6 (moment, anticlockwise)', bound=positive)
+      call field(t, 'dof', kind_component, 'x, y, moment (anticlockwise)')
       call field(t, 'magnitude', kind_real, 'force or moment', unit='force or force length')
 
       call card(t, 'POLE LOAD', in_step, 'Forces of given size at load factor 1 whose line of action passes through a fixed '// &
@@ -138,7 +137,7 @@ contains
    end subroutine load_cards
 
    pure subroutine path_cards(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call card(t, 'STOP', in_step, 'Ends the step when a quantity passes a value. Without it METHOD=LOAD ends at '// &
          'load '// &
          'factor 1; the other methods then need POINTS on `*CONTROLS`.')
@@ -164,7 +163,7 @@ contains
    end subroutine path_cards
 
    pure subroutine branch_card(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       call card(t, 'BRANCH', in_step, 'Follows a path that leaves a bifurcation, when the step''s own path has reached '// &
          'its end. It is followed as the step is.')
       call param(t, 'NAME', kind_name, 'each once in a step; left out: Branch-1, Branch-2 ...', optional=.true.)
@@ -188,13 +187,13 @@ contains
    end subroutine branch_card
 
    pure subroutine limit_curve_card(t)
-      type(card_spec_t), allocatable, intent(inout) :: t(:)
+      type(table_t), intent(inout) :: t
       character(*), parameter :: unit = 'that of the parameter; LOG: '
       call card(t, 'LIMIT CURVE', in_step, 'Follows a limit point of the step''s own path while a second parameter '// &
          'varies, when path and branches have reached their ends.')
       call param(t, 'PARAMETER', kind_word, 'MODULUS (times WIDTH) of a foundation. GAP of all contacts with an '// &
          'obstacle. Factor on the amplitudes of an IMPERFECTION. EA, EI of a section. Factor on the CONSTANT LOAD, '// &
-         'which the steps before left behind', words='MODULUS|GAP|IMPERFECTION|EA|EI|CONSTANT LOAD')
+         'which the steps before left behind', words=parameter_words)
       call param(t, 'NAME', kind_name, 'each once; left out: Curve-1, Curve-2 ...', optional=.true.)
       call param(t, 'LIMIT', kind_integer, 'the k-th point LP of the step''s own path but for those at corners', &
          & default='1', bound=positive)
