@@ -15,17 +15,22 @@ module card_values
 
    !> A place of reading: a card, and one of its data lines.
    type :: cursor_t
-      integer :: card = 0 !! index of the card; 0: before the first one
-      integer :: line = 0 !! index of the data line; one less than the first of the card: before its first line
+      integer :: card = 0           !! index of the card; 0: before the first one
+      integer :: line = 0           !! index of the data line; one less than the first of the card: before its first line
+      character(24) :: keyword = '' !! of the card, as the table spells it
+      integer :: step = 0           !! number of the step that contains the card; 0: the model part
+      logical :: sound = .true.     !! the card has no errors in its keyword, place and parameters
+      integer :: n_lines = 0        !! number of data lines of the card, with those that have errors
+      integer :: card_at = 0        !! line of the deck with the keyword
+      integer :: line_at = 0        !! line of the deck that the data line is
    end type cursor_t
 
    !> A deck whose cards have passed their check.
    type, extends(deck_t) :: card_values_t
       type(diagnostics_t) :: diagnostics !! errors found so far
    contains
-      procedure :: next_card, next_line, cursor_at
-      procedure :: is_sound, keyword, step_of, first_line, first_field, n_data_lines, lines_sound
-      procedure :: card_line, data_line_of, line_words
+      procedure :: next_card, next_line, at_card, at_line
+      procedure :: first_field, lines_sound, line_words
       procedure :: given, count => count_of, place, text => text_of, word, integer => integer_of, real => real_of, default
       procedure :: wrong, wrong_card, wrong_line, wrong_at_line
    end type card_values_t
@@ -54,7 +59,7 @@ contains
          if (.not. (all_cards .or. self%card(card)%sound)) cycle
          found = is_listed(keywords, self%card(card)%keyword)
          if (.not. found) cycle
-         at = cursor_t(card, self%card(card)%first_line - 1)
+         at = self%at_card(card)
          return
       end do
       at = cursor_t()
@@ -82,40 +87,31 @@ contains
       type(cursor_t), intent(inout) :: at
       do while (at%line < self%card(at%card)%last_line)
          at%line = at%line + 1
+         at%line_at = self%data_line(at%line)%line
          found = self%data_line(at%line)%sound
          if (found) return
       end do
       found = .false.
    end function next_line
 
-   !> True for a card without errors in its keyword, place and parameters.
-   pure logical function is_sound(self, at)
+   !> The cursor at a card, before its first data line.
+   pure type(cursor_t) function at_card(self, card) result(at)
       class(card_values_t), intent(in) :: self
-      type(cursor_t), intent(in) :: at
-      is_sound = self%card(at%card)%sound
-   end function is_sound
+      integer, intent(in) :: card !! index of the card
+      associate (this => self%card(card))
+         at = cursor_t(card=card, line=this%first_line - 1, keyword=this%keyword, step=this%step, sound=this%sound, &
+            n_lines=this%last_line - this%first_line + 1, card_at=this%place%line)
+      end associate
+   end function at_card
 
-   !> Keyword of the card, as the table spells it.
-   pure function keyword(self, at)
+   !> The cursor at a data line.
+   pure type(cursor_t) function at_line(self, line) result(at)
       class(card_values_t), intent(in) :: self
-      type(cursor_t), intent(in) :: at
-      character(:), allocatable :: keyword
-      keyword = self%card(at%card)%keyword
-   end function keyword
-
-   !> Number of the step that contains the card; 0: the model part.
-   pure integer function step_of(self, at)
-      class(card_values_t), intent(in) :: self
-      type(cursor_t), intent(in) :: at
-      step_of = self%card(at%card)%step
-   end function step_of
-
-   !> True at the first data line of a card.
-   pure logical function first_line(self, at)
-      class(card_values_t), intent(in) :: self
-      type(cursor_t), intent(in) :: at
-      first_line = at%line == self%card(at%card)%first_line
-   end function first_line
+      integer, intent(in) :: line !! index of the data line
+      at = self%at_card(self%data_line(line)%card)
+      at%line = line
+      at%line_at = self%data_line(line)%line
+   end function at_line
 
    !> Name of the first field of the data lines.
    pure function first_field(self, at) result(name)
@@ -125,40 +121,12 @@ contains
       name = self%spec(self%card(at%card)%spec)%layout(self%card(at%card)%layout)%field(1)%name
    end function first_field
 
-   !> Number of data lines of the card, with those that have errors.
-   pure integer function n_data_lines(self, at)
-      class(card_values_t), intent(in) :: self
-      type(cursor_t), intent(in) :: at
-      n_data_lines = self%card(at%card)%last_line - self%card(at%card)%first_line + 1
-   end function n_data_lines
-
    !> True if no data line of the card has errors.
    pure logical function lines_sound(self, at)
       class(card_values_t), intent(in) :: self
       type(cursor_t), intent(in) :: at
       lines_sound = all(self%data_line(self%card(at%card)%first_line:self%card(at%card)%last_line)%sound)
    end function lines_sound
-
-   !> Line of the deck with the keyword of the card.
-   pure integer function card_line(self, at)
-      class(card_values_t), intent(in) :: self
-      type(cursor_t), intent(in) :: at
-      card_line = self%card(at%card)%place%line
-   end function card_line
-
-   !> Line of the deck that the data line is.
-   pure integer function data_line_of(self, at)
-      class(card_values_t), intent(in) :: self
-      type(cursor_t), intent(in) :: at
-      data_line_of = self%data_line(at%line)%line
-   end function data_line_of
-
-   !> The cursor at a data line.
-   pure type(cursor_t) function cursor_at(self, line)
-      class(card_values_t), intent(in) :: self
-      integer, intent(in) :: line !! index of the data line
-      cursor_at = cursor_t(self%data_line(line)%card, line)
-   end function cursor_at
 
    !> "line 12" for a line of the deck, with its file if there are several.
    pure function line_words(self, line) result(words)

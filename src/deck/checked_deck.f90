@@ -29,7 +29,7 @@ module checked_deck
    type, extends(card_values_t) :: checked_deck_t
       type(deck_names_t) :: names       !! what the readers have defined so far
    contains
-      procedure :: nodes, elements, members, node, named, quantity, define
+      procedure :: nodes, elements, members, node, named, touched_obstacle, quantity, define
    end type checked_deck_t
 
 contains
@@ -155,6 +155,20 @@ contains
       call self%wrong(at, name, message//suggestion(list, typed), nth)
    end function named
 
+   !> The obstacle that a value names. An error is added if it is not defined, or if no contact names it.
+   subroutine touched_obstacle(self, at, name, obstacle, ok)
+      class(checked_deck_t), intent(inout) :: self !! with the contacts
+      type(cursor_t), intent(in) :: at
+      character(*), intent(in) :: name       !! of the parameter or field in the card table
+      integer, intent(out) :: obstacle       !! 0: not defined
+      logical, intent(out) :: ok             !! true: defined, and a contact with it exists or may be missing because of an error
+      obstacle = self%named(at, name, self%names%obstacle, 'obstacle')
+      ok = obstacle > 0
+      if (.not. ok) return
+      ok = self%names%contacts_incomplete .or. self%names%touched(obstacle)
+      if (.not. ok) call self%wrong(at, name, 'no *CONTACT names obstacle '//trim(self%names%obstacle%name(obstacle)))
+   end subroutine touched_obstacle
+
    !> Reads a quantity of the path: LOAD or a monitor. An error is added if there is no such monitor.
    subroutine quantity(self, at, name, monitor, ok)
       class(checked_deck_t), intent(inout) :: self
@@ -177,7 +191,7 @@ contains
       character(*), intent(in) :: name       !! the name
       logical, intent(out) :: ok             !! false: in use
       integer :: position, earlier
-      call list%define(trim(name), self%card_line(at), position, earlier)
+      call list%define(trim(name), at%card_at, position, earlier)
       ok = earlier == 0
       if (.not. ok) call self%wrong(at, 'NAME', 'the name '//trim(name)//' was used in '//self%line_words(earlier))
    end subroutine define

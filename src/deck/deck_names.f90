@@ -45,6 +45,7 @@ module deck_names
       logical :: unknown_cards = .false.       !! a keyword is not known
       type(labels_t) :: node = labels_t(what='node'), element = labels_t(what='element')
       type(definitions_t) :: material, law, obstacle, monitor, step
+      logical, allocatable :: touched(:)     !! by obstacle: a *CONTACT or *GAP names it (once these are read)
       integer, allocatable :: placed_line(:) !! by curve: index of the data line that omits its number of elements, else 0
       logical, allocatable :: connected(:) !! by node index: the node belongs to an element (once the mesh is read)
    contains

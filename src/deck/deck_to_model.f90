@@ -13,23 +13,20 @@ module deck_to_model
    use card_values, only: is_listed
    use checked_deck, only: checked_deck_t, cursor_t
    use read_mesh, only: read_mesh_cards
-   use read_imperfections, only: read_imperfection_cards
+   use read_imperfections, only: read_imperfection_cards, read_mode_imperfection_cards
    use read_sections, only: read_section_cards
    use read_supports, only: read_support_cards, read_spring_cards
    use read_releases, only: read_release_cards
    use read_ties, only: read_tie_cards, order_ties
-   use read_foundation_laws, only: read_foundation_law_cards
-   use read_obstacles, only: read_obstacle_cards
+   use read_obstacles, only: read_foundation_law_cards, read_obstacle_cards
    use read_contact, only: read_contact_cards, choose_contact_points
    use read_gap_supports, only: read_gap_cards
    use read_monitors, only: read_monitor_cards, read_contact_print_cards
    use read_steps, only: read_step_cards
    use read_loads, only: read_load_cards, load_cards
    use read_path_control, only: read_path_cards, check_steps
-   use read_mode_imperfections, only: read_mode_imperfection_cards
    use read_branches, only: read_branch_cards
-   use check_tied_contact, only: check_contact_of_tied_nodes, touch_by_leaders
-   use check_grounds, only: check_ground_candidates
+   use check_contacts, only: check_ground_candidates, check_contact_of_tied_nodes, touch_by_leaders
    use read_limit_curves, only: read_limit_curve_cards
    use read_accuracy, only: read_accuracy_cards, check_placed
    implicit none
@@ -71,6 +68,7 @@ contains
       type(cursor_t), allocatable :: tie_origin(:)
       logical :: joints_wrong
       integer :: n                                      ! errors before the readers whose errors are noted next
+      integer :: i
       joints_wrong = .false.
       call read_heading(deck, model)
       call read_units(deck, model)
@@ -93,6 +91,7 @@ contains
       call read_contact_cards(deck, model)
       call read_gap_cards(deck, model)
       call note_errors(deck%names%contacts_incomplete)
+      deck%names%touched = [(any(model%contact%obstacle == i), i=1, size(model%obstacle))]
       call read_monitor_cards(deck, model)
       call read_contact_print_cards(deck, model)
 
@@ -153,10 +152,10 @@ contains
       if (deck%diagnostics%n == 0) return
       deck%names%unknown_cards = deck%n_cards == 0
       do card = 1, deck%n_cards
-         at = cursor_t(card)
-         if (deck%is_sound(at) .and. deck%lines_sound(at)) cycle
+         at = deck%at_card(card)
+         if (at%sound .and. deck%lines_sound(at)) cycle
          if (deck%card(card)%spec == 0) deck%names%unknown_cards = .true.
-         call note(deck%keyword(at))
+         call note(at%keyword)
       end do
       if (deck%names%unknown_cards) call note('')
 
@@ -202,7 +201,7 @@ contains
          title = repeat(' ', len(deck%source%text)) ! room for all lines: appending one by one takes long for many lines
          n = 0
          do while (deck%next_line(at))
-            line = trim(adjustl(deck%source%line(deck%data_line_of(at))))
+            line = trim(adjustl(deck%source%line(at%line_at)))
             if (n > 0) line = new_line('a')//line
             title(n + 1:n + len(line)) = line
             n = n + len(line)

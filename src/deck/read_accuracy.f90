@@ -34,7 +34,7 @@ contains
          end associate
       end do
       do while (deck%next_card(at, 'ACCURACY'))
-         call read_card(deck, at, makes_mesh, model%step(deck%step_of(at)))
+         call read_card(deck, at, makes_mesh, model%step(at%step))
       end do
       if (makes_mesh) call balance_iteration(deck, model)
    end subroutine read_accuracy_cards
@@ -50,7 +50,7 @@ contains
       integer :: s
       locate_given = .false.
       do while (deck%next_card(at, 'CONTROLS'))
-         locate_given(deck%step_of(at)) = deck%given(at, 'LOCATE')
+         locate_given(at%step) = deck%given(at, 'LOCATE')
       end do
       do s = 1, size(model%step)
          associate (step => model%step(s), finest => min(model%step(s)%asked, model%step(s)%asked_of_path))
@@ -61,30 +61,28 @@ contains
    end subroutine balance_iteration
 
    !> Reads one card.
-   subroutine read_card(deck, card, makes_mesh, step)
+   subroutine read_card(deck, at, makes_mesh, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: card
+      type(cursor_t), intent(inout) :: at
       logical, intent(in) :: makes_mesh
       type(step_t), intent(inout) :: step
-      type(cursor_t) :: at
       integer :: monitor
       logical :: ok
-      step%error_bars = deck%word(card, 'POINTS') /= 'NONE'
-      step%bars_everywhere = deck%word(card, 'POINTS') == 'ALL'
-      if (makes_mesh .or. deck%given(card, 'TOLERANCE')) then
-         step%asked = deck%real(card, 'TOLERANCE')
+      step%error_bars = deck%word(at, 'POINTS') /= 'NONE'
+      step%bars_everywhere = deck%word(at, 'POINTS') == 'ALL'
+      if (makes_mesh .or. deck%given(at, 'TOLERANCE')) then
+         step%asked = deck%real(at, 'TOLERANCE')
          step%widest_bar = step%asked
       end if
       step%asked_of_path = step%asked
-      if (deck%given(card, 'PATH')) step%asked_of_path = deck%real(card, 'PATH')
-      if (deck%given(card, 'WIDEST')) step%widest_bar = deck%real(card, 'WIDEST')
-      if (deck%given(card, 'PATH') .and. .not. makes_mesh) call deck%wrong(card, 'PATH', &
+      if (deck%given(at, 'PATH')) step%asked_of_path = deck%real(at, 'PATH')
+      if (deck%given(at, 'WIDEST')) step%widest_bar = deck%real(at, 'WIDEST')
+      if (deck%given(at, 'PATH') .and. .not. makes_mesh) call deck%wrong(at, 'PATH', &
          'PATH goes with a number of elements that is left out')
-      if (makes_mesh .and. .not. step%error_bars) call deck%wrong(card, 'POINTS', &
+      if (makes_mesh .and. .not. step%error_bars) call deck%wrong(at, 'POINTS', &
          'POINTS must not be NONE where a number of elements is left out')
-      if (deck%n_data_lines(card) == 0) return
+      if (at%n_lines == 0) return
       step%asked_of = [integer ::]
-      at = card
       do while (deck%next_line(at))
          call deck%quantity(at, 'monitor', monitor, ok)
          if (ok) step%asked_of = [step%asked_of, monitor]
@@ -110,7 +108,7 @@ contains
             if (reported(curve)) cycle
             why = why_not(model, e, layout%rod_segment(k)%free)
             reported(curve) = why /= ''
-            if (reported(curve)) call deck%wrong_line(deck%cursor_at(deck%names%placed_line(curve)), &
+            if (reported(curve)) call deck%wrong_line(deck%at_line(deck%names%placed_line(curve)), &
                & 'the number of elements cannot be left out here: '//why)
          end associate
       end do

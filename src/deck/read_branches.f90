@@ -28,11 +28,11 @@ contains
       type(branch_names_t) :: known
       type(cursor_t) :: at
       do while (deck%next_card(at, 'BRANCH', also_bad=.true.))
-         if (deck%step_of(at) == 0) cycle
-         if (deck%step_of(at) /= known%step) known = branch_names_t(step=deck%step_of(at), list=definitions_t(), &
+         if (at%step == 0) cycle
+         if (at%step /= known%step) known = branch_names_t(step=at%step, list=definitions_t(), &
             branch=[integer ::], two_sides=[logical ::])
          known%n = known%n + 1
-         if (.not. deck%is_sound(at)) then
+         if (.not. at%sound) then
             known%list%incomplete = .true.
          else if (model%step(known%step)%n_modes == 0) then
             call read_branch(deck, at, known, model%step(known%step))
@@ -40,33 +40,31 @@ contains
       end do
    end subroutine read_branch_cards
 
-   subroutine read_branch(deck, card, known, step)
+   subroutine read_branch(deck, at, known, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: card
+      type(cursor_t), intent(inout) :: at
       type(branch_names_t), intent(inout) :: known
       type(step_t), intent(inout) :: step
       type(branch_t) :: branch
-      type(cursor_t) :: at
       character(:), allocatable :: side
       logical :: ok
       branch%name = 'Branch-'//to_text(known%n)
-      if (deck%given(card, 'NAME')) branch%name = deck%text(card, 'NAME')
-      branch%bifurcation = deck%integer(card, 'BIFURCATION')
-      branch%mode = deck%integer(card, 'MODE')
-      if (deck%given(card, 'OF')) call find_parent(deck, card, known, branch%of) ! before the name of this card is added
-      branch%increment = deck%real(card, 'INCREMENT')
-      if (deck%given(card, 'INCREMENT')) call check_increment(deck, card, branch%increment, step)
+      if (deck%given(at, 'NAME')) branch%name = deck%text(at, 'NAME')
+      branch%bifurcation = deck%integer(at, 'BIFURCATION')
+      branch%mode = deck%integer(at, 'MODE')
+      if (deck%given(at, 'OF')) call find_parent(deck, at, known, branch%of) ! before the name of this card is added
+      branch%increment = deck%real(at, 'INCREMENT')
+      if (deck%given(at, 'INCREMENT')) call check_increment(deck, at, branch%increment, step)
       branch%max_points = step%max_points
-      if (deck%given(card, 'POINTS')) branch%max_points = deck%integer(card, 'POINTS')
+      if (deck%given(at, 'POINTS')) branch%max_points = deck%integer(at, 'POINTS')
       allocate (branch%stop(0))
-      at = card
       do while (deck%next_line(at))
          call read_bound(deck, at, branch%stop)
       end do
-      if (deck%n_data_lines(card) == 0) branch%stop = step%stop
-      call deck%define(card, known%list, branch%name, ok)
+      if (at%n_lines == 0) branch%stop = step%stop
+      call deck%define(at, known%list, branch%name, ok)
       if (.not. ok) return
-      side = deck%word(card, 'SIDE')
+      side = deck%word(at, 'SIDE')
       known%branch = [known%branch, size(step%branch) + 1]
       known%two_sides = [known%two_sides, side == 'BOTH']
       if (side /= 'MINUS') then

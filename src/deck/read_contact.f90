@@ -124,7 +124,7 @@ contains
                   deck%line_words(touched(node)))
                return
             end if
-            touched(node) = deck%card_line(at)
+            touched(node) = at%card_at
          end associate
       end do
       call check_size(deck, at, model, contact, model%obstacle(contact%obstacle))

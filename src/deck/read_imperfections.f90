@@ -1,8 +1,9 @@
-!> Reads *IMPERFECTION of the model part: shapes on chains of curves, and the resulting positions of the nodes.
+!> Reads *IMPERFECTION: in the model part shapes on chains of curves, and the resulting positions of the nodes; in a step
+!> (SHAPE=MODE) buckling modes as the stress-free offset at its start.
 module read_imperfections
    use kinds, only: wp, degree
-   use text, only: to_text
-   use model, only: model_t, mesh_t, imperfection_t, shape_sine, shape_cosine, shape_clamped
+   use text, only: to_text, plural
+   use model, only: model_t, mesh_t, imperfection_t, mode_offset_t, shape_sine, shape_cosine, shape_clamped
    use imperfection_chain, only: chain_t, follow_chain
    use imperfection, only: imperfection_value, nodal_imperfection, random_offsets
    use reference_curve, only: measure_curves
@@ -10,7 +11,7 @@ module read_imperfections
    use deck_names, only: node_words
    implicit none
    private
-   public :: read_imperfection_cards
+   public :: read_imperfection_cards, read_mode_imperfection_cards
 
 contains
 
@@ -25,7 +26,7 @@ contains
       logical :: ok
       allocate (model%imperfection(0), origin(0))
       do while (deck%next_card(at, 'IMPERFECTION'))
-         if (deck%step_of(at) > 0 .or. deck%word(at, 'SHAPE') == 'MODE') cycle
+         if (at%step > 0 .or. deck%word(at, 'SHAPE') == 'MODE') cycle
          call follow_chain(deck, at, model, deck%elements(at, 'ELSET'), chain, ok)
          if (ok) ok = deck%lines_sound(at)
          if (ok) call read_shape(deck, at, model%mesh, chain, shape, ok)
@@ -39,21 +40,19 @@ contains
    end subroutine read_imperfection_cards
 
    !> Reads the data lines, which are all sound.
-   subroutine read_shape(deck, card, mesh, chain, shape, ok)
+   subroutine read_shape(deck, at, mesh, chain, shape, ok)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: card
+      type(cursor_t), intent(inout) :: at
       type(mesh_t), intent(in) :: mesh
       type(chain_t), intent(in) :: chain
       type(imperfection_t), intent(out) :: shape
       logical, intent(out) :: ok
-      type(cursor_t) :: at
       real(wp), allocatable :: offset(:)
       ok = .true.
       shape%length = chain%knot(size(chain%knot))
-      at = card
-      select case (deck%word(card, 'SHAPE'))
+      select case (deck%word(at, 'SHAPE'))
       case ('SINE', 'COSINE')
-         shape%shape = merge(shape_sine, shape_cosine, deck%word(card, 'SHAPE') == 'SINE')
+         shape%shape = merge(shape_sine, shape_cosine, deck%word(at, 'SHAPE') == 'SINE')
          allocate (shape%amplitude(0), shape%half_waves(0), shape%phase(0))
          do while (deck%next_line(at))
             shape%amplitude = [shape%amplitude, deck%real(at, 'amplitude')]
@@ -66,7 +65,7 @@ contains
          shape%shape = shape_clamped
          shape%amplitude = [deck%real(at, 'a1'), deck%real(at, 'a2')]
       case ('NODAL')
-         call read_nodal_offsets(deck, card, mesh, chain, offset, ok)
+         call read_nodal_offsets(deck, at, mesh, chain, offset, ok)
          if (ok) call nodal_imperfection(chain%knot, offset, chain%closed, shape)
       case default
          ok = deck%next_line(at)
@@ -101,14 +100,13 @@ contains
    end subroutine check_half_waves
 
    !> Reads SHAPE=NODAL: node or set, offset.
-   subroutine read_nodal_offsets(deck, card, mesh, chain, offset, ok)
+   subroutine read_nodal_offsets(deck, at, mesh, chain, offset, ok)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: card
+      type(cursor_t), intent(inout) :: at
       type(mesh_t), intent(in) :: mesh
       type(chain_t), intent(in) :: chain
       real(wp), allocatable, intent(out) :: offset(:)
       logical, intent(out) :: ok
-      type(cursor_t) :: at
       character(:), allocatable :: problem
       integer, allocatable :: nodes(:)
       integer :: place_in_chain(mesh%n_nodes), given_in(mesh%n_nodes)
@@ -120,7 +118,6 @@ contains
       do i = size(chain%node), 1, -1
          place_in_chain(chain%node(i)) = i
       end do
-      at = card
       do while (deck%next_line(at))
          nodes = deck%nodes(at, 'node or set')
          ok = ok .and. size(nodes) > 0
@@ -134,7 +131,7 @@ contains
                   ok = .false.
                   exit
                end if
-               given_in(node) = deck%data_line_of(at)
+               given_in(node) = at%line_at
                offset(place_in_chain(node)) = deck%real(at, 'offset')
             end associate
          end do
@@ -203,4 +200,67 @@ contains
          model%mesh%s(2, e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
       end do
    end subroutine move_nodes
+
+   !> Reads the modes of all steps, and reports each *IMPERFECTION in the wrong part of the deck.
+   subroutine read_mode_imperfection_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with mesh and steps
+      type(model_t), intent(inout) :: model             !! with all other imperfections; receives step%mode_offset
+      type(cursor_t) :: at
+      type(chain_t) :: chain
+      integer :: s, from_step
+      logical :: of_mode, ok
+      do while (deck%next_card(at, 'IMPERFECTION'))
+         s = at%step
+         of_mode = deck%word(at, 'SHAPE') == 'MODE'
+         if (s == 0 .and. of_mode) call deck%wrong(at, 'SHAPE', 'SHAPE=MODE belongs in a step with *STATIC')
+         if (s > 0 .and. .not. of_mode) call deck%wrong(at, 'SHAPE', &
+            'only SHAPE=MODE may stand in a step; all other shapes belong above the first *STEP')
+         if (s == 0 .or. .not. of_mode) cycle
+         if (model%step(s)%n_modes > 0) cycle ! reported elsewhere
+         call find_buckling_step(deck, at, from_step)
+         call follow_chain(deck, at, model, deck%elements(at, 'ELSET'), chain, ok)
+         if (ok .and. from_step > 0) call read_modes(deck, at, from_step, model%step(from_step)%n_modes, chain%element, &
+            model%step(s)%mode_offset)
+      end do
+   end subroutine read_mode_imperfection_cards
+
+   !> The step named by STEP: an earlier one with *BUCKLE.
+   subroutine find_buckling_step(deck, at, step)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
+      integer, intent(out) :: step ! 0: none
+      type(cursor_t) :: other
+      logical :: buckles
+      step = deck%named(at, 'STEP', deck%names%step, 'step')
+      if (step == 0) return
+      buckles = deck%names%unknown_cards
+      do while (deck%next_card(other, 'BUCKLE', also_bad=.true.))
+         buckles = buckles .or. other%step == step
+      end do
+      if (step >= at%step) then
+         call deck%wrong(at, 'STEP', 'step '//trim(deck%names%step%name(step))//' does not come before this one')
+      else if (.not. buckles) then
+         call deck%wrong(at, 'STEP', 'step '//trim(deck%names%step%name(step))//' has no *BUCKLE')
+      else
+         return
+      end if
+      step = 0
+   end subroutine find_buckling_step
+
+   !> Reads the data lines: mode, amplitude.
+   subroutine read_modes(deck, at, from_step, n_modes, element, mode_offset)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(inout) :: at
+      integer, intent(in) :: from_step
+      integer, intent(in) :: n_modes    ! number of modes of that step; 0: unknown because of an error
+      integer, intent(in) :: element(:)
+      type(mode_offset_t), allocatable, intent(inout) :: mode_offset(:)
+      integer :: mode
+      do while (deck%next_line(at))
+         mode = deck%integer(at, 'mode')
+         if (n_modes > 0 .and. mode > n_modes) call deck%wrong(at, 'mode', 'that step finds '//plural(n_modes, 'mode')//' only')
+         mode_offset = [mode_offset, mode_offset_t(step=from_step, mode=mode, amplitude=deck%real(at, 'amplitude'), &
+            element=element, line=at%card_at)]
+      end do
+   end subroutine read_modes
 end module read_imperfections

@@ -5,7 +5,6 @@ module read_interference
    use model, only: model_t, load_t
    use obstacle_geometry, only: obstacle_gap
    use checked_deck, only: checked_deck_t, cursor_t
-   use touched_obstacle, only: find_touched
    implicit none
    private
    public :: read_interference_line, pushes_out
@@ -22,7 +21,7 @@ contains
       type(load_t), intent(inout) :: load
       integer :: obstacle
       logical :: ok
-      call find_touched(deck, at, 'obstacle', model, obstacle, ok)
+      call deck%touched_obstacle(at, 'obstacle', obstacle, ok)
       if (.not. ok) return
       if (.not. deck%given(at, 'SHRINK')) then
          load%closing(obstacle) = load%closing(obstacle) + deck%real(at, 'interference')
@@ -33,7 +32,7 @@ contains
          call deck%wrong(at, 'obstacle', 'nothing begins behind '//trim(model%obstacle(obstacle)%name))
       else
          load%resolved(obstacle) = 1.0_wp
-         if (model%step(deck%step_of(at))%n_modes == 0) shrunk_in(obstacle) = deck%data_line_of(at)
+         if (model%step(at%step)%n_modes == 0) shrunk_in(obstacle) = at%line_at
       end if
    end subroutine read_interference_line
 

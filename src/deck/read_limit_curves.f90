@@ -7,7 +7,6 @@ module read_limit_curves
    use obstacle_types, only: ground_half_space
    use checked_deck, only: checked_deck_t, cursor_t
    use deck_names, only: definitions_t
-   use touched_obstacle, only: find_touched
    implicit none
    private
    public :: read_limit_curve_cards
@@ -27,8 +26,8 @@ contains
       n = 0
       do while (deck%next_card(at, 'LIMIT CURVE', also_bad=.true.))
          n = n + 1
-         s = deck%step_of(at)
-         if (s == 0 .or. .not. deck%is_sound(at)) cycle
+         s = at%step
+         if (s == 0 .or. .not. at%sound) cycle
          if (model%step(s)%n_modes > 0) cycle ! reported elsewhere
          if (model%step(s)%method == method_load) call deck%wrong_card(at, &
             'the step has METHOD=LOAD, which ends where it meets a limit point')
@@ -58,7 +57,7 @@ contains
       start = 1.0_wp
       ok = .false.
       touched = .false.
-      if (deck%given(at, 'OBSTACLE')) call find_touched(deck, at, 'OBSTACLE', model, curve%obstacle, touched)
+      if (deck%given(at, 'OBSTACLE')) call deck%touched_obstacle(at, 'OBSTACLE', curve%obstacle, touched)
       if (deck%given(at, 'ELSET')) then
          curve%element = deck%elements(at, 'ELSET')
          curve%set = deck%text(at, 'ELSET')
@@ -163,7 +162,7 @@ contains
       end do
       i = owner(element(1))
       ok = i > 0 .and. all(owner(element) == i) .and. count(owner == i) == size(element)
-      associate (mode_offset => model%step(deck%step_of(at))%mode_offset)
+      associate (mode_offset => model%step(at%step)%mode_offset)
          do i = 1, size(mode_offset)
             if (size(mode_offset(i)%element) == size(element)) ok = ok .or. all(mode_offset(i)%element == element)
          end do
@@ -178,7 +177,7 @@ contains
       type(model_t), intent(in) :: model
       logical, intent(out) :: ok
       integer :: s
-      s = deck%step_of(at)
+      s = at%step
       ok = .false.
       if (.not. any(model%step(:s - 1)%n_modes == 0)) then
          call deck%wrong(at, 'PARAMETER', 'no step with *STATIC stands before this one, so there is no constant load')

@@ -36,14 +36,14 @@ contains
       shrunk_in = 0
       s = 0
       do while (deck%next_card(at, load_cards//'|BOUNDARY'))
-         if (deck%step_of(at) == 0) cycle
-         do while (s < deck%step_of(at))
+         if (at%step == 0) cycle
+         do while (s < at%step)
             s = s + 1
             prescribed_in = 0
             if (begins_anew(deck, s)) shrunk_in = 0
          end do
          do while (deck%next_line(at))
-            select case (deck%keyword(at))
+            select case (at%keyword)
             case ('CLOAD')
                call read_node_load(deck, at, model%mesh, model%step(s)%load)
             case ('POLE LOAD')
@@ -80,7 +80,7 @@ contains
       type(cursor_t) :: at
       begins_anew = .false.
       do while (deck%next_card(at, 'IMPERFECTION', also_bad=.true.))
-         begins_anew = begins_anew .or. deck%step_of(at) == step
+         begins_anew = begins_anew .or. at%step == step
       end do
    end function begins_anew
 
@@ -258,7 +258,7 @@ contains
                call deck%wrong(at, 'dof', of_node//' is prescribed already, in '//deck%line_words(prescribed_in(dof, nodes(i))))
                return
             end if
-            prescribed_in(dof, nodes(i)) = deck%data_line_of(at)
+            prescribed_in(dof, nodes(i)) = at%line_at
             load%displacement(dof, nodes(i)) = deck%real(at, 'value')
          end do
       end do

@@ -38,7 +38,7 @@ contains
       integer :: e
       allocate (deck%names%placed_line(0))
       do while (deck%next_card(at, 'NODE|ELEMENT|LINE|ARC|RING|NSET|ELSET'))
-         select case (deck%keyword(at))
+         select case (at%keyword)
          case ('NODE')
             call read_nodes(deck, at, grown)
          case ('ELEMENT')
@@ -60,14 +60,12 @@ contains
       end do
    end subroutine read_mesh_cards
 
-   subroutine read_nodes(deck, card, grown)
+   subroutine read_nodes(deck, at, grown)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: card
+      type(cursor_t), intent(inout) :: at
       type(growing_mesh_t), intent(inout) :: grown
-      type(cursor_t) :: at
       type(element_card_t) :: common
-      common = common_to(deck, card)
-      at = card
+      common = common_to(deck, at)
       do while (deck%next_line(at))
          if (.not. is_new_label(deck, at, deck%names%node)) cycle
          call new_node(deck, grown, deck%integer(at, 'label'), [deck%real(at, 'x'), deck%real(at, 'y')], at)
@@ -75,15 +73,13 @@ contains
       end do
    end subroutine read_nodes
 
-   subroutine read_elements(deck, card, grown)
+   subroutine read_elements(deck, at, grown)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: card
+      type(cursor_t), intent(inout) :: at
       type(growing_mesh_t), intent(inout) :: grown
-      type(cursor_t) :: at
       type(element_card_t) :: common
       integer :: node(2)
-      common = common_to(deck, card)
-      at = card
+      common = common_to(deck, at)
       do while (deck%next_line(at))
          if (.not. is_new_label(deck, at, deck%names%element)) cycle
          node = end_nodes(deck, at, grown, 'second node')
@@ -112,27 +108,25 @@ contains
    type(element_card_t) function common_to(deck, at) result(common)
       type(checked_deck_t), intent(inout) :: deck
       type(cursor_t), intent(in) :: at
-      if (deck%keyword(at) /= 'NODE') then
+      if (at%keyword /= 'NODE') then
          call element_kind(deck%word(at, 'TYPE'), common%family, common%stages)
          if (deck%given(at, 'ELSET')) call deck%names%element%begin_set(deck%text(at, 'ELSET'), common%element_set)
       end if
-      if (deck%keyword(at) == 'ELEMENT') return
+      if (at%keyword == 'ELEMENT') return
       if (deck%given(at, 'NSET')) call deck%names%node%begin_set(deck%text(at, 'NSET'), common%node_set)
    end function common_to
 
    !> Reads *LINE, *ARC and *RING: one curve for each data line.
-   subroutine read_curves(deck, card, grown)
+   subroutine read_curves(deck, at, grown)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: card
+      type(cursor_t), intent(inout) :: at
       type(growing_mesh_t), intent(inout) :: grown
-      type(cursor_t) :: at
       type(element_card_t) :: common
       type(curve_t) :: curve
       integer :: node(2), elements
       real(wp) :: grading
       logical :: placed, ok
-      common = common_to(deck, card)
-      at = card
+      common = common_to(deck, at)
       do while (deck%next_line(at))
          call read_curve(deck, at, grown, node, curve)
          placed = .not. deck%given(at, 'elements')
@@ -158,19 +152,19 @@ contains
       type(curve_t), intent(out) :: curve
       type(error_t), allocatable :: error
       real(wp) :: x(2, 2), centre(2)
-      if (deck%keyword(at) == 'RING') then
+      if (at%keyword == 'RING') then
          node = deck%node(at, 'node')
       else
          node = end_nodes(deck, at, grown, 'last node')
       end if
       if (minval(node) == 0) return
       x = grown%mesh%x(:, node)
-      if (deck%keyword(at) == 'LINE') then
+      if (at%keyword == 'LINE') then
          curve = line_curve(x(:, 1), x(:, 2))
          return
       end if
       centre = [deck%real(at, 'xc'), deck%real(at, 'yc')]
-      if (deck%keyword(at) == 'ARC') then
+      if (at%keyword == 'ARC') then
          call arc_curve(x(:, 1), x(:, 2), centre, deck%word(at, 'DIRECTION') == 'ANTICLOCKWISE', curve, error)
          if (.not. allocated(error)) return
          call deck%wrong_line(at, error%message)
@@ -199,7 +193,7 @@ contains
       grading = 1.0_wp
       if (placed .and. common%stages < 2) then
          call deck%wrong_line(at, 'the number of elements can be left out of those of order 4, 6 and 8 only (TYPE)')
-      else if (deck%keyword(at) == 'RING') then
+      else if (at%keyword == 'RING') then
          if (elements < 3) call deck%wrong(at, 'elements', 'a ring needs at least 3 elements')
       else
          grading = deck%real(at, 'grading')
@@ -254,16 +248,14 @@ contains
    end subroutine mesh_curve
 
    !> Reads *NSET and *ELSET.
-   subroutine read_set(deck, card, what)
+   subroutine read_set(deck, at, what)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: card
+      type(cursor_t), intent(inout) :: at
       character(*), intent(in) :: what           ! node or element
-      type(cursor_t) :: at
       integer, allocatable :: members(:)
       integer :: set, k
-      if (what == 'node') call deck%names%node%begin_set(deck%text(card, 'NSET'), set)
-      if (what == 'element') call deck%names%element%begin_set(deck%text(card, 'ELSET'), set)
-      at = card
+      if (what == 'node') call deck%names%node%begin_set(deck%text(at, 'NSET'), set)
+      if (what == 'element') call deck%names%element%begin_set(deck%text(at, 'ELSET'), set)
       do while (deck%next_line(at))
          if (deck%given(at, 'GENERATE')) then
             call append(deck, what, set, range_of(deck, at, what))
@@ -347,7 +339,7 @@ contains
       real(wp), intent(in) :: x(2)
       type(cursor_t), intent(in) :: at
       call grown%add_node(label, x)
-      call deck%names%node%add(label, deck%data_line_of(at))
+      call deck%names%node%add(label, at%line_at)
    end subroutine new_node
 
    subroutine new_element(deck, grown, label, node, common, curve, s, at, placed)
@@ -359,7 +351,7 @@ contains
       type(cursor_t), intent(in) :: at
       logical, intent(in) :: placed
       call grown%add_element(label, node, common%family, common%stages, curve, s, placed)
-      call deck%names%element%add(label, deck%data_line_of(at))
+      call deck%names%element%add(label, at%line_at)
       call deck%names%element%append(common%element_set, deck%names%element%n)
    end subroutine new_element
 end module read_mesh

@@ -7,7 +7,6 @@ module read_monitors
    use obstacle_types, only: obstacle_circle, obstacle_arc
    use checked_deck, only: checked_deck_t, cursor_t
    use deck_names, only: node_words
-   use touched_obstacle, only: find_touched
    implicit none
    private
    public :: read_monitor_cards, read_contact_print_cards
@@ -33,7 +32,7 @@ contains
          monitor%name = deck%text(at, 'NAME')
          if (deck%given(at, 'OBSTACLE')) then
             monitor%quantity = quantity_contact
-            call find_touched(deck, at, 'OBSTACLE', model, monitor%obstacle, ok)
+            call deck%touched_obstacle(at, 'OBSTACLE', monitor%obstacle, ok)
          end if
          if (deck%next_line(at)) then
             if (monitor%quantity /= quantity_contact) monitor%node = deck%nodes(at, 'node or set')
@@ -90,7 +89,7 @@ contains
       logical :: ok
       allocate (model%contact_print(0))
       do while (deck%next_card(at, 'CONTACT PRINT'))
-         call find_touched(deck, at, 'OBSTACLE', model, print%obstacle, ok)
+         call deck%touched_obstacle(at, 'OBSTACLE', print%obstacle, ok)
          if (.not. ok) cycle
          associate (obstacle => model%obstacle(print%obstacle))
             do while (deck%next_line(at))

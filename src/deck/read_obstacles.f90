@@ -1,8 +1,8 @@
-!> Reads *OBSTACLE, and *OBSTACLE MOTION of the steps.
+!> Reads *OBSTACLE and *FOUNDATION LAW, and *OBSTACLE MOTION of the steps.
 module read_obstacles
    use kinds, only: wp, degree
    use text, only: to_text
-   use model, only: model_t, load_t
+   use model, only: model_t, load_t, law_t
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, obstacle_spline, &
       & ground_independent, ground_half_space, ground_pasternak
    use obstacle_curve, only: crosses_itself
@@ -11,12 +11,64 @@ module read_obstacles
    use checked_deck, only: checked_deck_t, cursor_t
    implicit none
    private
-   public :: read_obstacle_cards, read_motion
+   public :: read_foundation_law_cards, read_obstacle_cards, read_motion
 
    real(wp), parameter :: half_turn = 180.0_wp       !! [degrees] largest turn of an arc
    real(wp), parameter :: back = 175.0_wp            !! [degrees] larger turns at a corner are rejected: the curve would reverse
 
 contains
+
+   !> Reads the laws.
+   subroutine read_foundation_law_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! receives the names of the laws
+      type(model_t), intent(inout) :: model             !! receives law
+      type(cursor_t) :: at
+      type(law_t) :: law
+      logical :: ok
+      allocate (model%law(0))
+      do while (deck%next_card(at, 'FOUNDATION LAW'))
+         call deck%define(at, deck%names%law, deck%text(at, 'NAME'), ok)
+         if (.not. ok) cycle
+         law = law_t(penetration=[real(wp) ::], force=[real(wp) ::])
+         law%name = deck%text(at, 'NAME')
+         if (deck%lines_sound(at)) call read_law(deck, at, law)
+         model%law = [model%law, law]
+      end do
+   end subroutine read_foundation_law_cards
+
+   !> Reads the points of a law; only the first error is reported.
+   subroutine read_law(deck, at, law)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(inout) :: at
+      type(law_t), intent(inout) :: law
+      real(wp) :: penetration, force
+      integer :: n
+      do while (deck%next_line(at))
+         penetration = deck%real(at, 'penetration')
+         force = deck%real(at, 'force')
+         n = size(law%force)
+         if (n == 0) then
+            if (abs(penetration) > 0.0_wp) then
+               call deck%wrong(at, 'penetration', 'the first point of a law is 0, 0')
+               return
+            else if (abs(force) > 0.0_wp) then
+               call deck%wrong(at, 'force', 'the first point of a law is 0, 0')
+               return
+            end if
+         else if (.not. penetration > law%penetration(n)) then
+            call deck%wrong(at, 'penetration', 'penetrations must rise from line to line')
+            return
+         else if (n == 1 .and. .not. force > 0.0_wp) then
+            call deck%wrong(at, 'force', 'the force must rise from 0 at first; for a clearance use GAP of *CONTACT')
+            return
+         else if (force < law%force(n)) then
+            call deck%wrong(at, 'force', 'forces must not fall: a foundation that softens is not available')
+            return
+         end if
+         law%penetration = [law%penetration, penetration]
+         law%force = [law%force, force]
+      end do
+   end subroutine read_law
 
    !> Reads the obstacles.
    subroutine read_obstacle_cards(deck, model)
@@ -162,7 +214,7 @@ contains
       type(cursor_t) :: at
       integer :: i
       ok = .true.
-      allocate (point(2, deck%n_data_lines(card)))
+      allocate (point(2, card%n_lines))
       at = card
       i = 0
       do while (deck%next_line(at))
@@ -186,7 +238,7 @@ contains
       ok = .true.
       do i = 2, size(obstacle%point, 2) - 1
          if (abs(corner_turn(obstacle%point, i)) < back * degree) cycle
-         call deck%wrong_line(cursor_t(card%card, card%line + i), 'the polyline turns back at this point')
+         call deck%wrong_line(deck%at_line(card%line + i), 'the polyline turns back at this point')
          ok = .false.
       end do
       if (.not. ok) return

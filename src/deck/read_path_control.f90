@@ -17,10 +17,10 @@ contains
       type(model_t), intent(inout) :: model             !! with contacts; receives step%stop, locate, turning, field_...
       type(cursor_t) :: at
       do while (deck%next_card(at, 'STOP|LOCATE|TURNING POINTS|FIELD OUTPUT'))
-         associate (step => model%step(deck%step_of(at)))
-            if (deck%keyword(at) == 'FIELD OUTPUT') step%field_every = deck%integer(at, 'EVERY')
+         associate (step => model%step(at%step))
+            if (at%keyword == 'FIELD OUTPUT') step%field_every = deck%integer(at, 'EVERY')
             do while (deck%next_line(at))
-               select case (deck%keyword(at))
+               select case (at%keyword)
                case ('STOP')
                   call read_bound(deck, at, step%stop)
                case ('LOCATE')
@@ -118,14 +118,14 @@ contains
       type(cursor_t) :: at
       if (deck%names%unknown_cards) return
       do while (deck%next_card(at, 'STEP', also_bad=.true.))
-         associate (names => deck%names, step => model%step(deck%step_of(at)))
+         associate (names => deck%names, step => model%step(at%step))
             if (.not. (names%loads_incomplete .or. names%mesh_incomplete .or. names%supports_incomplete .or. &
                names%sections_incomplete .or. step%load%does_anything())) call deck%wrong_card(at, 'the step has no load: no '// &
                load_card_list()//' or prescribed displacement other than zero')
          end associate
       end do
       do while (deck%next_card(at, 'STATIC'))
-         if (.not. has_card(deck, deck%step_of(at), 'BUCKLE')) call check_path(deck, at, model, model%step(deck%step_of(at)))
+         if (.not. has_card(deck, at%step, 'BUCKLE')) call check_path(deck, at, model, model%step(at%step))
       end do
    end subroutine check_steps
 
@@ -141,7 +141,7 @@ contains
          if (cannot_move(model, step)) call deck%wrong(static, 'MONITOR', 'monitor '//trim(model%monitor(step%monitor)%name)// &
             ' cannot move: all its nodes are supported in this direction')
       end if
-      if (has_card(deck, deck%step_of(static), 'STOP')) return
+      if (has_card(deck, static%step, 'STOP')) return
       if (step%method == method_load) then
          at = static
          if (step%increment < 0.0_wp .and. deck%next_line(at)) call deck%wrong(at, 'first', &
@@ -151,8 +151,8 @@ contains
       end if
       limited = .false.
       do while (deck%next_card(at, 'CONTROLS', also_bad=.true.))
-         if (deck%step_of(at) /= deck%step_of(static)) cycle
-         limited = .not. deck%is_sound(at)
+         if (at%step /= static%step) cycle
+         limited = .not. at%sound
          if (.not. limited) limited = deck%given(at, 'POINTS')
       end do
       if (.not. limited) call deck%wrong_card(static, 'the step has no end: give *STOP, or POINTS on *CONTROLS')
@@ -166,7 +166,7 @@ contains
       type(cursor_t) :: at
       has_card = .false.
       do while (deck%next_card(at, keyword, also_bad=.true.))
-         has_card = has_card .or. deck%step_of(at) == step
+         has_card = has_card .or. at%step == step
       end do
    end function has_card
 

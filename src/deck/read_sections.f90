@@ -36,7 +36,7 @@ contains
       allocate (material(0))
       ok = .false.                                      ! false: the cards belong to a material that cannot be read
       do while (deck%next_card(at, 'MATERIAL|ELASTIC|DENSITY|EXPANSION'))
-         if (deck%keyword(at) == 'MATERIAL') then
+         if (at%keyword == 'MATERIAL') then
             call deck%define(at, deck%names%material, deck%text(at, 'NAME'), ok)
             if (ok) material = [material, material_t()]
          else if (ok) then
@@ -54,7 +54,7 @@ contains
       logical :: sound
       at = card
       sound = deck%next_line(at)
-      select case (deck%keyword(card))
+      select case (card%keyword)
       case ('ELASTIC')
          call only_once(material%elastic_line)
          if (sound) material%e = deck%real(at, 'E')
@@ -75,7 +75,7 @@ contains
             if (earlier > 0) call deck%wrong_card(card, 'material '//trim(list%name(list%n))//' has it already, from '// &
                deck%line_words(earlier))
          end associate
-         earlier = deck%card_line(card)
+         earlier = card%card_at
       end subroutine only_once
    end subroutine read_constants
 
@@ -100,7 +100,7 @@ contains
             end if
          end if
          section = section_t()
-         section_line(size(model%section) + 1) = deck%card_line(at)
+         section_line(size(model%section) + 1) = at%card_at
          if (deck%next_line(at)) then
             if (m > 0) call section_of_material(deck, at, material(m), section)
             if (.not. deck%given(at, 'MATERIAL')) call section_of_stiffness(deck, at, section)

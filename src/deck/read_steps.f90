@@ -34,14 +34,14 @@ contains
          call begin_step(deck, cards(s)%step, s, model%step(s))
       end do
       do while (deck%next_card(at, 'STATIC|BUCKLE|CONTROLS', also_bad=.true.))
-         s = deck%step_of(at)
+         s = at%step
          if (s == 0) cycle
-         if (deck%keyword(at) == 'STATIC') cards(s)%static = at
-         if (deck%keyword(at) == 'BUCKLE') cards(s)%buckle = at
-         if (.not. deck%is_sound(at)) cycle
-         if (deck%keyword(at) == 'STATIC') call read_static(deck, at, model, model%step(s))
-         if (deck%keyword(at) == 'BUCKLE') call read_buckle(deck, at, model%fixed, model%step(s)%n_modes)
-         if (deck%keyword(at) == 'CONTROLS') call read_controls(deck, at, model%step(s))
+         if (at%keyword == 'STATIC') cards(s)%static = at
+         if (at%keyword == 'BUCKLE') cards(s)%buckle = at
+         if (.not. at%sound) cycle
+         if (at%keyword == 'STATIC') call read_static(deck, at, model, model%step(s))
+         if (at%keyword == 'BUCKLE') call read_buckle(deck, at, model%fixed, model%step(s)%n_modes)
+         if (at%keyword == 'CONTROLS') call read_controls(deck, at, model%step(s))
       end do
       if (deck%names%unknown_cards) return
       do s = 1, size(cards)
@@ -58,11 +58,11 @@ contains
       if (cards%static%card == 0 .and. cards%buckle%card == 0) then
          call deck%wrong_card(cards%step, 'the step has neither *STATIC nor *BUCKLE')
       else if (cards%static%card > 0 .and. cards%buckle%card > 0) then
-         at = cursor_t(max(cards%static%card, cards%buckle%card))
-         call deck%wrong_card(at, 'a step has either *STATIC or *BUCKLE, not both')
+         call deck%wrong_card(deck%at_card(max(cards%static%card, cards%buckle%card)), &
+            'a step has either *STATIC or *BUCKLE, not both')
       else if (cards%buckle%card > 0) then
          do while (deck%next_card(at, path_cards, also_bad=.true.))
-            if (deck%step_of(at) == s) call deck%wrong_card(at, 'belongs to a step with *STATIC; this one has *BUCKLE')
+            if (at%step == s) call deck%wrong_card(at, 'belongs to a step with *STATIC; this one has *BUCKLE')
          end do
       end if
    end subroutine check_kind
@@ -75,7 +75,7 @@ contains
       type(step_t), intent(inout) :: step
       logical :: ok
       step%name = 'Step-'//to_text(s)
-      if (.not. deck%is_sound(at)) then
+      if (.not. at%sound) then
          deck%names%step%incomplete = .true.
       else if (deck%given(at, 'NAME')) then
          step%name = deck%text(at, 'NAME')
@@ -90,14 +90,13 @@ contains
    end subroutine begin_step
 
    !> Reads *STATIC: method, monitor, increments.
-   subroutine read_static(deck, card, model, step)
+   subroutine read_static(deck, at, model, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: card
+      type(cursor_t), intent(inout) :: at
       type(model_t), intent(in) :: model
       type(step_t), intent(inout) :: step
-      type(cursor_t) :: at
-      step%method = deck%integer(card, 'METHOD')
-      select case (deck%word(card, 'NEWTON'))
+      step%method = deck%integer(at, 'METHOD')
+      select case (deck%word(at, 'NEWTON'))
       case ('FULL')
          step%tangent_updates = huge(1)
       case ('MODIFIED')
@@ -105,15 +104,14 @@ contains
       case ('ONCE')
          step%tangent_updates = 1
       end select
-      step%paper_loop = deck%word(card, 'LOOP') == 'PAPER'
-      if (deck%given(card, 'MONITOR')) then
-         step%monitor = deck%named(card, 'MONITOR', deck%names%monitor, 'monitor')
+      step%paper_loop = deck%word(at, 'LOOP') == 'PAPER'
+      if (deck%given(at, 'MONITOR')) then
+         step%monitor = deck%named(at, 'MONITOR', deck%names%monitor, 'monitor')
          if (step%monitor > 0) then
-            if (model%monitor(step%monitor)%quantity /= quantity_displacement) call deck%wrong(card, 'MONITOR', 'monitor '// &
+            if (model%monitor(step%monitor)%quantity /= quantity_displacement) call deck%wrong(at, 'MONITOR', 'monitor '// &
                trim(model%monitor(step%monitor)%name)//' is a reaction; displacement control needs U1, U2 or UR')
          end if
       end if
-      at = card
       if (.not. deck%next_line(at)) return
       step%increment = deck%real(at, 'first')
       step%smallest = deck%real(at, 'smallest')
@@ -129,14 +127,12 @@ contains
    end subroutine read_static
 
    !> Reads *BUCKLE: number of modes.
-   subroutine read_buckle(deck, card, fixed, n_modes)
+   subroutine read_buckle(deck, at, fixed, n_modes)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: card
+      type(cursor_t), intent(inout) :: at
       logical, intent(in) :: fixed(:, :)
       integer, intent(out) :: n_modes
-      type(cursor_t) :: at
       n_modes = 0
-      at = card
       if (.not. deck%next_line(at)) return
       n_modes = deck%integer(at, 'modes')
       if (n_modes > count(.not. fixed) .and. .not. deck%names%mesh_incomplete) call deck%wrong(at, 'modes', 'there are only '// &

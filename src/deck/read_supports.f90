@@ -22,7 +22,7 @@ contains
       integer :: i
       allocate (model%fixed(3, model%mesh%n_nodes), source=.false.)
       do while (deck%next_card(at, 'BOUNDARY'))
-         if (deck%step_of(at) > 0) cycle
+         if (at%step > 0) cycle
          do while (deck%next_line(at))
             nodes = deck%nodes(at, 'node or set')
             call read_dofs(deck, at, dofs)

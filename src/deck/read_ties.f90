@@ -21,7 +21,7 @@ contains
       call complete_joints(model)
       allocate (origin(size(model%tie)))
       do while (deck%next_card(at, 'MPC|EQUATION'))
-         if (deck%keyword(at) == 'EQUATION') then
+         if (at%keyword == 'EQUATION') then
             call read_equation(deck, at, model, origin)
          else
             do while (deck%next_line(at))
@@ -115,7 +115,7 @@ contains
          if (deck%names%is_loose(node)) then
             call deck%wrong(at, 'node', node_words(model%mesh, node)//' belongs to no element')
             return
-         else if (deck%first_line(at)) then
+         else if (at%line == card%line + 1) then
             first = at
             tie%node = node
             tie%component = part
@@ -150,7 +150,7 @@ contains
       do i = 1, size(model%tie)
          if (model%tie(i)%node /= tie%node .or. model%tie(i)%component /= tie%component) cycle
          from = ', for it is a released end'
-         if (origin(i)%card > 0) from = ', from '//deck%line_words(deck%data_line_of(origin(i)))
+         if (origin(i)%card > 0) from = ', from '//deck%line_words(origin(i)%line_at)
          call deck%wrong(at, deck%first_field(at), dof_text(model, tie)//' follows others already'//from)
          return
       end do
