@@ -4,7 +4,7 @@ module card_spec
    implicit none
    private
    public :: card_spec_t, layout_t, item_t, find_card, find_item
-   public :: table_t, add_card, add_parameter, add_layout, add_field
+   public :: table_t, add_card, add_parameter, add_layout, add_field, add_point
    public :: kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof
    public :: kind_component, kind_path, kind_value, kind_names
    public :: in_model, in_step, anywhere, outside_step
@@ -232,6 +232,15 @@ contains
          end associate
       end associate
    end subroutine add_field
+
+   !> Adds two fields: coordinates of a point, or components of a vector, as lengths.
+   pure subroutine add_point(table, x, y, meaning)
+      type(table_t), intent(inout) :: table
+      character(*), intent(in) :: x, y     !! names of the fields
+      character(*), intent(in) :: meaning  !! of both
+      call add_field(table, x, kind_real, meaning, unit='length')
+      call add_field(table, y, kind_real, meaning, unit='length')
+   end subroutine add_point
 
    !> Appends what parameters and fields have in common to a list; texts that are not given are ''.
    pure subroutine add_item(items, name, kind, meaning, default, words, optional, bound)

@@ -1,11 +1,12 @@
 !> The table of all cards of a deck, with all defaults.
 !>
-!> The checks (card_check), the readers (card_values) and the manual (card_manual, `unilat --cards`) use this table.
+!> The checks (card_check), the readers (card_values) and the manual (card_manual, `unilat --cards`) use this table. A new card is
+!> entered here or in step_card_table; its reader gets the values by the names given here.
 module card_table
    use card_spec, only: card_spec_t, table_t, in_model, anywhere, positive, not_negative, not_zero, poisson, &
       kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_component, kind_dof, &
       kind_path, kind_value, &
-      card => add_card, param => add_parameter, lines => add_layout, field => add_field
+      card => add_card, param => add_parameter, lines => add_layout, field => add_field, point => add_point
    use step_card_table, only: add_step_cards
    implicit none
    private
@@ -34,6 +35,7 @@ contains
       call generator_cards(t)
       call imperfection_card(t)
       call section_cards(t)
+      call obstacle_cards(t)
       call contact_cards(t)
       call support_cards(t)
       call joint_cards(t)
@@ -70,8 +72,7 @@ contains
       call param(t, 'NSET', kind_name, 'adds the nodes to this node set', optional=.true.)
       call lines(t)
       call field(t, 'label', kind_label, 'number of the node, each once')
-      call field(t, 'x', kind_real, 'position', unit='length')
-      call field(t, 'y', kind_real, 'position', unit='length')
+      call point(t, 'x', 'y', 'position')
 
       call card(t, 'NSET', in_model, 'Adds nodes, in the order given, to a node set; its first card begins it. '// &
          'A node already in the set is not added again.')
@@ -129,8 +130,7 @@ contains
       call generator_parameters(t)
       call lines(t)
       call end_nodes(t)
-      call field(t, 'xc', kind_real, 'centre', unit='length')
-      call field(t, 'yc', kind_real, 'centre', unit='length')
+      call point(t, 'xc', 'yc', 'centre')
       call field(t, 'elements', kind_integer, left_out, optional=.true., bound=positive)
       call field(t, 'grading', kind_real, grading, default='1', bound=positive)
 
@@ -139,8 +139,7 @@ contains
       call generator_parameters(t)
       call lines(t)
       call field(t, 'node', kind_label, 'first and last node; stands above')
-      call field(t, 'xc', kind_real, 'centre', unit='length')
-      call field(t, 'yc', kind_real, 'centre', unit='length')
+      call point(t, 'xc', 'yc', 'centre')
       call field(t, 'elements', kind_integer, left_out//'. A ring has 3 or more', optional=.true., bound=positive)
    end subroutine generator_cards
 
@@ -251,7 +250,7 @@ contains
       call field(t, 'alpha', kind_real, 'thermal strain per unit of temperature', unit='1/temperature', default='0')
    end subroutine stiffness_fields
 
-   pure subroutine contact_cards(t)
+   pure subroutine obstacle_cards(t)
       type(table_t), intent(inout) :: t
       call card(t, 'OBSTACLE', in_model, 'A line or curve that the structure cannot cross, unilateral and frictionless. '// &
          'But for circles, the free side is on the left of the direction in which the points come, and obstacles go on '// &
@@ -282,29 +281,22 @@ contains
       call param(t, 'BILATERAL', kind_flag, 'holds its candidates for good and pulls as it pushes; no force at the '// &
          'start, whatever the gap is then', optional=.true.)
       call lines(t, when='TYPE=LINE', most=1)
-      call field(t, 'x1', kind_real, 'first point', &
-         unit='length')
-      call field(t, 'y1', kind_real, 'first point', unit='length')
-      call field(t, 'x2', kind_real, 'second point', unit='length')
-      call field(t, 'y2', kind_real, 'second point', unit='length')
+      call point(t, 'x1', 'y1', 'first point')
+      call point(t, 'x2', 'y2', 'second point')
       call lines(t, when='TYPE=CIRCLE', most=1)
-      call field(t, 'xc', kind_real, 'centre', unit='length')
-      call field(t, 'yc', kind_real, 'centre', unit='length')
+      call point(t, 'xc', 'yc', 'centre')
       call field(t, 'radius', kind_real, 'of the circle', unit='length', bound=positive)
       call lines(t, when='TYPE=ARC', most=1)
-      call field(t, 'xc', kind_real, 'centre', unit='length')
-      call field(t, 'yc', kind_real, 'centre', unit='length')
+      call point(t, 'xc', 'yc', 'centre')
       call field(t, 'radius', kind_real, 'of the arc', unit='length', bound=positive)
       call field(t, 'start', kind_real, 'direction from the centre to the first point, anticlockwise from the x axis', &
          unit='degree')
       call field(t, 'end', kind_real, 'direction to the last point, at most 180 degrees away; a larger angle than start: '// &
          'anticlockwise, free inside; a smaller one: clockwise, free outside', unit='degree')
       call lines(t, when='TYPE=POLYLINE', least=2)
-      call field(t, 'x', kind_real, 'a corner, or an end', unit='length')
-      call field(t, 'y', kind_real, 'a corner, or an end', unit='length')
+      call point(t, 'x', 'y', 'a corner, or an end')
       call lines(t, when='TYPE=SPLINE', least=2)
-      call field(t, 'x', kind_real, 'a point that the quintic spline passes through', unit='length')
-      call field(t, 'y', kind_real, 'a point that the quintic spline passes through', unit='length')
+      call point(t, 'x', 'y', 'a point that the quintic spline passes through')
 
       call card(t, 'FOUNDATION LAW', in_model, 'How the reaction of a foundation grows with the penetration: linear '// &
          'from line to line, and on beyond the last. It is elastic: the way back is the same.')
@@ -313,7 +305,10 @@ contains
       call field(t, 'penetration', kind_real, 'rising from line to line; 0 in the first', unit='length')
       call field(t, 'force', kind_real, 'per area (per length with WIDTH 1), never falling, at first rising; 0 in the first '// &
          'line', unit='force/area')
+   end subroutine obstacle_cards
 
+   pure subroutine contact_cards(t)
+      type(table_t), intent(inout) :: t
       call card(t, 'CONTACT', in_model, 'Nodes, and the rod between them, that may touch an obstacle.')
       call param(t, 'OBSTACLE', kind_name, 'the obstacle')
       call param(t, 'NSET', kind_name, 'the candidates')

@@ -301,6 +301,16 @@ contains
       type(found_t) :: found
       integer :: i, p
       associate (card => self%card(at%card), spec => self%spec(self%card(at%card)%spec))
+         if (at%line_at > 0) then ! on a data line; its fields come first because there are many lines
+            do i = 1, size(spec%layout(card%layout)%field)
+               if (spec%layout(card%layout)%field(i)%name /= name) cycle
+               found = found_t(item=i, column=i)
+               if (present(nth)) found%column = i + nth - 1
+               if (field_given(self, at%line, found%column)) &
+                  found%value = self%data_line(at%line)%first_field + found%column - 1
+               return
+            end do
+         end if
          do i = 1, size(spec%parameter)
             if (spec%parameter(i)%name /= name) cycle
             found = found_t(item=i, is_parameter=.true.)
@@ -309,16 +319,8 @@ contains
             end do
             return
          end do
-         do i = 1, size(spec%layout(card%layout)%field)
-            if (spec%layout(card%layout)%field(i)%name /= name) cycle
-            found = found_t(item=i, column=i)
-            if (present(nth)) found%column = i + nth - 1
-            if (field_given(self, at%line, found%column)) &
-               found%value = self%data_line(at%line)%first_field + found%column - 1
-            return
-         end do
       end associate
-      error stop 'a reader names an item that the table of cards does not have'
+      error stop 'a reader names a parameter or field that the card does not have, or a field before its line'
    end function find
 
    !> A word of an item by its converted value; '' for a value that is no word.

@@ -1,5 +1,5 @@
-!> Conditions on the nodes of contacts, checked if the rest of the deck has no errors: candidates of an obstacle with coupled ground,
-!> and contact and stops at nodes that follow others by ties.
+!> Conditions on the nodes of contacts, checked if the rest of the deck has no errors: candidates of an obstacle with coupled
+!> ground, and contact and stops at nodes that follow others by ties.
 !>
 !> Contact with a rigid obstacle eliminates a displacement of the node. A node that follows another one has no independent
 !> displacement: the node that it follows must be the contact node, at the same position and as a candidate for the same obstacle.

@@ -5,7 +5,7 @@
 !> or a value is missing.
 module deck_to_model
    use model, only: model_t
-   use deck_source, only: deck_source_t
+   use deck_source, only: growing_text_t, deck_source_t
    use diagnostics, only: diagnostics_t
    use deck_assembly, only: assemble_deck
    use deck_cards, only: split_deck, line_end
@@ -192,21 +192,16 @@ contains
       type(checked_deck_t), intent(in) :: deck
       type(model_t), intent(inout) :: model
       type(cursor_t) :: at
-      character(:), allocatable :: title, line
-      integer :: n
+      type(growing_text_t) :: title
       model%title = ''
       model%job = ''
       do while (deck%next_card(at, 'HEADING'))
          model%job = deck%text(at, 'JOB')
-         title = repeat(' ', len(deck%source%text)) ! room for all lines: appending one by one takes long for many lines
-         n = 0
          do while (deck%next_line(at))
-            line = trim(adjustl(deck%source%line(at%line_at)))
-            if (n > 0) line = new_line('a')//line
-            title(n + 1:n + len(line)) = line
-            n = n + len(line)
+            if (title%n > 0) call title%add(new_line('a'))
+            call title%add(trim(adjustl(deck%source%line(at%line_at))))
          end do
-         model%title = title(:n)
+         if (title%n > 0) model%title = title%text(:title%n)
       end do
    end subroutine read_heading
 

@@ -3,7 +3,7 @@ module step_card_table
    use model, only: method_words, parameter_words
    use card_spec, only: table_t, in_step, outside_step, positive, not_zero, &
       kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label_or_set, kind_component, below_one, &
-      card => add_card, param => add_parameter, lines => add_layout, field => add_field
+      card => add_card, param => add_parameter, lines => add_layout, field => add_field, point => add_point
    implicit none
    private
    public :: add_step_cards
@@ -95,8 +95,7 @@ contains
       call lines(t)
       call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets the force')
       call field(t, 'magnitude', kind_real, 'positive: pulls the node towards the point', unit='force')
-      call field(t, 'x', kind_real, 'of the point', unit='length')
-      call field(t, 'y', kind_real, 'of the point', unit='length')
+      call point(t, 'x', 'y', 'of the point')
 
       call card(t, 'DLOAD', in_step, 'Loads on elements at load factor 1; repeated ones add up.')
       call lines(t)
@@ -121,8 +120,7 @@ contains
          'motions add up.')
       call lines(t)
       call field(t, 'obstacle', kind_name, 'which one')
-      call field(t, 'dx', kind_real, 'motion at load factor 1', unit='length')
-      call field(t, 'dy', kind_real, 'motion at load factor 1', unit='length')
+      call point(t, 'dx', 'dy', 'motion at load factor 1')
 
       call card(t, 'CONTACT INTERFERENCE', in_step, 'Closes gaps: the surface of an obstacle, or the stops of a `*GAP`, move '// &
          'towards the structure everywhere along their normal. What earlier steps have closed stays closed; repeated values '// &
