@@ -30,7 +30,7 @@ module card_values
       type(diagnostics_t) :: diagnostics !! errors found so far
    contains
       procedure :: next_card, next_line, at_card, at_line
-      procedure :: first_field, lines_sound, line_words
+      procedure :: first_field, lines_sound
       procedure :: given, count => count_of, place, text => text_of, word, integer => integer_of, real => real_of, default
       procedure :: wrong, wrong_card, wrong_line, wrong_at_line
    end type card_values_t
@@ -127,14 +127,6 @@ contains
       type(cursor_t), intent(in) :: at
       lines_sound = all(self%data_line(self%card(at%card)%first_line:self%card(at%card)%last_line)%sound)
    end function lines_sound
-
-   !> "line 12" for a line of the deck, with its file if there are several.
-   pure function line_words(self, line) result(words)
-      class(card_values_t), intent(in) :: self
-      integer, intent(in) :: line !! of the deck
-      character(:), allocatable :: words
-      words = self%source%line_words(line)
-   end function line_words
 
    !> True if a parameter or field is given.
    logical function given(self, at, name, nth)

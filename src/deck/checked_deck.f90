@@ -20,7 +20,8 @@ module checked_deck
    use printable_text, only: quoted
    use item_values, only: choices
    use card_values, only: card_values_t, cursor_t
-   use deck_names, only: deck_names_t, labels_t, definitions_t
+   use model, only: mesh_t
+   use deck_names, only: deck_names_t, labels_t, definitions_t, node_words
    implicit none
    private
    public :: checked_deck_t, cursor_t
@@ -29,7 +30,7 @@ module checked_deck
    type, extends(card_values_t) :: checked_deck_t
       type(deck_names_t) :: names       !! what the readers have defined so far
    contains
-      procedure :: nodes, elements, members, node, named, touched_obstacle, quantity, define
+      procedure :: nodes, elements, members, node, on_elements, named, touched_obstacle, quantity, define
    end type checked_deck_t
 
 contains
@@ -132,6 +133,27 @@ contains
       call self%wrong(at, name, message, nth)
    end subroutine undefined_set
 
+   !> False, and an error is added, if one of the nodes belongs to no element.
+   logical function on_elements(self, at, name, mesh, nodes, consequence)
+      class(checked_deck_t), intent(inout) :: self
+      type(cursor_t), intent(in) :: at
+      character(*), intent(in) :: name       !! of the parameter or field that names the nodes
+      type(mesh_t), intent(in) :: mesh
+      integer, intent(in) :: nodes(:)        !! node indices
+      character(*), intent(in), optional :: consequence !! end of the message; default ''
+      character(:), allocatable :: message
+      integer :: i
+      on_elements = .true.
+      do i = 1, size(nodes)
+         on_elements = .not. self%names%is_loose(nodes(i))
+         if (on_elements) cycle
+         message = node_words(mesh, nodes(i))//' belongs to no element'
+         if (present(consequence)) message = message//consequence
+         call self%wrong(at, name, message)
+         return
+      end do
+   end function on_elements
+
    !> Position in a list of the definition that a value names; 0, and an error is added, if it is missing.
    integer function named(self, at, name, list, what, nth, also) result(position)
       class(checked_deck_t), intent(inout) :: self
@@ -193,7 +215,7 @@ contains
       integer :: position, earlier
       call list%define(trim(name), at%card_at, position, earlier)
       ok = earlier == 0
-      if (.not. ok) call self%wrong(at, 'NAME', 'the name '//trim(name)//' was used in '//self%line_words(earlier))
+      if (.not. ok) call self%wrong(at, 'NAME', 'the name '//trim(name)//' was used in '//self%source%line_words(earlier))
    end subroutine define
 
    !> "; did you mean X?" or the names that are defined, if these are few; '' if there are none.

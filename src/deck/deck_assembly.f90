@@ -3,11 +3,11 @@
 !> Lines are processed before they are split into cards, because an included deck may contain cards, or data lines of the preceding
 !> card. Parameters are defined in the order of the lines.
 module deck_assembly
-   use text, only: squeeze, is_blank, to_text
+   use text, only: squeeze, to_text
    use printable_text, only: quoted, quoted_path
    use errors, only: error_t
    use deck_source, only: growing_text_t, deck_source_t, deck_file_t, typed_line_t, spot_t, read_source_file, source_from_text, &
-      most_lines
+      most_lines, first_letter
    use deck_parameters, only: deck_parameters_t
    use diagnostics, only: diagnostics_t, place_t
    implicit none
@@ -373,18 +373,6 @@ contains
       a%typed(a%n_typed)%text = typed
       a%typed(a%n_typed)%spot = spots
    end subroutine note_typed
-
-   !> Column of the first character of a line with contents; 0 for blank lines and comments.
-   pure integer function first_letter(line)
-      character(*), intent(in) :: line
-      do first_letter = 1, len(line)
-         if (.not. is_blank(line(first_letter:first_letter))) exit
-      end do
-      if (first_letter > len(line)) first_letter = 0
-      if (first_letter > 0) then
-         if (index(line(first_letter:), '**') == 1) first_letter = 0
-      end if
-   end function first_letter
 
    !> The keyword of a line, in capitals without blanks; '' if there is none.
    pure function keyword(line)

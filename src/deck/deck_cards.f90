@@ -5,7 +5,7 @@
 module deck_cards
    use kinds, only: wp
    use text, only: is_blank, squeeze
-   use deck_source, only: deck_source_t
+   use deck_source, only: deck_source_t, first_letter
    use diagnostics, only: diagnostics_t, place_t
    use card_spec, only: card_spec_t
    implicit none
@@ -65,7 +65,7 @@ contains
       line = 0
       do while (line < source%n_lines)
          line = line + 1
-         call classify(source, line, first)
+         first = first_letter(source%text(source%first(line):source%last(line)))
          if (first == 0) cycle
          if (letter_at(source, line, first) == '*') then
             call split_keyword_line(deck, diagnostics, line, first)
@@ -153,23 +153,6 @@ contains
       letter_at = source%text(position:position)
    end function letter_at
 
-   !> Column of the first character of a line with contents; 0 for a blank line or a comment.
-   pure subroutine classify(source, line, first)
-      type(deck_source_t), intent(in) :: source
-      integer, intent(in) :: line
-      integer, intent(out) :: first
-      integer :: length
-      length = source%last(line) - source%first(line) + 1
-      do first = 1, length
-         if (.not. is_blank(letter_at(source, line, first))) exit
-      end do
-      if (first > length) then
-         first = 0
-      else if (letter_at(source, line, first) == '*' .and. first < length) then
-         if (letter_at(source, line, first + 1) == '*') first = 0
-      end if
-   end subroutine classify
-
    !> The place from `from` to `to` without the blanks at both ends; last = first - 1 if nothing is left.
    pure type(place_t) function trimmed(source, line, from, to) result(place)
       type(deck_source_t), intent(in) :: source
@@ -244,7 +227,7 @@ contains
       integer, intent(in) :: line
       integer :: first
       do next_line = line + 1, source%n_lines
-         call classify(source, next_line, first)
+         first = first_letter(source%text(source%first(next_line):source%last(next_line)))
          if (first == 0) cycle
          if (letter_at(source, next_line, first) == '*') exit
          return

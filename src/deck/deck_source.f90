@@ -4,14 +4,14 @@
 !> stored.
 module deck_source
    use errors, only: error_t, fail
-   use text, only: to_text
+   use text, only: to_text, is_blank
    use file_kind, only: check_file
    use printable_text, only: quoted_path, shortened
    implicit none
    private
    public :: growing_text_t, deck_source_t, deck_file_t, deck_parameter_t, typed_line_t, spot_t
    public :: read_source_file, read_source_unit, source_from_text
-   public :: most_lines
+   public :: most_lines, first_letter
 
    !> Text that grows at its end.
    type :: growing_text_t
@@ -202,6 +202,18 @@ contains
       line = ''
       if (number >= 1 .and. number <= self%n_lines) line = self%text(self%first(number):self%last(number))
    end function source_line
+
+   !> Column of the first character of a line with contents; 0 for blank lines and comments (** in front).
+   pure integer function first_letter(line)
+      character(*), intent(in) :: line
+      do first_letter = 1, len(line)
+         if (.not. is_blank(line(first_letter:first_letter))) exit
+      end do
+      if (first_letter > len(line)) first_letter = 0
+      if (first_letter > 0) then
+         if (index(line(first_letter:min(first_letter + 1, len(line))), '**') == 1) first_letter = 0
+      end if
+   end function first_letter
 
    !> Line of a *PARAMETER card that defines the parameter.
    pure function definition(self) result(string)

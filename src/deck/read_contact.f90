@@ -114,14 +114,12 @@ contains
       type(contact_t), intent(in) :: contact
       integer, intent(inout) :: touched(:)
       integer :: i
+      if (.not. deck%on_elements(at, 'NSET', model%mesh, contact%node)) return
       do i = 1, size(contact%node)
          associate (node => contact%node(i))
-            if (deck%names%is_loose(node)) then
-               call deck%wrong(at, 'NSET', node_words(model%mesh, node)//' belongs to no element')
-               return
-            else if (touched(node) > 0) then
+            if (touched(node) > 0) then
                call deck%wrong(at, 'NSET', node_words(model%mesh, node)//' is a candidate for this obstacle already, from '// &
-                  deck%line_words(touched(node)))
+                  deck%source%line_words(touched(node)))
                return
             end if
             touched(node) = at%card_at

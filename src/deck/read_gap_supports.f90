@@ -77,7 +77,7 @@ contains
             if (deck%names%is_loose(node)) problem = 'belongs to no element'
             if (.not. any(.not. model%fixed(1:2, node) .and. abs(normal) > grazing)) &
                problem = 'is supported in this direction already'
-            if (stopped_in(node) > 0) problem = 'has a stop of this card already, from '//deck%line_words(stopped_in(node))
+            if (stopped_in(node) > 0) problem = 'has a stop of this card already, from '//deck%source%line_words(stopped_in(node))
             stopped_in(node) = at%line_at
             if (problem == '') cycle
             call deck%wrong(at, 'node or set', node_words(model%mesh, node)//' '//problem)

@@ -124,7 +124,7 @@ contains
          do i = 1, size(nodes)
             associate (node => nodes(i))
                problem = ''
-               if (given_in(node) > 0) problem = ' has an offset already, from '//deck%line_words(given_in(node))
+               if (given_in(node) > 0) problem = ' has an offset already, from '//deck%source%line_words(given_in(node))
                if (place_in_chain(node) == 0) problem = ' is not on the chain'
                if (problem /= '') then
                   call deck%wrong(at, 'node or set', node_words(mesh, node)//problem)

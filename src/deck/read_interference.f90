@@ -26,7 +26,7 @@ contains
       if (.not. deck%given(at, 'SHRINK')) then
          load%closing(obstacle) = load%closing(obstacle) + deck%real(at, 'interference')
       else if (shrunk_in(obstacle) > 0) then
-         call deck%wrong(at, 'obstacle', deck%line_words(shrunk_in(obstacle))//' pushes out all that penetrates already')
+         call deck%wrong(at, 'obstacle', deck%source%line_words(shrunk_in(obstacle))//' pushes out all that penetrates already')
       else if (.not. (deck%names%contacts_incomplete .or. deck%names%mesh_incomplete .or. begins_behind(model, obstacle) .or. &
          has_modes(deck))) then
          call deck%wrong(at, 'obstacle', 'nothing begins behind '//trim(model%obstacle(obstacle)%name))

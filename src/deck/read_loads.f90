@@ -94,8 +94,8 @@ contains
       integer :: dof, i
       nodes = deck%nodes(at, 'node or set')
       dof = deck%integer(at, 'dof')
+      if (.not. deck%on_elements(at, 'node or set', mesh, nodes, ' and cannot carry a load')) return
       do i = 1, size(nodes)
-         if (.not. can_carry(deck, at, mesh, nodes(i))) return
          load%node_force(dof, nodes(i)) = load%node_force(dof, nodes(i)) + deck%real(at, 'magnitude')
       end do
    end subroutine read_node_load
@@ -112,8 +112,8 @@ contains
       integer :: i
       pole = [deck%real(at, 'x'), deck%real(at, 'y')]
       nodes = deck%nodes(at, 'node or set')
+      if (.not. deck%on_elements(at, 'node or set', mesh, nodes, ' and cannot carry a load')) return
       do i = 1, size(nodes)
-         if (.not. can_carry(deck, at, mesh, nodes(i))) return
          if (norm2(pole - mesh%x(:, nodes(i))) <= 0.0_wp) then
             call deck%wrong(at, 'x', node_words(mesh, nodes(i))//' begins at this point: the force has no direction there')
             return
@@ -122,17 +122,6 @@ contains
          call load%add_point(point)
       end do
    end subroutine read_pole_load
-
-   !> False if a loaded node belongs to no element; an error is then added.
-   logical function can_carry(deck, at, mesh, node)
-      type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
-      type(mesh_t), intent(in) :: mesh
-      integer, intent(in) :: node
-      can_carry = .not. deck%names%is_loose(node)
-      if (.not. can_carry) call deck%wrong(at, 'node or set', node_words(mesh, node)// &
-         ' belongs to no element and cannot carry a load')
-   end function can_carry
 
    !> Reads *DLOAD: element or set, type, magnitude, direction.
    subroutine read_element_load(deck, at, model, load)
@@ -255,7 +244,8 @@ contains
                   'first *STEP')
                return
             else if (prescribed_in(dof, nodes(i)) > 0) then
-               call deck%wrong(at, 'dof', of_node//' is prescribed already, in '//deck%line_words(prescribed_in(dof, nodes(i))))
+               call deck%wrong(at, 'dof', of_node//' is prescribed already, in '// &
+                  deck%source%line_words(prescribed_in(dof, nodes(i))))
                return
             end if
             prescribed_in(dof, nodes(i)) = at%line_at

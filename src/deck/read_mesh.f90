@@ -101,7 +101,7 @@ contains
       old = labels%find(deck%integer(at, 'label'))
       is_new = old == 0
       if (.not. is_new) call deck%wrong(at, 'label', trim(labels%what)//' '//to_text(deck%integer(at, 'label'))// &
-         ' was defined in '//deck%line_words(labels%line(old)))
+         ' was defined in '//deck%source%line_words(labels%line(old)))
    end function is_new_label
 
    !> Kind of the elements of a card, and the sets that receive its nodes and elements.

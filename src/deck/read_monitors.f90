@@ -6,7 +6,6 @@ module read_monitors
    use model, only: model_t, monitor_t, contact_print_t, quantity_displacement, quantity_reaction, quantity_contact
    use obstacle_types, only: obstacle_circle, obstacle_arc
    use checked_deck, only: checked_deck_t, cursor_t
-   use deck_names, only: node_words
    implicit none
    private
    public :: read_monitor_cards, read_contact_print_cards
@@ -66,13 +65,8 @@ contains
       type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       type(monitor_t), intent(in) :: monitor
-      integer :: i
       if (size(monitor%node) == 0) return
-      do i = 1, size(monitor%node)
-         if (.not. deck%names%is_loose(monitor%node(i))) cycle
-         call deck%wrong(at, 'node or set', node_words(model%mesh, monitor%node(i))//' belongs to no element')
-         return
-      end do
+      if (.not. deck%on_elements(at, 'node or set', model%mesh, monitor%node)) return
       if (monitor%quantity == quantity_reaction .and. .not. deck%names%supports_incomplete) then
          if (.not. any(model%fixed(monitor%component, monitor%node) .or. model%spring(monitor%component, monitor%node) > 0.0_wp)) &
             call deck%wrong(at, 'quantity', 'no *BOUNDARY of the model part supports this, so there is no reaction')

@@ -73,7 +73,7 @@ contains
          integer, intent(inout) :: earlier
          associate (list => deck%names%material)
             if (earlier > 0) call deck%wrong_card(card, 'material '//trim(list%name(list%n))//' has it already, from '// &
-               deck%line_words(earlier))
+               deck%source%line_words(earlier))
          end associate
          earlier = card%card_at
       end subroutine only_once
@@ -111,7 +111,7 @@ contains
             associate (of_element => model%mesh%section(elements(i)))
                if (of_element > 0) then
                   call deck%wrong(at, 'ELSET', element_words(model%mesh, elements(i))//' has a section already, from '// &
-                     deck%line_words(section_line(of_element)))
+                     deck%source%line_words(section_line(of_element)))
                   exit
                end if
                of_element = size(model%section)

@@ -47,13 +47,11 @@ contains
       ! Nodes with rigid bars or links, and nodes that follow others in all components, need not belong to an element.
       if (kind == 'BEAM' .or. kind == 'LINK') deck%names%connected(lead) = .true.
       if (kind /= 'PIN') deck%names%connected(nodes) = .true.
+      if (.not. deck%on_elements(at, 'node or set', model%mesh, nodes)) return
+      if (.not. deck%on_elements(at, 'node', model%mesh, [lead])) return
       do i = 1, size(nodes)
          if (nodes(i) == lead) then
             call deck%wrong(at, 'node', node_words(model%mesh, lead)//' cannot follow itself')
-         else if (deck%names%is_loose(nodes(i))) then
-            call deck%wrong(at, 'node or set', node_words(model%mesh, nodes(i))//' belongs to no element')
-         else if (deck%names%is_loose(lead)) then
-            call deck%wrong(at, 'node', node_words(model%mesh, lead)//' belongs to no element')
          else if (kind == 'LINK' .and. norm2(model%mesh%x(:, nodes(i)) - model%mesh%x(:, lead)) <= 0.0_wp) then
             call deck%wrong(at, 'node', 'nodes '//to_text(model%mesh%node_label(nodes(i)))//' and '// &
                to_text(model%mesh%node_label(lead))//' are at the same place, and a link between them has no length; '// &
@@ -112,10 +110,8 @@ contains
          node = deck%node(at, 'node')
          if (node == 0) return
          part = deck%integer(at, 'dof')
-         if (deck%names%is_loose(node)) then
-            call deck%wrong(at, 'node', node_words(model%mesh, node)//' belongs to no element')
-            return
-         else if (at%line == card%line + 1) then
+         if (.not. deck%on_elements(at, 'node', model%mesh, [node])) return
+         if (at%line == card%line + 1) then
             first = at
             tie%node = node
             tie%component = part
@@ -150,7 +146,7 @@ contains
       do i = 1, size(model%tie)
          if (model%tie(i)%node /= tie%node .or. model%tie(i)%component /= tie%component) cycle
          from = ', for it is a released end'
-         if (origin(i)%card > 0) from = ', from '//deck%line_words(origin(i)%line_at)
+         if (origin(i)%card > 0) from = ', from '//deck%source%line_words(origin(i)%line_at)
          call deck%wrong(at, deck%first_field(at), dof_text(model, tie)//' follows others already'//from)
          return
       end do
