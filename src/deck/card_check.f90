@@ -9,7 +9,7 @@ module card_check
    use diagnostics, only: diagnostics_t, place_t
    use card_spec, only: card_spec_t, item_t, find_card, find_item, in_model, in_step, outside_step, kind_flag
    use card_table, only: all_cards, cards_of
-   use deck_cards, only: deck_t, text_at, complain, field_given, field_place, whole_line
+   use deck_cards, only: deck_t, text_at, complain, given_parameter, field_given, field_place, whole_line
    use foreign_words, only: foreign_card, foreign_parameter, foreign_field
    use item_values, only: convert, value_error, choices, with_commas, foreign
    implicit none
@@ -228,16 +228,6 @@ contains
       end if
       deck%card(card)%sound = .false.
    end subroutine check_presence
-
-   !> Position in deck%parameter of a parameter of the table; 0: not given.
-   pure integer function given_parameter(deck, card, i) result(p)
-      class(deck_t), intent(in) :: deck
-      integer, intent(in) :: card, i
-      do p = deck%card(card)%last_parameter, deck%card(card)%first_parameter, -1
-         if (deck%parameter(p)%item == i) return
-      end do
-      p = 0
-   end function given_parameter
 
    !> The word given for a parameter, or its default, as the table spells it; '' if there is none.
    pure function given_word(deck, card, name) result(word)

@@ -8,7 +8,7 @@ module card_values
    use diagnostics, only: diagnostics_t, place_t
    use card_spec, only: item_t, find_card, find_item, kind_word, kind_dof
    use item_values, only: convert
-   use deck_cards, only: deck_t, text_at, complain, field_given, field_place, whole_line, line_end
+   use deck_cards, only: deck_t, text_at, complain, given_parameter, field_given, field_place, whole_line, line_end
    implicit none
    private
    public :: card_values_t, cursor_t, is_listed
@@ -291,7 +291,7 @@ contains
       character(*), intent(in) :: name
       integer, intent(in), optional :: nth
       type(found_t) :: found
-      integer :: i, p
+      integer :: i
       associate (card => self%card(at%card), spec => self%spec(self%card(at%card)%spec))
          if (at%line_at > 0) then ! on a data line; its fields come first because there are many lines
             do i = 1, size(spec%layout(card%layout)%field)
@@ -305,10 +305,7 @@ contains
          end if
          do i = 1, size(spec%parameter)
             if (spec%parameter(i)%name /= name) cycle
-            found = found_t(item=i, is_parameter=.true.)
-            do p = card%first_parameter, card%last_parameter
-               if (self%parameter(p)%item == i) found%value = p
-            end do
+            found = found_t(item=i, is_parameter=.true., value=given_parameter(self, at%card, i))
             return
          end do
       end associate

@@ -10,7 +10,7 @@ module deck_cards
    use card_spec, only: card_spec_t
    implicit none
    private
-   public :: deck_t, split_deck, text_at, complain, line_end, field_given, field_place, whole_line
+   public :: deck_t, split_deck, text_at, complain, line_end, given_parameter, field_given, field_place, whole_line
 
    type :: parameter_t
       type(place_t) :: name, value         !! value of a flag: empty
@@ -110,6 +110,17 @@ contains
       end do
       line_end = 0
    end function line_end
+
+   !> Position in deck%parameter of a parameter of a checked card; 0: not given.
+   pure integer function given_parameter(deck, card, item) result(p)
+      class(deck_t), intent(in) :: deck
+      integer, intent(in) :: card !! index of the card
+      integer, intent(in) :: item !! position of the parameter in the card's entry of the table
+      do p = deck%card(card)%first_parameter, deck%card(card)%last_parameter
+         if (deck%parameter(p)%item == item) return
+      end do
+      p = 0
+   end function given_parameter
 
    !> True if a field is present and not empty.
    pure logical function field_given(deck, line, field)

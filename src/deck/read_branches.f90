@@ -29,8 +29,10 @@ contains
       type(cursor_t) :: at
       do while (deck%next_card(at, 'BRANCH', also_bad=.true.))
          if (at%step == 0) cycle
-         if (at%step /= known%step) known = branch_names_t(step=at%step, list=definitions_t(), &
-            branch=[integer ::], two_sides=[logical ::])
+         if (at%step /= known%step) then
+            known = branch_names_t(step=at%step)
+            allocate (known%branch(0), known%two_sides(0))
+         end if
          known%n = known%n + 1
          if (.not. at%sound) then
             known%list%incomplete = .true.

@@ -31,7 +31,8 @@ contains
          if (model%step(s)%n_modes > 0) cycle ! reported elsewhere
          if (model%step(s)%method == method_load) call deck%wrong_card(at, &
             'the step has METHOD=LOAD, which ends where it meets a limit point')
-         curve = limit_curve_t(name='Curve-'//to_text(n), element=[integer ::], at=[real(wp) ::])
+         curve = limit_curve_t(name='Curve-'//to_text(n))
+         allocate (curve%element(0), curve%at(0))
          if (deck%given(at, 'NAME')) curve%name = deck%text(at, 'NAME')
          call deck%define(at, known, curve%name, ok)
          curve%limit_point = deck%integer(at, 'LIMIT')

@@ -27,7 +27,8 @@ contains
          end if
          call deck%define(at, deck%names%monitor, deck%text(at, 'NAME'), ok)
          if (.not. ok) cycle
-         monitor = monitor_t(node=[integer ::])
+         monitor = monitor_t()
+         allocate (monitor%node(0))
          monitor%name = deck%text(at, 'NAME')
          if (deck%given(at, 'OBSTACLE')) then
             monitor%quantity = quantity_contact

@@ -29,7 +29,8 @@ contains
       do while (deck%next_card(at, 'FOUNDATION LAW'))
          call deck%define(at, deck%names%law, deck%text(at, 'NAME'), ok)
          if (.not. ok) cycle
-         law = law_t(penetration=[real(wp) ::], force=[real(wp) ::])
+         law = law_t()
+         allocate (law%penetration(0), law%force(0))
          law%name = deck%text(at, 'NAME')
          if (deck%lines_sound(at)) call read_law(deck, at, law)
          model%law = [model%law, law]
