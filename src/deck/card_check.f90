@@ -3,23 +3,21 @@
 !> A card with a bad keyword or parameter is marked as not sound, and so is a data line with a bad field; the readers skip both.
 !> Relations between cards are checked by the readers.
 module card_check
-   use kinds, only: wp, name_length
-   use text, only: to_text, squeeze, plural, nearest_word, parse_integer, parse_real, word_at, word_count, word_index
+   use kinds, only: wp
+   use text, only: plural, nearest_word, word_at, word_index
    use printable_text, only: quoted
    use diagnostics, only: diagnostics_t, place_t
-   use card_spec, only: card_spec_t, item_t, find_card, find_item, in_model, in_step, outside_step, &
-      positive, not_negative, not_zero, kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, &
-      kind_label_or_set, kind_dof
-   use card_table, only: all_cards
-   use deck_cards, only: deck_t, text_at, complain
-   use foreign_words, only: foreign_card, foreign_parameter, foreign_value, foreign_field
-   use card_values, only: holds, parameter_place, parameter_word, field_given, field_place, whole_line
+   use card_spec, only: card_spec_t, item_t, find_card, find_item, in_model, in_step, outside_step, kind_flag
+   use card_table, only: all_cards, cards_of
+   use deck_cards, only: deck_t, text_at, complain, given_parameter, field_given, field_place, whole_line
+   use foreign_words, only: foreign_card, foreign_parameter, foreign_field
+   use item_values, only: convert, value_error, choices, with_commas, foreign
    implicit none
    private
-   public :: check_cards, is_name, choices, known_card
+   public :: check_cards, known_card
 
-   character(*), parameter :: foreign = '; a word of Abaqus and CalculiX; ' !! introduces the equivalent in unilat
-   real(wp), parameter :: largest_real = 1.0e100_wp !! cubes of such numbers, and sums of these, are below 1e308
+   !> Keys of cards whose defaults the readers use for decks without them.
+   character(*), parameter :: always = '|CONTROLS|ACCURACY|'
 
    !> Data carried from card to card.
    type :: reading_t
@@ -32,13 +30,14 @@ module card_check
 
 contains
 
-   !> Checks all cards and fills in their spec, layout, step and soundness.
+   !> Checks all cards and fills in their spec, layout, step and soundness, and the converted values.
    subroutine check_cards(deck, diagnostics)
-      type(deck_t), intent(inout) :: deck                !! as split; receives the table
+      class(deck_t), intent(inout) :: deck               !! as split; receives the entries of the table that it needs
       type(diagnostics_t), intent(inout) :: diagnostics  !! receives the errors
       type(reading_t) :: reading
       integer :: card
-      deck%spec = all_cards()
+      deck%spec = cards_of(keys_of(deck))
+      allocate (deck%number(deck%n_fields), source=0.0_wp)
       reading%chain = ''
       allocate (reading%first_use(size(deck%spec)), source=0)
       do card = 1, deck%n_cards
@@ -59,40 +58,25 @@ contains
          'its *END STEP is missing')
    end subroutine check_cards
 
-   !> "one of A, B, C" for words between bars, with a suggestion for a misspelt word.
-   pure function choices(words, typed) result(string)
-      character(*), intent(in) :: words !! between bars
-      character(*), intent(in) :: typed !! word in the deck
-      character(:), allocatable :: string
-      integer :: i
-      string = nearest_word(words, typed)
-      if (string /= '') then
-         string = 'did you mean '//string//'?'
-         return
-      end if
-      string = 'accepted: '
-      do i = 1, word_count(words)
-         if (i > 1) string = string//', '
-         string = string//word_at(words, i)
+   !> Keys of the cards of a deck between bars, each once.
+   pure function keys_of(deck) result(keys)
+      class(deck_t), intent(in) :: deck
+      character(:), allocatable :: keys
+      integer :: card
+      keys = always
+      do card = 1, deck%n_cards
+         if (index(keys, '|'//deck%card(card)%keyword//'|') == 0) keys = keys//deck%card(card)%keyword//'|'
       end do
-   end function choices
-
-   !> True for a letter or underscore, then letters, digits, _ - . + (at most name_length characters).
-   pure logical function is_name(string)
-      character(*), intent(in) :: string
-      character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_'
-      is_name = len(string) > 0 .and. len(string) <= name_length .and. verify(string, letters//'0123456789-.+') == 0
-      if (is_name) is_name = index(letters, string(1:1)) > 0
-   end function is_name
+   end function keys_of
 
    subroutine report_unknown(deck, diagnostics, card)
-      type(deck_t), intent(inout) :: deck
+      class(deck_t), intent(inout) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card
       character(:), allocatable :: typed
       deck%card(card)%sound = .false.
       typed = text_at(deck, deck%card(card)%place)
-      call diagnostics%add(deck%card(card)%place, 'unknown keyword '//quoted(typed)//known_card(deck%spec, typed(2:)))
+      call diagnostics%add(deck%card(card)%place, 'unknown keyword '//quoted(typed)//known_card(all_cards(), typed(2:)))
    end subroutine report_unknown
 
    !> Suggestion for a keyword that is not in the table, to be appended to a message.
@@ -120,113 +104,166 @@ contains
 
    !> Checks that the card is in the right part of the deck, and opens and closes steps.
    subroutine check_position(deck, diagnostics, card, reading)
-      type(deck_t), intent(inout) :: deck
+      class(deck_t), intent(inout) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card
       type(reading_t), intent(inout) :: reading
-      type(card_spec_t) :: spec
       character(:), allocatable :: wrong
       integer :: i
       i = deck%card(card)%spec
-      spec = deck%spec(i)
-      wrong = ''
-      if (spec%keyword == 'STEP') then
-         if (reading%open) wrong = 'the step that began in '// &
-            deck%source%line_words(deck%card(reading%open_card)%place%line)//' has no *END STEP yet'
-         reading%step = reading%step + 1
-         reading%open = .true.
-         reading%open_card = card
-         where (deck%spec%where == in_step) reading%first_use = 0
-      else if (spec%where == in_model .and. reading%step > 0) then
-         wrong = 'belongs in the model part, above the first *STEP'
-      else if (spec%where == in_step .and. .not. reading%open) then
-         wrong = 'belongs in a step, between *STEP and *END STEP'
-      else if (spec%where /= outside_step .and. reading%step > 0 .and. .not. reading%open) then
-         wrong = 'belongs in the model part, above the first *STEP, or in a step'
-      else if (spec%follows /= '' .and. reading%chain /= spec%follows) then
-         wrong = 'must stand below a *'//spec%follows
-      else if (spec%once .and. reading%first_use(i) > 0) then
-         wrong = 'given twice, first in '//deck%source%line_words(deck%card(reading%first_use(i))%place%line)
-      end if
-      deck%card(card)%step = merge(reading%step, 0, reading%open)
-      if (spec%keyword == 'END STEP') reading%open = .false.
-      if (spec%follows == '') reading%chain = spec%keyword
-      if (reading%first_use(i) == 0) reading%first_use(i) = card
+      associate (spec => deck%spec(i))
+         wrong = ''
+         if (spec%keyword == 'STEP') then
+            if (reading%open) wrong = 'the step that began in '// &
+               deck%source%line_words(deck%card(reading%open_card)%place%line)//' has no *END STEP yet'
+            reading%step = reading%step + 1
+            reading%open = .true.
+            reading%open_card = card
+            where (deck%spec%where == in_step) reading%first_use = 0
+         else if (spec%where == in_model .and. reading%step > 0) then
+            wrong = 'belongs in the model part, above the first *STEP'
+         else if (spec%where == in_step .and. .not. reading%open) then
+            wrong = 'belongs in a step, between *STEP and *END STEP'
+         else if (spec%where /= outside_step .and. reading%step > 0 .and. .not. reading%open) then
+            wrong = 'belongs in the model part, above the first *STEP, or in a step'
+         else if (spec%follows /= '' .and. reading%chain /= spec%follows) then
+            wrong = 'must stand below a *'//spec%follows
+         else if (spec%once .and. reading%first_use(i) > 0) then
+            wrong = 'given twice, first in '//deck%source%line_words(deck%card(reading%first_use(i))%place%line)
+         end if
+         deck%card(card)%step = merge(reading%step, 0, reading%open)
+         if (spec%keyword == 'END STEP') reading%open = .false.
+         if (spec%follows == '') reading%chain = spec%keyword
+         if (reading%first_use(i) == 0) reading%first_use(i) = card
+      end associate
       if (wrong == '') return
       deck%card(card)%sound = .false.
       call complain(deck, diagnostics, card, deck%card(card)%place, wrong)
    end subroutine check_position
 
+   !> Checks and converts the given parameters, then those that are missing.
    subroutine check_parameters(deck, diagnostics, card)
-      type(deck_t), intent(inout) :: deck
+      class(deck_t), intent(inout) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card
-      type(card_spec_t) :: spec
-      type(item_t) :: item
-      character(:), allocatable :: name, wrong
+      character(:), allocatable :: wrong
       type(place_t) :: place
-      integer :: p, i
-      logical :: seen(size(deck%spec(deck%card(card)%spec)%parameter))
-      spec = deck%spec(deck%card(card)%spec)
-      seen = .false.
-      do p = deck%card(card)%first_parameter, deck%card(card)%last_parameter
-         place = deck%parameter(p)%name
-         name = text_at(deck, place)
-         wrong = ''
-         i = find_item(spec%parameter, name)
-         if (i == 0) then
+      integer :: p
+      associate (spec => deck%spec(deck%card(card)%spec))
+         do p = deck%card(card)%first_parameter, deck%card(card)%last_parameter
+            call check_parameter(deck, card, p, place, wrong)
+            if (wrong == '') cycle
+            deck%card(card)%sound = .false.
+            call complain(deck, diagnostics, card, place, wrong)
+            ! Most likely the card has no parameters at all.
+            if (deck%parameter(p)%item == 0 .and. place%line > deck%card(card)%place%line) exit
+         end do
+         if (.not. deck%card(card)%sound) return
+         do p = 1, size(spec%parameter)
+            call check_presence(deck, diagnostics, card, p, spec%parameter(p))
+         end do
+      end associate
+   end subroutine check_parameters
+
+   !> Checks and converts one parameter, and notes its item.
+   subroutine check_parameter(deck, card, p, place, wrong)
+      class(deck_t), intent(inout) :: deck
+      integer, intent(in) :: card, p                     ! card; position in deck%parameter
+      type(place_t), intent(out) :: place                ! of the error
+      character(:), allocatable, intent(out) :: wrong    ! description of the error; '' if there is none
+      character(:), allocatable :: name
+      logical :: right
+      place = deck%parameter(p)%name
+      name = text_at(deck, place)
+      wrong = ''
+      associate (spec => deck%spec(deck%card(card)%spec), parameter => deck%parameter(p))
+         parameter%item = find_item(spec%parameter, name)
+         if (parameter%item == 0) then
             wrong = unknown_parameter(spec, name)
             if (place%line > deck%card(card)%place%line) &
                wrong = wrong//' (the line above ends in a comma, so the keyword goes on here)'
-         else
-            item = spec%parameter(i)
-            if (seen(i)) then
+            return
+         end if
+         associate (item => spec%parameter(parameter%item))
+            if (any(deck%parameter(deck%card(card)%first_parameter:p - 1)%item == parameter%item)) then
                wrong = item%name//' is given twice'
-            else if (item%kind == kind_flag .and. deck%parameter(p)%has_value) then
-               wrong = item%name//' takes no value'
-            else if (item%kind == kind_flag) then ! nothing to read
-               continue
-            else if (deck%parameter(p)%value%last < deck%parameter(p)%value%first) then
+            else if (item%kind == kind_flag) then
+               if (parameter%has_value) wrong = item%name//' takes no value'
+            else if (parameter%value%last < parameter%value%first) then
                wrong = item%name//' needs a value: '//item%name//'='
             else
-               place = deck%parameter(p)%value
-               wrong = value_error(item, text_at(deck, place))
+               place = parameter%value
+               call convert(item, text_at(deck, place), parameter%number, right)
+               if (.not. right) wrong = value_error(item, text_at(deck, place))
             end if
-            seen(i) = .true.
-         end if
-         if (wrong == '') cycle
-         deck%card(card)%sound = .false.
-         call complain(deck, diagnostics, card, place, wrong)
-         if (i == 0 .and. place%line > deck%card(card)%place%line) exit ! most likely the card has no parameters at all
-      end do
-      if (.not. deck%card(card)%sound) return
-      do i = 1, size(spec%parameter)
-         item = spec%parameter(i)
-         wrong = ''
-         if (depends_on_missing(item%only)) then ! the missing parameter is already reported
-            continue
-         else if (seen(i) .and. .not. holds(deck, card, item%only)) then
-            wrong = item%name//' goes with '//with_commas(item%only)//' only'
-         else if (item%required .and. .not. seen(i) .and. holds(deck, card, item%only)) then
-            wrong = 'parameter '//item%name//' is missing'
-            if (item%only /= '') wrong = wrong//'; required with '//with_commas(item%only)
-         end if
-         if (wrong == '') cycle
-         deck%card(card)%sound = .false.
-         call complain(deck, diagnostics, card, parameter_place(deck, card, item%name), wrong)
-      end do
+         end associate
+      end associate
+   end subroutine check_parameter
 
-   contains
+   !> Checks that a parameter is given if it is required, and not given if its condition is not satisfied.
+   subroutine check_presence(deck, diagnostics, card, i, item)
+      class(deck_t), intent(inout) :: deck
+      type(diagnostics_t), intent(inout) :: diagnostics
+      integer, intent(in) :: card, i       ! card; position of the parameter in the table
+      type(item_t), intent(in) :: item     ! the parameter
+      type(place_t) :: place
+      integer :: p
+      if (index(item%only, '=') > 0) then
+         if (given_word(deck, card, item%only(:index(item%only, '=') - 1)) == '') return ! that parameter is reported already
+      end if
+      p = given_parameter(deck, card, i)
+      if (p > 0 .and. .not. holds(deck, card, item%only)) then
+         place = deck%parameter(p)%name
+         place%last = max(place%last, deck%parameter(p)%value%last)
+         call complain(deck, diagnostics, card, place, item%name//' goes with '//with_commas(item%only)//' only')
+      else if (item%required .and. p == 0 .and. holds(deck, card, item%only)) then
+         if (item%only == '') then
+            call complain(deck, diagnostics, card, deck%card(card)%place, 'parameter '//item%name//' is missing')
+         else
+            call complain(deck, diagnostics, card, deck%card(card)%place, 'parameter '//item%name// &
+               ' is missing; required with '//with_commas(item%only))
+         end if
+      else
+         return
+      end if
+      deck%card(card)%sound = .false.
+   end subroutine check_presence
 
-      !> True for a condition such as 'TYPE=CIRCLE' if TYPE has neither value nor default.
-      logical function depends_on_missing(condition)
-         character(*), intent(in) :: condition
-         integer :: equals
-         equals = index(condition, '=')
-         depends_on_missing = .false.
-         if (equals > 0) depends_on_missing = parameter_word(deck, card, condition(:equals - 1)) == ''
-      end function depends_on_missing
-   end subroutine check_parameters
+   !> The word given for a parameter, or its default, as the table spells it; '' if there is none.
+   pure function given_word(deck, card, name) result(word)
+      class(deck_t), intent(in) :: deck
+      integer, intent(in) :: card
+      character(*), intent(in) :: name
+      character(:), allocatable :: word
+      integer :: i, p
+      word = ''
+      associate (spec => deck%spec(deck%card(card)%spec))
+         i = find_item(spec%parameter, name)
+         if (i == 0) return
+         p = given_parameter(deck, card, i)
+         if (p == 0) word = spec%parameter(i)%default
+         if (p > 0) word = word_at(spec%parameter(i)%words, nint(deck%parameter(p)%number))
+      end associate
+   end function given_word
+
+   !> True if a condition of the table is satisfied: 'TYPE=CIRCLE|LINE' (one of these words), 'GENERATE' (given), ''.
+   pure logical function holds(deck, card, condition)
+      class(deck_t), intent(in) :: deck
+      integer, intent(in) :: card
+      character(*), intent(in) :: condition
+      character(:), allocatable :: word
+      integer :: equals
+      holds = .true.
+      if (condition == '') return
+      equals = index(condition, '=')
+      if (equals == 0) then
+         holds = given_parameter(deck, card, find_item(deck%spec(deck%card(card)%spec)%parameter, condition)) > 0
+      else
+         word = given_word(deck, card, condition(:equals - 1))
+         holds = .false.
+         if (word /= '') holds = word_index(condition(equals + 1:), word) > 0
+      end if
+   end function holds
 
    pure function unknown_parameter(spec, name) result(string)
       type(card_spec_t), intent(in) :: spec
@@ -249,7 +286,7 @@ contains
 
    !> Determines the layout that applies, and checks number and fields of the data lines.
    subroutine check_lines(deck, diagnostics, card)
-      type(deck_t), intent(inout) :: deck
+      class(deck_t), intent(inout) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card
       integer :: first, last, l, i
@@ -285,163 +322,39 @@ contains
       end associate
    end subroutine check_lines
 
+   !> Checks and converts the fields of a data line.
    subroutine check_fields(deck, diagnostics, card, line, item, last_repeats)
-      type(deck_t), intent(inout) :: deck
+      class(deck_t), intent(inout) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card, line
       type(item_t), intent(in) :: item(:)
       logical, intent(in) :: last_repeats
       type(place_t) :: place
       character(:), allocatable :: wrong
-      integer :: f, i
+      integer :: f, i, before
+      logical :: right
       do f = 1, max(deck%data_line(line)%n_fields, size(item))
-         place = field_place(deck, line, f)
          i = f
          if (last_repeats) i = min(f, size(item))
          if (i > size(item)) then
-            deck%data_line(line)%sound = .false.
             wrong = 'a field too many; the line reads: '//field_names(item)
             if (foreign_field(deck%card(card)%keyword, f) /= '') wrong = wrong//'; '//foreign_field(deck%card(card)%keyword, f)
-            call complain(deck, diagnostics, card, place, wrong)
-            return
          else if (.not. field_given(deck, line, f)) then
             if (.not. item(i)%required) cycle
             wrong = item(i)%name//' is missing; the line reads: '//field_names(item)
          else
-            if (looks_right(item(i), deck%source%text(deck%source%first(place%line) + place%first - 1: &
-               deck%source%first(place%line) + place%last - 1))) cycle
+            place = field_place(deck, line, f)
+            before = deck%source%first(place%line) - 1
+            call convert(item(i), deck%source%text(before + place%first:before + place%last), &
+               deck%number(deck%data_line(line)%first_field + f - 1), right)
+            if (right) cycle
             wrong = value_error(item(i), text_at(deck, place))
          end if
-         if (wrong == '') cycle
          deck%data_line(line)%sound = .false.
-         call complain(deck, diagnostics, card, place, wrong)
+         call complain(deck, diagnostics, card, field_place(deck, line, f), wrong)
+         if (i > size(item)) return
       end do
    end subroutine check_fields
-
-   !> Fast check of the most frequent values: labels and unbounded reals.
-   pure logical function looks_right(item, typed)
-      type(item_t), intent(in) :: item
-      character(*), intent(in) :: typed
-      real(wp) :: number
-      integer :: label
-      looks_right = .false.
-      if (item%kind == kind_real) then
-         call parse_real(typed, number, looks_right)
-         if (looks_right) looks_right = within(item%bound, number) .and. abs(number) <= largest_real
-      else if (item%kind == kind_label .or. item%kind == kind_label_or_set) then
-         call parse_integer(typed, label, looks_right)
-         looks_right = looks_right .and. label > 0 .and. label < huge(label)
-      end if
-   end function looks_right
-
-   !> Description of the error in a value; '' if there is none.
-   pure function value_error(item, typed) result(wrong)
-      type(item_t), intent(in) :: item
-      character(*), intent(in) :: typed
-      character(:), allocatable :: wrong, pair
-      integer :: number
-      real(wp) :: x
-      logical :: ok
-      wrong = ''
-      select case (item%kind)
-      case (kind_word)
-         if (word_index(item%words, typed) > 0) return
-         wrong = item%name//' cannot be '//quoted(typed)//'; '//choices(item%words, typed)
-         if (foreign_value(item%name, typed) /= '') wrong = item%name//' cannot be '//quoted(typed)//foreign// &
-            foreign_value(item%name, typed)
-         do number = 1, word_count(item%former)
-            pair = word_at(item%former, number)
-            if (pair(:index(pair, ' ') - 1) == squeeze(typed)) wrong = item%name//' cannot be '//squeeze(typed)// &
-               ' any more; write '//pair(index(pair, ' ') + 1:)
-         end do
-      case (kind_name)
-         if (.not. is_name(typed)) wrong = item%name//' must be a name (a letter, then letters, digits, _ - . +; '// &
-            'at most '// &
-            to_text(name_length)//' characters), not '//quoted(typed)
-      case (kind_integer)
-         call parse_integer(typed, number, ok)
-         if (.not. ok .and. number == 0) then
-            wrong = item%name//' must be an integer, not '//quoted(typed)
-         else if (.not. ok .or. abs(real(number, wp)) > item%most) then
-            wrong = item%name//' is too large: '//quoted(typed)//'; at most '//to_text(item%most)
-         else if (.not. within(item%bound, real(number, wp))) then
-            wrong = item%name//' must be '//bound_text(item%bound)//', not '//quoted(typed)
-         end if
-      case (kind_real)
-         call parse_real(typed, x, ok)
-         if (.not. ok .and. .not. x > 0.0_wp) then
-            wrong = item%name//' must be a number, not '//quoted(typed)
-         else if (.not. ok .or. abs(x) > largest_real) then
-            wrong = item%name//' is too large: '//quoted(typed)//'; numbers are at most '//to_text(largest_real)//' in size'
-         else if (.not. within(item%bound, x)) then
-            wrong = item%name//' must be '//bound_text(item%bound)//', not '//quoted(typed)
-         end if
-      case (kind_label)
-         if (.not. looks_right(item, typed)) wrong = item%name//' must be a positive integer'//label_limit(typed)//', not '// &
-            quoted(typed)
-      case (kind_label_or_set)
-         if (.not. (looks_right(item, typed) .or. is_name(typed))) wrong = item%name// &
-            ' must be a label (positive integer'//label_limit(typed)//') or the name of a set, not '//quoted(typed)
-      case (kind_dof)
-         call parse_integer(typed, number, ok)
-         if (ok) ok = number >= 1 .and. number <= 6
-         if (ok .or. word_index(item%words, typed) > 0) return
-         wrong = item%name//' cannot be '//quoted(typed)//foreign//foreign_value(item%name, typed)
-         if (foreign_value(item%name, typed) /= '') return
-         wrong = item%name//' must be an integer from 1 to 6 or one of '//with_commas(item%words)//', not '//quoted(typed)
-         pair = nearest_word(item%words, typed)
-         if (pair /= '') wrong = item%name//' cannot be '//quoted(typed)//'; did you mean '//pair//'?'
-      end select
-   end function value_error
-
-   !> Largest permitted label, for the message about a label that exceeds it; else ''.
-   pure function label_limit(typed) result(string)
-      character(*), intent(in) :: typed
-      character(:), allocatable :: string
-      integer :: label
-      logical :: ok
-      call parse_integer(typed, label, ok)
-      string = ''
-      if (label == huge(label)) string = ' below '//to_text(huge(label))
-   end function label_limit
-
-   pure logical function within(bound, x)
-      integer, intent(in) :: bound
-      real(wp), intent(in) :: x
-      select case (bound)
-      case (positive)
-         within = x > 0.0_wp
-      case (not_negative)
-         within = x >= 0.0_wp
-      case (not_zero)
-         within = abs(x) > 0.0_wp
-      case default
-         within = .true.
-      end select
-   end function within
-
-   pure function bound_text(bound) result(string)
-      integer, intent(in) :: bound
-      character(:), allocatable :: string
-      select case (bound)
-      case (positive)
-         string = 'positive'
-      case (not_negative)
-         string = 'zero or positive'
-      case default
-         string = 'other than zero'
-      end select
-   end function bound_text
-
-   pure function with_commas(words) result(string)
-      character(*), intent(in) :: words
-      character(:), allocatable :: string
-      integer :: i
-      string = word_at(words, 1)
-      do i = 2, word_count(words)
-         string = string//', '//word_at(words, i)
-      end do
-   end function with_commas
 
    pure function field_names(item) result(string)
       type(item_t), intent(in) :: item(:)

@@ -1,8 +1,7 @@
 !> Prints the table of all cards as JSON, for programs that write decks: `unilat --cards=json`.
 module card_json
    use text, only: word_at, word_count, to_text
-   use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, anywhere, positive, not_negative, not_zero, many_lines, &
-      kind_flag, kind_word, kind_name, kind_integer, kind_label, kind_label_or_set, kind_dof, kind_path, kind_value
+   use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, anywhere, many_lines, kind_names, bound_signs
    use card_table, only: all_cards
    implicit none
    private
@@ -65,9 +64,10 @@ contains
       type(item_t), intent(in) :: item
       character(:), allocatable :: string
       integer :: i
-      string = '{"name": '//quoted(item%name)//', "kind": '//quoted(kind_of(item%kind))//', "required": '//truth(item%required)// &
-         & ', "default": '//quoted(item%default)//', "only": '//quoted(item%only)//', "bound": '//quoted(bound_of(item%bound))// &
-         & ', "unit": '//quoted(item%unit)//', "meaning": '//quoted(item%meaning)//', "words": ['
+      string = '{"name": '//quoted(item%name)//', "kind": '//quoted(trim(kind_names(item%kind)))// &
+         & ', "required": '//truth(item%required)//', "default": '//quoted(item%default)//', "only": '//quoted(item%only)// &
+         & ', "bound": '//quoted(trim(bound_signs(item%bound)))//', "unit": '//quoted(item%unit)// &
+         & ', "meaning": '//quoted(item%meaning)//', "words": ['
       do i = 1, word_count(item%words)
          if (i > 1) string = string//', '
          string = string//quoted(word_at(item%words, i))
@@ -89,48 +89,6 @@ contains
          string = 'outside steps'
       end select
    end function place
-
-   pure function kind_of(kind) result(string)
-      integer, intent(in) :: kind
-      character(:), allocatable :: string
-      select case (kind)
-      case (kind_flag)
-         string = 'flag'
-      case (kind_word)
-         string = 'word'
-      case (kind_name)
-         string = 'name'
-      case (kind_integer)
-         string = 'integer'
-      case (kind_label)
-         string = 'label'
-      case (kind_label_or_set)
-         string = 'label or set'
-      case (kind_dof)
-         string = 'degrees of freedom'
-      case (kind_path)
-         string = 'path'
-      case (kind_value)
-         string = 'name = value'
-      case default
-         string = 'real'
-      end select
-   end function kind_of
-
-   pure function bound_of(bound) result(string)
-      integer, intent(in) :: bound
-      character(:), allocatable :: string
-      select case (bound)
-      case (positive)
-         string = '> 0'
-      case (not_negative)
-         string = '>= 0'
-      case (not_zero)
-         string = 'not 0'
-      case default
-         string = ''
-      end select
-   end function bound_of
 
    pure function truth(value) result(string)
       logical, intent(in) :: value

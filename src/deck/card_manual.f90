@@ -1,8 +1,8 @@
 !> Prints the reference of all cards from their table, as Markdown.
 module card_manual
    use text, only: to_text, word_at, word_count
-   use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, anywhere, positive, not_negative, not_zero, &
-      kind_flag, kind_word, kind_name, kind_integer, kind_label, kind_label_or_set, kind_dof, kind_path, kind_value, usual_most
+   use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, anywhere, any_value, not_zero, kind_flag, kind_word, &
+      kind_dof, kind_value, kind_names, bound_signs, usual_most
    use card_table, only: all_cards
    implicit none
    private
@@ -131,31 +131,15 @@ contains
          string = '(flag)'
       case (kind_word)
          string = alternatives(item%words)
-      case (kind_name)
-         string = 'name'
-      case (kind_integer)
-         string = 'integer'
-      case (kind_label)
-         string = 'label'
-      case (kind_label_or_set)
-         string = 'label or set'
-      case (kind_path)
-         string = 'path'
       case (kind_value)
          string = 'name, and a number, a formula or "text"'
       case (kind_dof)
          string = '1 to 6, or '//alternatives(item%words)
       case default
-         string = 'real'
+         string = trim(kind_names(item%kind))
       end select
-      select case (item%bound)
-      case (positive)
-         string = string//' > 0'
-      case (not_negative)
-         string = string//' >= 0'
-      case (not_zero)
-         string = string//', not 0'
-      end select
+      if (item%bound == not_zero) string = string//','
+      if (item%bound /= any_value) string = string//' '//trim(bound_signs(item%bound))
       if (item%most < usual_most) string = string//', at most '//to_text(item%most)
    end function kind_text
 

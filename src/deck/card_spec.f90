@@ -4,11 +4,11 @@ module card_spec
    implicit none
    private
    public :: card_spec_t, layout_t, item_t, find_card, find_item
-   public :: add_card, add_parameter, add_layout, add_field
+   public :: table_t, add_card, add_parameter, add_layout, add_field, add_point
    public :: kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof
-   public :: kind_path, kind_value
+   public :: kind_component, kind_path, kind_value, kind_names
    public :: in_model, in_step, anywhere, outside_step
-   public :: any_value, positive, not_negative, not_zero
+   public :: any_value, positive, not_negative, not_zero, below_one, poisson, bound_signs, bound_words
    public :: many_lines, usual_most
 
    enum, bind(c)
@@ -19,6 +19,7 @@ module card_spec
       enumerator :: kind_real
       enumerator :: kind_label        !! positive integer
       enumerator :: kind_label_or_set !! positive integer or the name of a set
+      enumerator :: kind_component    !! degree of freedom of a node: 1, 2 or 6
       enumerator :: kind_dof          !! an integer from 1 to 6, or one of the item's words
       enumerator :: kind_path         !! name of a file
       enumerator :: kind_value        !! name = number, formula or text in quotes
@@ -33,7 +34,16 @@ module card_spec
 
    enum, bind(c)
       enumerator :: any_value = 0, positive, not_negative, not_zero
+      enumerator :: below_one !! positive and below 1
+      enumerator :: poisson   !! Poisson's ratio
    end enum
+
+   !> Names of the kinds and signs of the bounds, for the manual and for other programs; bounds in words, for messages.
+   character(*), parameter :: kind_names(*) = [character(18) :: 'flag', 'word', 'name', 'integer', 'real', 'label', &
+      'label or set', '1, 2 or 6', 'degrees of freedom', 'path', 'name = value']
+   character(*), parameter :: bound_signs(0:*) = [character(12) :: '', '> 0', '>= 0', 'not 0', '> 0, < 1', '> -1, <= 0.5']
+   character(*), parameter :: bound_words(0:*) = [character(26) :: '', 'positive', 'zero or positive', 'other than zero', &
+      'positive and below 1', 'above -1 and at most 0.5']
 
    integer, parameter :: many_lines = huge(1)
    integer, parameter :: usual_most = 1000000000 !! largest magnitude of an integer by default; twice this value is still an integer
@@ -64,6 +74,7 @@ module card_spec
 
    type :: card_spec_t
       character(:), allocatable :: keyword    !! without the star, single blanks
+      character(:), allocatable :: key        !! the keyword in capitals without blanks
       integer :: where = in_model
       logical :: once = .false.               !! at most once in the model part, or in each step
       logical :: free_text = .false.          !! data lines are not split into fields; a layout serves the manual only
@@ -72,6 +83,13 @@ module card_spec
       type(item_t), allocatable :: parameter(:)
       type(layout_t), allocatable :: layout(:) !! the first one whose condition is satisfied applies; empty: no data lines
    end type card_spec_t
+
+   !> The table while it is being made: it receives only the cards that are wanted, for a run needs few of them.
+   type :: table_t
+      type(card_spec_t), allocatable :: card(:)
+      character(:), allocatable :: wanted     !! keys of the wanted cards between bars, with a bar at both ends; '': all cards
+      logical :: skips = .false.              !! the last card is not wanted, and its parameters and fields are passed over
+   end type table_t
 
 contains
 
@@ -82,7 +100,7 @@ contains
       character(:), allocatable :: key
       key = squeeze(keyword)
       do position = 1, size(table)
-         if (squeeze(table(position)%keyword) == key) return
+         if (table(position)%key == key) return
       end do
       position = 0
    end function find_card
@@ -99,31 +117,36 @@ contains
       position = 0
    end function find_item
 
-   !> Appends a card to a table.
+   !> Begins a card; the following parameters and layouts belong to it.
    pure subroutine add_card(table, keyword, where, meaning, once, follows, free_text)
-      type(card_spec_t), allocatable, intent(inout) :: table(:)
+      type(table_t), intent(inout) :: table
       character(*), intent(in) :: keyword            !! this and the following arguments: components of card_spec_t
       integer, intent(in) :: where
       character(*), intent(in) :: meaning
       logical, intent(in), optional :: once, free_text !! default false
       character(*), intent(in), optional :: follows  !! default ''
       type(card_spec_t), allocatable :: longer(:)
+      character(:), allocatable :: key
       integer :: n, i
-      n = size(table) + 1
+      key = squeeze(keyword)
+      table%skips = table%wanted /= '' .and. index(table%wanted, '|'//key//'|') == 0
+      if (table%skips) return
+      n = size(table%card) + 1
       allocate (longer(n))
       do i = 1, n - 1
-         call move_card(table(i), longer(i))  ! moved, not copied: copies of the whole table for every card would take longer than
-         ! reading a deck
+         call move_card(table%card(i), longer(i))  ! moved, not copied: copies of the whole table for every card take long
       end do
-      call move_alloc(longer, table)
-      table(n)%keyword = keyword
-      table(n)%where = where
-      table(n)%meaning = meaning
-      if (present(once)) table(n)%once = once
-      if (present(free_text)) table(n)%free_text = free_text
-      table(n)%follows = ''
-      if (present(follows)) table(n)%follows = follows
-      allocate (table(n)%parameter(0), table(n)%layout(0))
+      call move_alloc(longer, table%card)
+      associate (card => table%card(n))
+         card%keyword = keyword
+         card%key = key
+         card%where = where
+         card%meaning = meaning
+         if (present(once)) card%once = once
+         if (present(free_text)) card%free_text = free_text
+         card%follows = text_of(follows)
+         allocate (card%parameter(0), card%layout(0))
+      end associate
    end subroutine add_card
 
    !> Moves the contents of one card to another; the first is empty afterwards.
@@ -131,6 +154,7 @@ contains
       type(card_spec_t), intent(inout) :: from
       type(card_spec_t), intent(inout) :: to
       call move_alloc(from%keyword, to%keyword)
+      call move_alloc(from%key, to%key)
       to%where = from%where
       to%once = from%once
       call move_alloc(from%follows, to%follows)
@@ -142,94 +166,135 @@ contains
 
    !> Adds a parameter to the last card of a table. It is required unless it has a default or is optional.
    pure subroutine add_parameter(table, name, kind, meaning, default, words, only, optional, bound, former, most)
-      type(card_spec_t), intent(inout) :: table(:)
+      type(table_t), intent(inout) :: table
       character(*), intent(in) :: name                         !! this and the following arguments: components of item_t
       integer, intent(in) :: kind
       character(*), intent(in) :: meaning
       character(*), intent(in), optional :: default, words, only, former !! default ''
       logical, intent(in), optional :: optional                !! true: may be left out
       integer, intent(in), optional :: bound, most
-      type(item_t) :: item
-      item = new_item(name, kind, meaning, default, words, only, optional, bound)
-      if (present(most)) item%most = most
-      if (present(former)) item%former = former
-      associate (card => table(size(table)))
-         call append(card%parameter, item)
+      if (table%skips) return
+      associate (card => table%card(size(table%card)))
+         call add_item(card%parameter, name, kind, meaning, default, words, optional, bound)
+         associate (item => card%parameter(size(card%parameter)))
+            item%only = text_of(only)
+            item%former = text_of(former)
+            if (present(most)) item%most = most
+         end associate
       end associate
    end subroutine add_parameter
 
    !> Adds a form of data lines to the last card of a table.
    pure subroutine add_layout(table, when, least, most, last_repeats)
-      type(card_spec_t), intent(inout) :: table(:)
+      type(table_t), intent(inout) :: table
       character(*), intent(in), optional :: when     !! this and the following arguments: components of layout_t
       integer, intent(in), optional :: least, most
       logical, intent(in), optional :: last_repeats
       type(layout_t), allocatable :: longer(:)
-      integer :: n
-      associate (card => table(size(table)))
-         n = size(card%layout)
-         allocate (longer(n + 1))
-         longer(:n) = card%layout
-         longer(n + 1)%when = ''
-         if (present(when)) longer(n + 1)%when = when
-         if (present(least)) longer(n + 1)%least = least
-         if (present(most)) longer(n + 1)%most = most
-         if (present(last_repeats)) longer(n + 1)%last_repeats = last_repeats
-         allocate (longer(n + 1)%field(0))
+      integer :: n, i
+      if (table%skips) return
+      associate (card => table%card(size(table%card)))
+         n = size(card%layout) + 1
+         allocate (longer(n))
+         do i = 1, n - 1
+            longer(i)%last_repeats = card%layout(i)%last_repeats
+            longer(i)%least = card%layout(i)%least
+            longer(i)%most = card%layout(i)%most
+            call move_alloc(card%layout(i)%when, longer(i)%when)
+            call move_alloc(card%layout(i)%field, longer(i)%field)
+         end do
+         longer(n)%when = text_of(when)
+         if (present(least)) longer(n)%least = least
+         if (present(most)) longer(n)%most = most
+         if (present(last_repeats)) longer(n)%last_repeats = last_repeats
+         allocate (longer(n)%field(0))
          call move_alloc(longer, card%layout)
       end associate
    end subroutine add_layout
 
    !> Adds a field to the last form of the last card of a table. It is required unless it has a default or is optional.
    pure subroutine add_field(table, name, kind, meaning, unit, default, words, optional, bound, times_field)
-      type(card_spec_t), intent(inout) :: table(:)
+      type(table_t), intent(inout) :: table
       character(*), intent(in) :: name                         !! this and the following arguments: components of item_t
       integer, intent(in) :: kind
       character(*), intent(in) :: meaning
       character(*), intent(in), optional :: unit, default, words !! default ''
       logical, intent(in), optional :: optional                !! true: may be left out
       integer, intent(in), optional :: bound, times_field
-      type(item_t) :: item
-      item = new_item(name, kind, meaning, default, words, optional=optional, bound=bound)
-      if (present(unit)) item%unit = unit
-      if (present(times_field)) item%times_field = times_field
-      associate (card => table(size(table)))
-         call append(card%layout(size(card%layout))%field, item)
+      if (table%skips) return
+      associate (card => table%card(size(table%card)))
+         associate (layout => card%layout(size(card%layout)))
+            call add_item(layout%field, name, kind, meaning, default, words, optional, bound)
+            associate (item => layout%field(size(layout%field)))
+               item%unit = text_of(unit)
+               if (present(times_field)) item%times_field = times_field
+            end associate
+         end associate
       end associate
    end subroutine add_field
 
-   pure type(item_t) function new_item(name, kind, meaning, default, words, only, optional, bound) result(item)
+   !> Adds two fields: coordinates of a point, or components of a vector, as lengths.
+   pure subroutine add_point(table, x, y, meaning)
+      type(table_t), intent(inout) :: table
+      character(*), intent(in) :: x, y     !! names of the fields
+      character(*), intent(in) :: meaning  !! of both
+      call add_field(table, x, kind_real, meaning, unit='length')
+      call add_field(table, y, kind_real, meaning, unit='length')
+   end subroutine add_point
+
+   !> Appends what parameters and fields have in common to a list; texts that are not given are ''.
+   pure subroutine add_item(items, name, kind, meaning, default, words, optional, bound)
+      type(item_t), allocatable, intent(inout) :: items(:)
       character(*), intent(in) :: name
       integer, intent(in) :: kind
       character(*), intent(in) :: meaning
-      character(*), intent(in), optional :: default, words, only
+      character(*), intent(in), optional :: default, words
       logical, intent(in), optional :: optional
       integer, intent(in), optional :: bound
-      item%name = name
-      item%kind = kind
-      item%meaning = meaning
-      item%default = ''
-      item%words = ''
-      item%former = ''
-      item%only = ''
-      item%unit = ''
-      item%required = .not. present(default)
-      if (present(default)) item%default = default
-      if (present(words)) item%words = words
-      if (present(only)) item%only = only
-      if (present(optional)) item%required = item%required .and. .not. optional
-      if (present(bound)) item%bound = bound
-   end function new_item
-
-   pure subroutine append(items, item)
-      type(item_t), allocatable, intent(inout) :: items(:)
-      type(item_t), intent(in) :: item
       type(item_t), allocatable :: longer(:)
-      integer :: n
-      n = size(items)
-      allocate (longer(n + 1))
-      longer(:n) = items
-      longer(n + 1) = item
+      integer :: n, i
+      n = size(items) + 1
+      allocate (longer(n))
+      do i = 1, n - 1
+         call move_item(items(i), longer(i))
+      end do
       call move_alloc(longer, items)
-   end subroutine append
+      items(n)%name = name
+      items(n)%kind = kind
+      items(n)%meaning = meaning
+      items(n)%default = text_of(default)
+      items(n)%words = text_of(words)
+      items(n)%former = ''
+      items(n)%only = ''
+      items(n)%unit = ''
+      items(n)%required = .not. present(default)
+      if (present(optional)) items(n)%required = items(n)%required .and. .not. optional
+      if (present(bound)) items(n)%bound = bound
+   end subroutine add_item
+
+   !> Moves the contents of one item to another; the first is empty afterwards.
+   pure subroutine move_item(from, to)
+      type(item_t), intent(inout) :: from
+      type(item_t), intent(inout) :: to
+      call move_alloc(from%name, to%name)
+      to%kind = from%kind
+      to%required = from%required
+      call move_alloc(from%default, to%default)
+      to%times_field = from%times_field
+      call move_alloc(from%words, to%words)
+      call move_alloc(from%former, to%former)
+      call move_alloc(from%only, to%only)
+      to%bound = from%bound
+      to%most = from%most
+      call move_alloc(from%unit, to%unit)
+      call move_alloc(from%meaning, to%meaning)
+   end subroutine move_item
+
+   !> An optional text, '' if it is not given.
+   pure function text_of(given) result(string)
+      character(*), intent(in), optional :: given
+      character(:), allocatable :: string
+      string = ''
+      if (present(given)) string = given
+   end function text_of
 end module card_spec

@@ -3,10 +3,11 @@
 !> Lines are processed before they are split into cards, because an included deck may contain cards, or data lines of the preceding
 !> card. Parameters are defined in the order of the lines.
 module deck_assembly
-   use text, only: squeeze, is_blank, to_text
+   use text, only: squeeze, to_text
    use printable_text, only: quoted, quoted_path
    use errors, only: error_t
-   use deck_source, only: deck_source_t, deck_file_t, typed_line_t, spot_t, read_source_file, source_from_text, most_lines
+   use deck_source, only: growing_text_t, deck_source_t, deck_file_t, typed_line_t, spot_t, read_source_file, source_from_text, &
+      most_lines, first_letter
    use deck_parameters, only: deck_parameters_t
    use diagnostics, only: diagnostics_t, place_t
    implicit none
@@ -20,14 +21,8 @@ module deck_assembly
    integer, parameter :: longest_path = 4096 !! [bytes]
    integer, parameter :: most_names = 20    !! largest number of parameters listed in a message
 
-   !> Lines one after the other; `text` has spare room behind `length`.
-   type :: lines_t
-      character(:), allocatable :: text
-      integer :: length = 0
-   end type lines_t
-
    type :: assembly_t
-      type(lines_t) :: read, expanded, record
+      type(growing_text_t) :: read, expanded, record
       integer :: n = 0                             !! lines read so far
       integer, allocatable :: origin(:, :)         !! (2, lines) file and line number of each; with spare room
       integer :: n_typed = 0
@@ -51,21 +46,21 @@ contains
       type(diagnostics_t), intent(inout) :: diagnostics   !! receives the errors
       type(assembly_t) :: a
       type(deck_source_t) :: whole
-      a%read%text = ''
-      a%expanded%text = ''
-      a%record%text = ''
+      call a%read%add('')
+      call a%expanded%add('')
+      call a%record%add('')
       allocate (a%origin(2, 1024), a%typed(16), a%file(16), a%included_by(16))
       call add_file(a, source%name, 0)
       call take_settings(a, settings, diagnostics)
       call take_file(a, source, 1, 1, diagnostics)
       call check_settings(a, settings, diagnostics)
-      call source_from_text(a%read%text(:a%read%length), source%name, whole)
+      call source_from_text(a%read%text(:a%read%n), source%name, whole)
       whole%file = a%file(:a%n_files)
       whole%origin = a%origin(:, :a%n)
       whole%typed = a%typed(:a%n_typed)
       whole%parameter = a%parameters%list(:a%parameters%n)
-      whole%expanded = a%expanded%text(:a%expanded%length)
-      whole%record = set_beforehand(a)//a%record%text(:a%record%length)
+      whole%expanded = a%expanded%text(:a%expanded%n)
+      whole%record = set_beforehand(a)//a%record%text(:a%record%n)
       source = whole
    end subroutine assemble_deck
 
@@ -160,6 +155,8 @@ contains
          a%ended = .true.
       else if (a%in_parameters .and. typed(first:first) /= '*') then
          call define_parameter(a, typed, first, origin, diagnostics)
+      else if (typed(first:first) /= '*' .and. index(typed, '${') == 0) then
+         call keep(a, origin, typed, typed, typed)
       else
          call a%parameters%fill(typed, filled, spots, wrong)
          if (wrong /= '') then
@@ -347,9 +344,12 @@ contains
       end if
       a%n = a%n + 1
       a%origin(:, a%n) = origin
-      call add_line(a%read, read)
-      call add_line(a%expanded, expanded)
-      call add_line(a%record, record)
+      call a%read%add(read)
+      call a%read%add(nl)
+      call a%expanded%add(expanded)
+      call a%expanded%add(nl)
+      call a%record%add(record)
+      call a%record%add(nl)
    end subroutine keep
 
    !> Stores the last line as typed.
@@ -373,33 +373,6 @@ contains
       a%typed(a%n_typed)%text = typed
       a%typed(a%n_typed)%spot = spots
    end subroutine note_typed
-
-   subroutine add_line(lines, line)
-      type(lines_t), intent(inout) :: lines
-      character(*), intent(in) :: line
-      character(:), allocatable :: more
-      integer :: needed
-      needed = lines%length + len(line) + 1
-      if (needed > len(lines%text)) then
-         allocate (character(2 * needed) :: more)
-         more(:lines%length) = lines%text(:lines%length)
-         call move_alloc(more, lines%text)
-      end if
-      lines%text(lines%length + 1:needed) = line//nl
-      lines%length = needed
-   end subroutine add_line
-
-   !> Column of the first character of a line with contents; 0 for blank lines and comments.
-   pure integer function first_letter(line)
-      character(*), intent(in) :: line
-      do first_letter = 1, len(line)
-         if (.not. is_blank(line(first_letter:first_letter))) exit
-      end do
-      if (first_letter > len(line)) first_letter = 0
-      if (first_letter > 0) then
-         if (index(line(first_letter:), '**') == 1) first_letter = 0
-      end if
-   end function first_letter
 
    !> The keyword of a line, in capitals without blanks; '' if there is none.
    pure function keyword(line)

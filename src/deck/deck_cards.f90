@@ -3,17 +3,20 @@
 !> This module does not depend on which cards exist. A keyword line that ends in a comma continues in the next line; comments (** in
 !> front) and blank lines are allowed everywhere.
 module deck_cards
+   use kinds, only: wp
    use text, only: is_blank, squeeze
-   use deck_source, only: deck_source_t
+   use deck_source, only: deck_source_t, first_letter
    use diagnostics, only: diagnostics_t, place_t
    use card_spec, only: card_spec_t
    implicit none
    private
-   public :: deck_t, card_t, data_line_t, parameter_t, split_deck, text_at, complain, line_end
+   public :: deck_t, split_deck, text_at, complain, line_end, given_parameter, field_given, field_place, whole_line
 
    type :: parameter_t
       type(place_t) :: name, value         !! value of a flag: empty
       logical :: has_value = .false.       !! the name is followed by an equals sign
+      integer :: item = 0                  !! position in the parameters of its card in the table, 0: unknown
+      real(wp) :: number = 0.0_wp          !! converted value, see item_values
    end type parameter_t
 
    type :: data_line_t
@@ -34,7 +37,8 @@ module deck_cards
       logical :: sound = .true.            !! keyword, place in the deck and parameters passed the check
    end type card_t
 
-   !> A deck split into cards. An empty field has last < first.
+   !> A deck split into cards. An empty field has last < first. The check of the cards (card_check) adds the table's entries and the
+   !> converted values.
    type :: deck_t
       type(deck_source_t) :: source
       integer :: n_cards = 0, n_parameters = 0, n_lines = 0, n_fields = 0
@@ -42,7 +46,8 @@ module deck_cards
       type(parameter_t), allocatable :: parameter(:)
       type(data_line_t), allocatable :: data_line(:)
       type(place_t), allocatable :: field(:)
-      type(card_spec_t), allocatable :: spec(:) !! table of cards (set by the check)
+      real(wp), allocatable :: number(:)        !! converted values of the fields, see item_values
+      type(card_spec_t), allocatable :: spec(:) !! the part of the table that the deck needs
    end type deck_t
 
 contains
@@ -60,7 +65,7 @@ contains
       line = 0
       do while (line < source%n_lines)
          line = line + 1
-         call classify(source, line, first)
+         first = first_letter(source%text(source%first(line):source%last(line)))
          if (first == 0) cycle
          if (letter_at(source, line, first) == '*') then
             call split_keyword_line(deck, diagnostics, line, first)
@@ -76,7 +81,7 @@ contains
 
    !> The text at a place; '' if it is empty.
    pure function text_at(deck, place) result(string)
-      type(deck_t), intent(in) :: deck
+      class(deck_t), intent(in) :: deck
       type(place_t), intent(in) :: place !! inside one line of the deck
       character(:), allocatable :: string
       integer :: before
@@ -85,8 +90,8 @@ contains
    end function text_at
 
    !> Adds an error, with the card's keyword in front of the message.
-   subroutine complain(deck, diagnostics, card, place, message)
-      type(deck_t), intent(in) :: deck
+   pure subroutine complain(deck, diagnostics, card, place, message)
+      class(deck_t), intent(in) :: deck
       type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card         !! index of the card
       type(place_t), intent(in) :: place  !! place to be marked
@@ -97,12 +102,59 @@ contains
    !> Column of the last character of a line that is not blank, 0 for a blank line.
    pure integer function line_end(source, line)
       type(deck_source_t), intent(in) :: source
-      integer, intent(in) :: line !! from 1
+      integer, intent(in) :: line !! from 1; a line behind the last one is blank
+      line_end = 0
+      if (line > source%n_lines) return
       do line_end = source%last(line) - source%first(line) + 1, 1, -1
          if (.not. is_blank(letter_at(source, line, line_end))) return
       end do
       line_end = 0
    end function line_end
+
+   !> Position in deck%parameter of a parameter of a checked card; 0: not given.
+   pure integer function given_parameter(deck, card, item) result(p)
+      class(deck_t), intent(in) :: deck
+      integer, intent(in) :: card !! index of the card
+      integer, intent(in) :: item !! position of the parameter in the card's entry of the table
+      do p = deck%card(card)%first_parameter, deck%card(card)%last_parameter
+         if (deck%parameter(p)%item == item) return
+      end do
+      p = 0
+   end function given_parameter
+
+   !> True if a field is present and not empty.
+   pure logical function field_given(deck, line, field)
+      class(deck_t), intent(in) :: deck
+      integer, intent(in) :: line  !! index of the data line
+      integer, intent(in) :: field !! from 1
+      integer :: i
+      field_given = .false.
+      if (field > deck%data_line(line)%n_fields) return
+      i = deck%data_line(line)%first_field + field - 1
+      field_given = deck%field(i)%last >= deck%field(i)%first
+   end function field_given
+
+   !> Place of a field; behind the end of the line if it is missing.
+   pure type(place_t) function field_place(deck, line, field) result(place)
+      class(deck_t), intent(in) :: deck
+      integer, intent(in) :: line  !! index of the data line
+      integer, intent(in) :: field !! from 1
+      if (field <= deck%data_line(line)%n_fields) then
+         place = deck%field(deck%data_line(line)%first_field + field - 1)
+      else
+         place%line = deck%data_line(line)%line
+         place%first = line_end(deck%source, place%line) + 1
+         place%last = place%first
+      end if
+   end function field_place
+
+   !> Place of a whole data line.
+   pure type(place_t) function whole_line(deck, line) result(place)
+      class(deck_t), intent(in) :: deck
+      integer, intent(in) :: line !! index of the data line
+      place = field_place(deck, line, 1)
+      place%last = line_end(deck%source, place%line)
+   end function whole_line
 
    pure character(1) function letter_at(source, line, column)
       type(deck_source_t), intent(in) :: source
@@ -111,23 +163,6 @@ contains
       position = source%first(line) + column - 1
       letter_at = source%text(position:position)
    end function letter_at
-
-   !> Column of the first character of a line with contents; 0 for a blank line or a comment.
-   pure subroutine classify(source, line, first)
-      type(deck_source_t), intent(in) :: source
-      integer, intent(in) :: line
-      integer, intent(out) :: first
-      integer :: length
-      length = source%last(line) - source%first(line) + 1
-      do first = 1, length
-         if (.not. is_blank(letter_at(source, line, first))) exit
-      end do
-      if (first > length) then
-         first = 0
-      else if (letter_at(source, line, first) == '*' .and. first < length) then
-         if (letter_at(source, line, first + 1) == '*') first = 0
-      end if
-   end subroutine classify
 
    !> The place from `from` to `to` without the blanks at both ends; last = first - 1 if nothing is left.
    pure type(place_t) function trimmed(source, line, from, to) result(place)
@@ -203,7 +238,7 @@ contains
       integer, intent(in) :: line
       integer :: first
       do next_line = line + 1, source%n_lines
-         call classify(source, next_line, first)
+         first = first_letter(source%text(source%first(next_line):source%last(next_line)))
          if (first == 0) cycle
          if (letter_at(source, next_line, first) == '*') exit
          return

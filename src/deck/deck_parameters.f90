@@ -4,7 +4,7 @@ module deck_parameters
    use text, only: to_text, is_blank, nearest_word, word_index
    use printable_text, only: quoted, control_place, control_words
    use lookup, only: name_list_t
-   use deck_source, only: deck_parameter_t, spot_t
+   use deck_source, only: growing_text_t, deck_parameter_t, spot_t
    use formula, only: evaluate, is_plain_name, is_reserved
    implicit none
    private
@@ -23,12 +23,6 @@ module deck_parameters
    contains
       procedure :: start, set, define, fill, note_use
    end type deck_parameters_t
-
-   !> Text that grows.
-   type :: growing_t
-      character(:), allocatable :: text
-      integer :: n = 0                         !! characters
-   end type growing_t
 
 contains
 
@@ -107,10 +101,10 @@ contains
       character(:), allocatable, intent(out) :: wrong     !! description of the error; '' if there is none
       character(:), allocatable :: value
       type(spot_t), allocatable :: more(:)
-      type(growing_t) :: read
+      type(growing_text_t) :: read
       integer :: from, first, length, n
       allocate (spots(4))
-      read%text = ''
+      call read%add('')
       wrong = ''
       n = 0
       from = 1
@@ -130,33 +124,18 @@ contains
             if (length > 0) spot%typed(2) = first + length - 1
             if (length == 0) wrong = 'the closing } is missing'
             if (length > 0) call value_of(self, typed(first + 2:spot%typed(2) - 1), value, wrong)
-            call add_text(read, typed(from:first - 1))
+            call read%add(typed(from:first - 1))
             spot%read(1) = read%n + 1
-            if (wrong == '') call add_text(read, value)
+            if (wrong == '') call read%add(value)
             spot%read(2) = read%n
             from = spot%typed(2) + 1
          end associate
          if (wrong /= '') exit
       end do
-      if (wrong == '') call add_text(read, typed(from:))
+      if (wrong == '') call read%add(typed(from:))
       filled = read%text(:read%n)
       spots = spots(:n)
    end subroutine fill
-
-   pure subroutine add_text(growing, string)
-      type(growing_t), intent(inout) :: growing
-      character(*), intent(in) :: string
-      character(:), allocatable :: more
-      integer :: needed
-      needed = growing%n + len(string)
-      if (needed > len(growing%text)) then
-         allocate (character(2 * needed) :: more)
-         more(:growing%n) = growing%text(:growing%n)
-         call move_alloc(more, growing%text)
-      end if
-      growing%text(growing%n + 1:needed) = string
-      growing%n = needed
-   end subroutine add_text
 
    !> The text that replaces ${string}.
    pure subroutine value_of(self, string, value, wrong)

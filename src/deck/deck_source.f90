@@ -4,14 +4,22 @@
 !> stored.
 module deck_source
    use errors, only: error_t, fail
-   use text, only: to_text
+   use text, only: to_text, is_blank
    use file_kind, only: check_file
    use printable_text, only: quoted_path, shortened
    implicit none
    private
-   public :: deck_source_t, deck_file_t, deck_parameter_t, typed_line_t, spot_t
+   public :: growing_text_t, deck_source_t, deck_file_t, deck_parameter_t, typed_line_t, spot_t
    public :: read_source_file, read_source_unit, source_from_text
-   public :: most_lines
+   public :: most_lines, first_letter
+
+   !> Text that grows at its end.
+   type :: growing_text_t
+      character(:), allocatable :: text             !! with spare room behind the first n characters; not allocated: no text
+      integer :: n = 0
+   contains
+      procedure :: add => add_text
+   end type growing_text_t
 
    type :: deck_file_t
       character(:), allocatable :: name             !! name in messages
@@ -97,12 +105,11 @@ contains
       character(*), intent(in) :: name                 !! name of the deck in messages
       type(deck_source_t), intent(out) :: source       !! empty text on failure
       type(error_t), allocatable, intent(out) :: error !! reading failed, or the text is too long
-      character(:), allocatable :: text, buffer
-      integer :: status, n, length, line, lines
+      type(growing_text_t) :: read
+      character(chunk) :: buffer
+      integer :: status, n, line, lines
       character(200) :: reason
-      allocate (character(chunk) :: buffer)
-      allocate (character(65536) :: text)
-      length = 0
+      call read%add('')
       line = 0      ! position before the present line
       lines = 0
       do
@@ -113,20 +120,17 @@ contains
             call fail(error, 'cannot read the deck '//quoted_path(name)//': '//shortened(trim(reason), 120))
             return
          end if
-         if (length + n + 1 > len(text)) call enlarge(text, 2 * len(text) + n)
-         text(length + 1:length + n) = buffer(:n)
-         length = length + n
-         if (length - line > longest_line) then
+         call read%add(buffer(:n))
+         if (read%n - line > longest_line) then
             call refuse('line '//to_text(lines + 1)//' has more than '//to_text(longest_line)//' characters; is that a deck?')
             return
-         else if (length > longest_text) then
+         else if (read%n > longest_text) then
             call refuse('it has more than '//to_text(longest_text)//' characters')
             return
          end if
          if (is_iostat_eor(status)) then
-            length = length + 1
-            text(length:length) = newline
-            line = length
+            call read%add(newline)
+            line = read%n
             lines = lines + 1
             if (lines > most_lines) then
                call refuse('it has more than '//to_text(most_lines)//' lines')
@@ -134,7 +138,7 @@ contains
             end if
          end if
       end do
-      call source_from_text(text(:length), name, source)
+      call source_from_text(read%text(:read%n), name, source)
 
    contains
 
@@ -199,6 +203,18 @@ contains
       if (number >= 1 .and. number <= self%n_lines) line = self%text(self%first(number):self%last(number))
    end function source_line
 
+   !> Column of the first character of a line with contents; 0 for blank lines and comments (** in front).
+   pure integer function first_letter(line)
+      character(*), intent(in) :: line
+      do first_letter = 1, len(line)
+         if (.not. is_blank(line(first_letter:first_letter))) exit
+      end do
+      if (first_letter > len(line)) first_letter = 0
+      if (first_letter > 0) then
+         if (index(line(first_letter:min(first_letter + 1, len(line))), '**') == 1) first_letter = 0
+      end if
+   end function first_letter
+
    !> Line of a *PARAMETER card that defines the parameter.
    pure function definition(self) result(string)
       class(deck_parameter_t), intent(in) :: self
@@ -245,12 +261,18 @@ contains
       last = last + shift(2)
    end subroutine as_typed
 
-   subroutine enlarge(text, length)
-      character(:), allocatable, intent(inout) :: text
-      integer, intent(in) :: length
-      character(:), allocatable :: larger
-      allocate (character(length) :: larger)
-      larger(:len(text)) = text
-      call move_alloc(larger, text)
-   end subroutine enlarge
+   !> Adds text at the end.
+   pure subroutine add_text(self, string)
+      class(growing_text_t), intent(inout) :: self
+      character(*), intent(in) :: string
+      character(:), allocatable :: longer
+      if (.not. allocated(self%text)) allocate (character(1024) :: self%text)
+      if (self%n + len(string) > len(self%text)) then
+         allocate (character(2 * (self%n + len(string))) :: longer)
+         longer(:self%n) = self%text(:self%n)
+         call move_alloc(longer, self%text)
+      end if
+      self%text(self%n + 1:self%n + len(string)) = string
+      self%n = self%n + len(string)
+   end subroutine add_text
 end module deck_source

@@ -70,8 +70,8 @@ contains
       if (present(coloured)) paint = coloured
       report = ''
       if (diagnostics%n == 0) return
-      call sort_by_place(diagnostics, order)
-      do i = 1, min(diagnostics%n, most_shown)
+      order = first_by_place(diagnostics, min(diagnostics%n, most_shown))
+      do i = 1, size(order)
          report = report//described(diagnostics%item(order(i)), source, paint)
       end do
       if (diagnostics%n > most_shown) report = report//'and '//to_text(diagnostics%n - most_shown)//' more'// &
@@ -155,38 +155,24 @@ contains
       inside_character = iand(iachar(byte), 192) == 128
    end function inside_character
 
-   !> Merge sort by line, then by column; equal places keep their order.
-   pure subroutine sort_by_place(diagnostics, order)
+   !> Positions of the first errors by line, then by column; equal places keep their order.
+   pure function first_by_place(diagnostics, n) result(order)
       type(diagnostics_t), intent(in) :: diagnostics
-      integer, allocatable, intent(out) :: order(:) !! positions in diagnostics%item
-      integer :: merged(diagnostics%n), width, first, middle, last, i, left, right
-      logical :: take_left
-      order = [(i, i=1, diagnostics%n)]
-      width = 1
-      do while (width < diagnostics%n)
-         do first = 1, diagnostics%n, 2 * width
-            middle = min(first + width, diagnostics%n + 1)
-            last = min(first + 2 * width - 1, diagnostics%n)
-            left = first
-            right = middle
-            do i = first, last
-               take_left = right > last
-               if (left < middle .and. .not. take_left) then
-                  take_left = .not. before(diagnostics%item(order(right))%place, diagnostics%item(order(left))%place)
-               end if
-               if (left < middle .and. take_left) then
-                  merged(i) = order(left)
-                  left = left + 1
-               else
-                  merged(i) = order(right)
-                  right = right + 1
-               end if
-            end do
+      integer, intent(in) :: n          !! how many
+      integer :: order(n)               !! positions in diagnostics%item
+      logical :: taken(diagnostics%n)
+      integer :: k, i, first
+      taken = .false.
+      do k = 1, n
+         first = findloc(taken, .false., 1)
+         do i = first + 1, diagnostics%n
+            if (taken(i)) cycle
+            if (before(diagnostics%item(i)%place, diagnostics%item(first)%place)) first = i
          end do
-         order = merged
-         width = 2 * width
+         order(k) = first
+         taken(first) = .true.
       end do
-   end subroutine sort_by_place
+   end function first_by_place
 
    !> True if a place is before another one; the deck as a whole comes last.
    pure logical function before(one, other)

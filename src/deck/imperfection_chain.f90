@@ -3,9 +3,8 @@ module imperfection_chain
    use kinds, only: wp, pi
    use text, only: to_text
    use model, only: model_t
-   use diagnostics, only: diagnostics_t
-   use deck_cards, only: deck_t, complain
-   use card_values, only: parameter_place
+   use checked_deck, only: checked_deck_t, cursor_t
+   use deck_names, only: element_words
    implicit none
    private
    public :: chain_t, follow_chain
@@ -23,94 +22,92 @@ module imperfection_chain
 contains
 
    !> Checks that the elements form one smooth chain of whole curves.
-   subroutine follow_chain(deck, model, diagnostics, card, element, chain, ok)
-      type(deck_t), intent(in) :: deck
+   subroutine follow_chain(deck, at, model, element, chain, ok)
+      type(checked_deck_t), intent(inout) :: deck       !! receives the first error, at ELSET
+      type(cursor_t), intent(in) :: at                  !! the *IMPERFECTION
       type(model_t), intent(in) :: model                !! with the mesh, and the imperfections of its curves so far
-      type(diagnostics_t), intent(inout) :: diagnostics !! receives the errors, at ELSET
-      integer, intent(in) :: card                       !! the *IMPERFECTION
       integer, intent(in) :: element(:)                 !! in the order of their set
       type(chain_t), intent(out) :: chain
       logical, intent(out) :: ok                        !! false: no such chain, or it has an imperfection already
-      integer :: i, n, e, before
-      logical :: begins
+      character(:), allocatable :: problem
+      integer :: i, n
       n = size(element)
       ok = .false.
-      if (n == 0) return
-      associate (mesh => model%mesh, curve => model%curve)
-         allocate (chain%knot(n + 1), source=0.0_wp)
-         before = 0
+      if (n == 0 .or. deck%names%mesh_incomplete) return
+      allocate (chain%knot(n + 1), source=0.0_wp)
+      associate (mesh => model%mesh)
          do i = 1, n
-            e = element(i)
-            if (mesh%curve(e) == 0) then
-               call wrong('element '//label(e)//' is not on a *LINE, *ARC or *RING')
-               return
-            else if (curve(mesh%curve(e))%imperfection > 0) then
-               call wrong('element '//label(e)//' has an imperfection already')
-               return
-            end if
-            begins = .not. mesh%s(1, e) > 0.0_wp
-            if (i == 1) then
-               if (.not. begins) call wrong('the chain must begin with the first element of a curve, not with '// &
-                  label(e))
-               if (.not. begins) return
-            else
-               if (ends_curve(before) .neqv. begins) then
-                  call wrong('the set must hold whole curves; after element '//label(before)//' comes '//label(e))
-                  return
-               else if (mesh%node(2, before) /= mesh%node(1, e)) then
-                  call wrong('element '//label(e)//' does not begin where element '//label(before)//' ends')
-                  return
-               else if (begins .and. corner(before, e) > largest_corner) then
-                  call wrong('the chain has a corner between the elements '//label(before)//' and '//label(e))
-                  return
-               end if
-            end if
-            before = e
-            chain%knot(i + 1) = chain%knot(i) + (mesh%s(2, e) - mesh%s(1, e))
+            problem = link_problem(model, element, i)
+            if (problem /= '') exit
+            chain%knot(i + 1) = chain%knot(i) + (mesh%s(2, element(i)) - mesh%s(1, element(i)))
          end do
-         e = element(n)
-         if (.not. ends_curve(e)) then
-            call wrong('the chain must end with the last element of a curve, not with '//label(e))
+         chain%element = element
+         chain%node = [mesh%node(1, element), mesh%node(2, element(n))]
+      end associate
+      chain%closed = chain%node(n + 1) == chain%node(1)
+      if (problem == '') then
+         if (.not. ends_curve(model, element(n))) then
+            problem = 'the chain must end with the last element of a curve, not with '//label(model, element(n))
+         else if (chain%closed .and. corner(model, element(n), element(1)) > largest_corner) then
+            problem = 'the closed chain has a corner where it begins'
+         end if
+      end if
+      ok = problem == ''
+      if (.not. ok) call deck%wrong(at, 'ELSET', problem)
+   end subroutine follow_chain
+
+   !> Reason why an element of a set cannot continue the chain of those before it; '' if it can.
+   function link_problem(model, element, i) result(problem)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: element(:) ! the set
+      integer, intent(in) :: i          ! position in the set
+      character(:), allocatable :: problem
+      logical :: begins
+      problem = ''
+      associate (mesh => model%mesh, e => element(i), before => element(max(1, i - 1)))
+         if (mesh%curve(e) == 0) then
+            problem = element_words(mesh, e)//' is not on a *LINE, *ARC or *RING'
+            return
+         else if (model%curve(mesh%curve(e))%imperfection > 0) then
+            problem = element_words(mesh, e)//' has an imperfection already'
             return
          end if
-         chain%element = element
-         chain%node = [mesh%node(1, element), mesh%node(2, e)]
-         chain%closed = chain%node(n + 1) == chain%node(1)
-         if (chain%closed .and. corner(e, element(1)) > largest_corner) then
-            call wrong('the closed chain has a corner where it begins')
-            return
+         begins = .not. mesh%s(1, e) > 0.0_wp
+         if (i == 1) then
+            if (.not. begins) problem = 'the chain must begin with the first element of a curve, not with '//label(model, e)
+         else if (ends_curve(model, before) .neqv. begins) then
+            problem = 'the set must hold whole curves; after '//element_words(mesh, before)//' comes '//label(model, e)
+         else if (mesh%node(2, before) /= mesh%node(1, e)) then
+            problem = element_words(mesh, e)//' does not begin where '//element_words(mesh, before)//' ends'
+         else if (begins .and. corner(model, before, e) > largest_corner) then
+            problem = 'the chain has a corner between the elements '//label(model, before)//' and '//label(model, e)
          end if
       end associate
-      ok = .true.
+   end function link_problem
 
-   contains
+   pure function label(model, e) result(string)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: e
+      character(:), allocatable :: string
+      string = to_text(model%mesh%element_label(e))
+   end function label
 
-      subroutine wrong(message)
-         character(*), intent(in) :: message
-         call complain(deck, diagnostics, card, parameter_place(deck, card, 'ELSET'), message)
-      end subroutine wrong
+   !> True for the last element of a curve: elements of a curve have consecutive indices.
+   pure logical function ends_curve(model, e)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: e
+      ends_curve = e == model%mesh%n_elements
+      if (.not. ends_curve) ends_curve = model%mesh%curve(e + 1) /= model%mesh%curve(e)
+   end function ends_curve
 
-      function label(e) result(string)
-         integer, intent(in) :: e
-         character(:), allocatable :: string
-         string = to_text(model%mesh%element_label(e))
-      end function label
-
-      !> Elements of a curve have consecutive indices.
-      logical function ends_curve(e)
-         integer, intent(in) :: e
-         ends_curve = e == model%mesh%n_elements
-         if (.not. ends_curve) ends_curve = model%mesh%curve(e + 1) /= model%mesh%curve(e)
-      end function ends_curve
-
-      !> Angle between the end of one nominal curve and the beginning of the next one.
-      pure real(wp) function corner(last, first)
-         integer, intent(in) :: last, first
-         real(wp) :: turn
-         associate (one => model%curve(model%mesh%curve(last)), next => model%curve(model%mesh%curve(first)))
-            turn = next%angle - (one%angle + one%curvature * one%length)
-         end associate
-         corner = abs(modulo(turn + pi, 2 * pi) - pi)
-      end function corner
-   end subroutine follow_chain
+   !> Angle between the end of one nominal curve and the beginning of the next one.
+   pure real(wp) function corner(model, last, first)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: last, first ! last element of one curve, first of the next
+      real(wp) :: turn
+      associate (one => model%curve(model%mesh%curve(last)), next => model%curve(model%mesh%curve(first)))
+         turn = next%angle - (one%angle + one%curvature * one%length)
+      end associate
+      corner = abs(modulo(turn + pi, 2 * pi) - pi)
+   end function corner
 end module imperfection_chain

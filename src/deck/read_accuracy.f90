@@ -1,14 +1,9 @@
 !> Reads *ACCURACY, and checks the conditions for an omitted number of elements.
 module read_accuracy
    use kinds, only: wp
-   use text, only: same_name, parse_real
    use model, only: model_t, step_t
    use rod_layout, only: layout_t, new_layout
-   use diagnostics, only: diagnostics_t
-   use deck_cards, only: deck_t, complain
-   use card_values, only: given, default_text, parameter_word, parameter_real, parameter_place, field_place, field_text, &
-      & whole_line
-   use deck_names, only: deck_names_t, find_named
+   use checked_deck, only: checked_deck_t, cursor_t
    implicit none
    private
    public :: read_accuracy_cards, check_placed
@@ -23,26 +18,23 @@ module read_accuracy
 contains
 
    !> Sets the error bars and errors that the steps request. If the program makes the mesh, every step has a tolerance.
-   subroutine read_accuracy_cards(deck, names, model, diagnostics)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names           !! with the monitors
+   subroutine read_accuracy_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with the monitors
       type(model_t), intent(inout) :: model             !! with its steps
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer :: card, s, k
-      logical :: makes_mesh, ok
+      type(cursor_t) :: at
+      integer :: s, k
+      logical :: makes_mesh
       makes_mesh = any(model%mesh%placed)
       do s = 1, size(model%step)
          associate (step => model%step(s))
-            if (makes_mesh) call parse_real(default_text(deck, 'ACCURACY', 'TOLERANCE'), step%asked, ok)
+            if (makes_mesh) step%asked = deck%default('ACCURACY', 'TOLERANCE')
             step%asked_of = [(k, k=0, size(model%monitor))]
             step%widest_bar = merge(step%asked, widest, makes_mesh)
             step%asked_of_path = step%asked
          end associate
       end do
-      do card = 1, deck%n_cards
-         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'ACCURACY') cycle
-         if (deck%card(card)%step == 0) cycle
-         call read_card(deck, names, diagnostics, card, makes_mesh, model%step(deck%card(card)%step))
+      do while (deck%next_card(at, 'ACCURACY'))
+         call read_card(deck, at, makes_mesh, model%step(at%step))
       end do
       if (makes_mesh) call balance_iteration(deck, model)
    end subroutine read_accuracy_cards
@@ -51,14 +43,14 @@ contains
    !> Newton's method and by the location of events become a small part of the requested error. Tolerances given by the deck are
    !> kept.
    subroutine balance_iteration(deck, model)
-      type(deck_t), intent(in) :: deck
+      type(checked_deck_t), intent(in) :: deck
       type(model_t), intent(inout) :: model
+      type(cursor_t) :: at
       logical :: locate_given(size(model%step))
-      integer :: card, s
+      integer :: s
       locate_given = .false.
-      do card = 1, deck%n_cards
-         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'CONTROLS' .or. deck%card(card)%step == 0) cycle
-         locate_given(deck%card(card)%step) = given(deck, card, 'LOCATE')
+      do while (deck%next_card(at, 'CONTROLS'))
+         locate_given(at%step) = deck%given(at, 'LOCATE')
       end do
       do s = 1, size(model%step)
          associate (step => model%step(s), finest => min(model%step(s)%asked, model%step(s)%asked_of_path))
@@ -69,99 +61,77 @@ contains
    end subroutine balance_iteration
 
    !> Reads one card.
-   subroutine read_card(deck, names, diagnostics, card, makes_mesh, step)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
+   subroutine read_card(deck, at, makes_mesh, step)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(inout) :: at
       logical, intent(in) :: makes_mesh
       type(step_t), intent(inout) :: step
-      integer :: line, monitor
-      step%error_bars = parameter_word(deck, card, 'POINTS') /= 'NONE'
-      step%bars_everywhere = parameter_word(deck, card, 'POINTS') == 'ALL'
-      if (makes_mesh .or. given(deck, card, 'TOLERANCE')) then
-         step%asked = parameter_real(deck, card, 'TOLERANCE')
+      integer :: monitor
+      logical :: ok
+      step%error_bars = deck%word(at, 'POINTS') /= 'NONE'
+      step%bars_everywhere = deck%word(at, 'POINTS') == 'ALL'
+      if (makes_mesh .or. deck%given(at, 'TOLERANCE')) then
+         step%asked = deck%real(at, 'TOLERANCE')
          step%widest_bar = step%asked
       end if
       step%asked_of_path = step%asked
-      if (given(deck, card, 'PATH')) step%asked_of_path = parameter_real(deck, card, 'PATH')
-      if (given(deck, card, 'WIDEST')) step%widest_bar = parameter_real(deck, card, 'WIDEST')
-      call check('TOLERANCE', step%asked < 1.0_wp, 'must be below 1')
-      call check('PATH', step%asked_of_path < 1.0_wp .or. .not. given(deck, card, 'PATH'), 'must be below 1')
-      call check('PATH', .not. given(deck, card, 'PATH') .or. makes_mesh, 'goes with a number of elements that is left out')
-      call check('POINTS', step%error_bars .or. .not. makes_mesh, 'must not be NONE where a number of elements is left out')
-      if (deck%card(card)%last_line < deck%card(card)%first_line) return
-      deallocate (step%asked_of)
-      allocate (step%asked_of(0))
-      do line = deck%card(card)%first_line, deck%card(card)%last_line
-         if (.not. deck%data_line(line)%sound) cycle
-         monitor = 0
-         if (.not. same_name(field_text(deck, line, 1), 'LOAD')) then
-            call find_named(deck, names%monitor, diagnostics, card, field_place(deck, line, 1), 'monitor', monitor, also='LOAD')
-            if (monitor == 0) cycle
-         end if
-         step%asked_of = [step%asked_of, monitor]
+      if (deck%given(at, 'PATH')) step%asked_of_path = deck%real(at, 'PATH')
+      if (deck%given(at, 'WIDEST')) step%widest_bar = deck%real(at, 'WIDEST')
+      if (deck%given(at, 'PATH') .and. .not. makes_mesh) call deck%wrong(at, 'PATH', &
+         'PATH goes with a number of elements that is left out')
+      if (makes_mesh .and. .not. step%error_bars) call deck%wrong(at, 'POINTS', &
+         'POINTS must not be NONE where a number of elements is left out')
+      if (at%n_lines == 0) return
+      step%asked_of = [integer ::]
+      do while (deck%next_line(at))
+         call deck%quantity(at, 'monitor', monitor, ok)
+         if (ok) step%asked_of = [step%asked_of, monitor]
       end do
-
-   contains
-
-      subroutine check(name, right, otherwise)
-         character(*), intent(in) :: name, otherwise
-         logical, intent(in) :: right
-         if (.not. right) call complain(deck, diagnostics, card, parameter_place(deck, card, name), name//' '//otherwise)
-      end subroutine check
    end subroutine read_card
 
    !> Checks omitted numbers of elements: an error estimate by elements of the next order must exist, and the nodes must be free to
    !> move along the rod.
-   subroutine check_placed(deck, names, model, diagnostics)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names           !! with the lines that omit numbers of elements
+   subroutine check_placed(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with the lines that omit numbers of elements
       type(model_t), intent(in) :: model                !! read completely, without errors
-      type(diagnostics_t), intent(inout) :: diagnostics
       type(layout_t) :: layout
-      logical :: told(size(names%placed_line))
+      logical :: reported(size(deck%names%placed_line))
       character(:), allocatable :: why
       integer :: e, k
       if (.not. any(model%mesh%placed)) return
       layout = new_layout(model)
-      told = .false.
+      reported = .false.
       do k = 1, size(layout%rod_segment)
          if (.not. layout%rod_segment(k)%placed) cycle
          e = layout%rod_segment(k)%element(1)
-         associate (line => names%placed_line(model%mesh%curve(e)))
-            if (told(model%mesh%curve(e))) cycle
-            why = why_not(e, layout%rod_segment(k)%free)
-            if (why == '') cycle
-            told(model%mesh%curve(e)) = .true.
-            call complain(deck, diagnostics, deck%data_line(line)%card, whole_line(deck, line), &
+         associate (curve => model%mesh%curve(e))
+            if (reported(curve)) cycle
+            why = why_not(model, e, layout%rod_segment(k)%free)
+            reported(curve) = why /= ''
+            if (reported(curve)) call deck%wrong_line(deck%at_line(deck%names%placed_line(curve)), &
                & 'the number of elements cannot be left out here: '//why)
          end associate
       end do
-
-   contains
-
-      !> Reason why the mesh of a rod segment cannot be made for a tolerance; '' if it can.
-      function why_not(e, free) result(why)
-         integer, intent(in) :: e                ! first element of the segment
-         logical, intent(in) :: free
-         character(:), allocatable :: why
-         logical :: member(model%mesh%n_nodes)
-         integer :: c
-         why = ''
-         do c = 1, size(model%contact)
-            member = .false.
-            member(model%contact(c)%node) = .true.
-            if (.not. all(member(model%mesh%node(:, e)))) cycle
-            associate (obstacle => model%obstacle(model%contact(c)%obstacle), contact => model%contact(c))
-               if (obstacle%at_nodes) cycle
-               if (obstacle%rigid .and. contact%along) cycle
-               if (contact%distributed) cycle
-               why = 'contact with '//trim(obstacle%name)//' acts at the nodes'
-            end associate
-         end do
-         if (free .or. why /= '') return
-         why = 'its nodes have to stay'
-      end function why_not
    end subroutine check_placed
+
+   !> Reason why the mesh of a rod segment cannot be made for a tolerance; '' if it can.
+   function why_not(model, e, free) result(why)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: e                ! first element of the segment
+      logical, intent(in) :: free             ! its nodes may move along the rod
+      character(:), allocatable :: why
+      logical :: member(model%mesh%n_nodes)
+      integer :: c
+      why = ''
+      if (.not. free) why = 'its nodes have to stay'
+      do c = 1, size(model%contact)
+         member = .false.
+         member(model%contact(c)%node) = .true.
+         if (.not. all(member(model%mesh%node(:, e)))) cycle
+         associate (obstacle => model%obstacle(model%contact(c)%obstacle), contact => model%contact(c))
+            if (obstacle%at_nodes .or. (obstacle%rigid .and. contact%along) .or. contact%distributed) cycle
+            why = 'contact with '//trim(obstacle%name)//' acts at the nodes'
+         end associate
+      end do
+   end function why_not
 end module read_accuracy

@@ -2,13 +2,9 @@
 module read_branches
    use kinds, only: wp
    use text, only: to_text
-   use lookup, only: name_list_t
    use model, only: model_t, step_t, branch_t, method_load, method_displacement
-   use diagnostics, only: diagnostics_t
-   use deck_cards, only: deck_t, complain
-   use card_values, only: given, parameter_text, parameter_word, parameter_integer, parameter_real, parameter_place, &
-      value_place
-   use deck_names, only: deck_names_t
+   use checked_deck, only: checked_deck_t, cursor_t
+   use deck_names, only: definitions_t
    use read_path_control, only: read_bound
    implicit none
    private
@@ -17,7 +13,8 @@ module read_branches
    !> Branches of a step by the names of their cards.
    type :: branch_names_t
       integer :: step = 0
-      type(name_list_t) :: list
+      integer :: n = 0                     !! cards so far, with those that have errors
+      type(definitions_t) :: list
       integer, allocatable :: branch(:)    !! by name: index of its first branch in step%branch
       logical, allocatable :: two_sides(:) !! by name: true if it has two sides
    end type branch_names_t
@@ -25,71 +22,51 @@ module read_branches
 contains
 
    !> Reads the branches of all steps; a card without SIDE defines two branches.
-   subroutine read_branch_cards(deck, names, model, diagnostics)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names           !! with the monitors
+   subroutine read_branch_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with the monitors
       type(model_t), intent(inout) :: model             !! with steps and their stops; receives step%branch
-      type(diagnostics_t), intent(inout) :: diagnostics
       type(branch_names_t) :: known
-      integer :: card, n
-      n = 0
-      do card = 1, deck%n_cards
-         if (deck%card(card)%keyword /= 'BRANCH' .or. deck%card(card)%step == 0) cycle
-         if (deck%card(card)%step /= known%step) then
-            n = 0
-            known = branch_names_t(step=deck%card(card)%step, list=name_list_t(), branch=[integer ::], two_sides=[logical ::])
+      type(cursor_t) :: at
+      do while (deck%next_card(at, 'BRANCH', also_bad=.true.))
+         if (at%step == 0) cycle
+         if (at%step /= known%step) then
+            known = branch_names_t(step=at%step)
+            allocate (known%branch(0), known%two_sides(0))
          end if
-         n = n + 1
-         if (.not. deck%card(card)%sound) then
+         known%n = known%n + 1
+         if (.not. at%sound) then
             known%list%incomplete = .true.
          else if (model%step(known%step)%n_modes == 0) then
-            call read_branch(deck, names, diagnostics, card, 'Branch-'//to_text(n), known, model%step(known%step))
+            call read_branch(deck, at, known, model%step(known%step))
          end if
       end do
    end subroutine read_branch_cards
 
-   subroutine read_branch(deck, names, diagnostics, card, default_name, known, step)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
-      character(*), intent(in) :: default_name
+   subroutine read_branch(deck, at, known, step)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(inout) :: at
       type(branch_names_t), intent(inout) :: known
       type(step_t), intent(inout) :: step
       type(branch_t) :: branch
       character(:), allocatable :: side
-      integer :: line, first, last, position
-      logical :: is_new
-      branch%name = default_name
-      if (given(deck, card, 'NAME')) branch%name = parameter_text(deck, card, 'NAME')
-      branch%bifurcation = parameter_integer(deck, card, 'BIFURCATION')
-      branch%mode = parameter_integer(deck, card, 'MODE')
-      if (given(deck, card, 'OF')) call find_parent(deck, diagnostics, card, known, branch%of) ! before the name of this card is
-      ! added
-      if (given(deck, card, 'INCREMENT')) then
-         branch%increment = parameter_real(deck, card, 'INCREMENT')
-         call check_increment(deck, diagnostics, card, branch%increment, step)
-      end if
+      logical :: ok
+      branch%name = 'Branch-'//to_text(known%n)
+      if (deck%given(at, 'NAME')) branch%name = deck%text(at, 'NAME')
+      branch%bifurcation = deck%integer(at, 'BIFURCATION')
+      branch%mode = deck%integer(at, 'MODE')
+      if (deck%given(at, 'OF')) call find_parent(deck, at, known, branch%of) ! before the name of this card is added
+      branch%increment = deck%real(at, 'INCREMENT')
+      if (deck%given(at, 'INCREMENT')) call check_increment(deck, at, branch%increment, step)
       branch%max_points = step%max_points
-      if (given(deck, card, 'POINTS')) branch%max_points = parameter_integer(deck, card, 'POINTS')
-      first = deck%card(card)%first_line
-      last = deck%card(card)%last_line
-      if (last < first) then
-         branch%stop = step%stop
-      else
-         allocate (branch%stop(0))
-         do line = first, last
-            if (deck%data_line(line)%sound) call read_bound(deck, names, diagnostics, line, branch%stop)
-         end do
-      end if
-
-      call known%list%add(branch%name, position, is_new)
-      if (.not. is_new) then
-         call complain(deck, diagnostics, card, parameter_place(deck, card, 'NAME'), &
-            'the name '//trim(branch%name)//' is used already in this step')
-         return
-      end if
-      side = parameter_word(deck, card, 'SIDE')
+      if (deck%given(at, 'POINTS')) branch%max_points = deck%integer(at, 'POINTS')
+      allocate (branch%stop(0))
+      do while (deck%next_line(at))
+         call read_bound(deck, at, branch%stop)
+      end do
+      if (at%n_lines == 0) branch%stop = step%stop
+      call deck%define(at, known%list, branch%name, ok)
+      if (.not. ok) return
+      side = deck%word(at, 'SIDE')
       known%branch = [known%branch, size(step%branch) + 1]
       known%two_sides = [known%two_sides, side == 'BOTH']
       if (side /= 'MINUS') then
@@ -103,37 +80,32 @@ contains
    end subroutine read_branch
 
    !> The branch named by OF: a preceding one with a single side.
-   subroutine find_parent(deck, diagnostics, card, known, parent)
-      type(deck_t), intent(in) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
+   subroutine find_parent(deck, at, known, parent)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
       type(branch_names_t), intent(in) :: known
       integer, intent(out) :: parent ! 0: there is none
-      character(:), allocatable :: name
       integer :: position
       parent = 0
-      name = parameter_text(deck, card, 'OF')
-      position = known%list%find(name)
+      position = known%list%find(deck%text(at, 'OF'))
       if (position > 0) then
          parent = known%branch(position)
-         if (known%two_sides(position)) call complain(deck, diagnostics, card, value_place(deck, card, 'OF'), 'branch '// &
-            name//' has two sides; give it SIDE=PLUS or MINUS')
+         if (known%two_sides(position)) call deck%wrong(at, 'OF', 'branch '//deck%text(at, 'OF')// &
+            ' has two sides; give it SIDE=PLUS or MINUS')
       else if (.not. known%list%incomplete) then
-         call complain(deck, diagnostics, card, value_place(deck, card, 'OF'), 'branch '//name// &
-            ' is not defined above this line in the step')
+         call deck%wrong(at, 'OF', 'branch '//deck%text(at, 'OF')//' is not defined above this line in the step')
       end if
    end subroutine find_parent
 
    !> If the step limits arc lengths, the first increment of a branch must be within these limits.
-   subroutine check_increment(deck, diagnostics, card, increment, step)
-      type(deck_t), intent(in) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
+   subroutine check_increment(deck, at, increment, step)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
       real(wp), intent(in) :: increment
       type(step_t), intent(in) :: step
       if (step%method == method_load .or. step%method == method_displacement) return
       if (increment >= step%smallest .and. increment <= step%largest) return
-      call complain(deck, diagnostics, card, parameter_place(deck, card, 'INCREMENT'), 'INCREMENT must lie between the '// &
-         'smallest and the largest arc length of the step: '//to_text(step%smallest)//' to '//to_text(step%largest))
+      call deck%wrong(at, 'INCREMENT', 'INCREMENT must lie between the smallest and the largest arc length of the step: '// &
+         to_text(step%smallest)//' to '//to_text(step%largest))
    end subroutine check_increment
 end module read_branches

@@ -1,18 +1,16 @@
 !> Reads *CONTACT: candidates for contact with an obstacle.
 module read_contact
    use kinds, only: wp
-   use text, only: to_text, rounded
+   use text, only: rounded
    use model, only: model_t, contact_t
-   use obstacle_types, only: ground_independent, obstacle_line, obstacle_circle, obstacle_arc
+   use obstacle_types, only: obstacle_t, ground_independent, obstacle_line, obstacle_circle, obstacle_arc
    use element_families, only: collocates
    use contact_spans, only: choose_spans
    use obstacle_geometry, only: obstacle_gap
    use obstacle_curve, only: sharpest_turn
    use initial_overlap, only: overlap_of_nodes, overlap_between, deepest_start
-   use diagnostics, only: diagnostics_t
-   use deck_cards, only: deck_t, complain
-   use card_values, only: given, parameter_word, parameter_real, parameter_place, value_place
-   use deck_names, only: deck_names_t, find_set, find_named
+   use checked_deck, only: checked_deck_t, cursor_t
+   use deck_names, only: node_words, element_words
    use read_interference, only: pushes_out
    implicit none
    private
@@ -21,50 +19,52 @@ module read_contact
 contains
 
    !> Reads the candidates for contact with each obstacle.
-   subroutine read_contact_cards(deck, names, model, diagnostics)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names           !! with mesh and obstacles
+   subroutine read_contact_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with mesh and obstacles
       type(model_t), intent(inout) :: model             !! receives contact
-      type(diagnostics_t), intent(inout) :: diagnostics
+      type(cursor_t) :: at
       type(contact_t) :: contact
-      integer, allocatable :: touched(:, :)             ! by obstacle and node: line of the *CONTACT
-      character(:), allocatable :: reason, points
-      integer :: card, set
-      allocate (model%contact(0), touched(size(model%obstacle), model%mesh%n_nodes))
+      integer :: touched(size(model%obstacle), model%mesh%n_nodes) ! line of the *CONTACT
+      allocate (model%contact(0))
       touched = 0
-      do card = 1, deck%n_cards
-         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'CONTACT') cycle
-         call find_named(deck, names%obstacle, diagnostics, card, value_place(deck, card, 'OBSTACLE'), 'obstacle', &
-            contact%obstacle)
-         call find_set(deck, names, diagnostics, card, 'NSET', 'node', set)
-         contact%node = with_released(model, names%node_set%members(set))
-         contact%gap = parameter_real(deck, card, 'GAP')
-         points = parameter_word(deck, card, 'POINTS')
-         contact%along = .false.
-         contact%distributed = .false.
-         if (allocated(contact%needs)) deallocate (contact%needs)
-         if (contact%obstacle > 0 .and. .not. names%mesh_incomplete) then
-            call check_candidates(deck, names, model, diagnostics, card, contact, touched(contact%obstacle, :))
-            call check_directions(deck, model, diagnostics, card, contact)
-            if (model%obstacle(contact%obstacle)%bilateral .and. given(deck, card, 'GAP')) call complain(deck, diagnostics, &
-               card, parameter_place(deck, card, 'GAP'), 'obstacle '//trim(model%obstacle(contact%obstacle)%name)// &
-               ' is BILATERAL and holds its candidates where they begin; GAP would have no effect')
-            if (points /= 'NODES') then
-               contact%along = model%obstacle(contact%obstacle)%rigid .and. .not. model%obstacle(contact%obstacle)%bilateral
-               if (.not. model%obstacle(contact%obstacle)%rigid) then
-                  reason = distribution_needs(model, contact)
-                  contact%distributed = reason == ''
-                  if (contact%distributed) call check_between(deck, model, diagnostics, card, contact)
-                  if (reason /= '' .and. points == 'ALONG') call complain_of_points(deck, diagnostics, card, reason)
-                  if (reason /= '' .and. .not. stands_at_nodes(model, contact)) contact%needs = reason
-               else if (points == 'ALONG' .and. .not. contact%along) then
-                  call complain_of_points(deck, diagnostics, card, 'an obstacle that is not BILATERAL')
-               end if
-            end if
+      do while (deck%next_card(at, 'CONTACT'))
+         contact = contact_t()
+         contact%obstacle = deck%named(at, 'OBSTACLE', deck%names%obstacle, 'obstacle')
+         contact%node = with_released(model, deck%nodes(at, 'NSET'))
+         contact%gap = deck%real(at, 'GAP')
+         if (contact%obstacle > 0 .and. .not. deck%names%mesh_incomplete) then
+            call check_candidates(deck, at, model, contact, touched(contact%obstacle, :))
+            call check_directions(deck, at, model, contact)
+            if (model%obstacle(contact%obstacle)%bilateral .and. deck%given(at, 'GAP')) call deck%wrong(at, 'GAP', 'obstacle '// &
+               trim(model%obstacle(contact%obstacle)%name)//' is BILATERAL and holds its candidates where they begin; GAP '// &
+               'would have no effect')
+            if (deck%word(at, 'POINTS') /= 'NODES') call read_points(deck, at, model, contact)
          end if
          model%contact = [model%contact, contact]
       end do
    end subroutine read_contact_cards
+
+   !> Determines whether the obstacle may push along the rod; an error is added if POINTS=ALONG is impossible.
+   subroutine read_points(deck, at, model, contact)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(inout) :: contact         ! receives along, distributed, needs
+      character(:), allocatable :: reason
+      reason = ''
+      associate (obstacle => model%obstacle(contact%obstacle))
+         if (obstacle%rigid) then
+            contact%along = .not. obstacle%bilateral
+            if (.not. contact%along) reason = 'an obstacle that is not BILATERAL'
+         else
+            reason = distribution_needs(model, contact)
+            contact%distributed = reason == ''
+            if (contact%distributed) call check_between(deck, at, model, contact)
+            if (reason /= '' .and. .not. stands_at_nodes(model, contact)) contact%needs = reason
+         end if
+      end associate
+      if (reason /= '' .and. deck%word(at, 'POINTS') == 'ALONG') call deck%wrong(at, 'POINTS', 'ALONG needs '//reason)
+   end subroutine read_points
 
    !> The given nodes, and the nodes of element ends released at them if the rod beyond belongs to the nodes, too.
    pure function with_released(model, nodes) result(more)
@@ -86,196 +86,177 @@ contains
    end function with_released
 
    !> Chooses the contacts that act along the rods; an error is added if POINTS=ALONG is impossible.
-   subroutine choose_contact_points(deck, model, diagnostics)
-      type(deck_t), intent(in) :: deck
+   subroutine choose_contact_points(deck, model)
+      type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model             !! read completely, without errors
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer :: card, contact
+      type(cursor_t) :: at
+      character(:), allocatable :: needs
+      integer :: contact
       call choose_spans(model)
       contact = 0
-      do card = 1, deck%n_cards
-         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'CONTACT') cycle
+      do while (deck%next_card(at, 'CONTACT'))
          contact = contact + 1
          associate (chosen => model%contact(contact))
-            if (parameter_word(deck, card, 'POINTS') /= 'ALONG' .or. chosen%along .or. chosen%distributed) cycle
-            if (allocated(chosen%needs)) then
-               call complain_of_points(deck, diagnostics, card, chosen%needs)
-            else if (any(model%step%paper_loop)) then
-               call complain_of_points(deck, diagnostics, card, &
-                  & 'LOOP=NEWTON in all steps: contact of LOOP=PAPER acts at nodes')
-            else
-               call complain_of_points(deck, diagnostics, card, 'elements between its nodes')
-            end if
+            if (deck%word(at, 'POINTS') /= 'ALONG' .or. chosen%along .or. chosen%distributed) cycle
+            needs = 'elements between its nodes'
+            if (any(model%step%paper_loop)) needs = 'LOOP=NEWTON in all steps: contact of LOOP=PAPER acts at nodes'
+            if (allocated(chosen%needs)) needs = chosen%needs
+            call deck%wrong(at, 'POINTS', 'ALONG needs '//needs)
          end associate
       end do
    end subroutine choose_contact_points
 
-   subroutine complain_of_points(deck, diagnostics, card, needs)
-      type(deck_t), intent(in) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
-      character(*), intent(in) :: needs
-      call complain(deck, diagnostics, card, parameter_place(deck, card, 'POINTS'), 'ALONG needs '//needs)
-   end subroutine complain_of_points
-
    !> Checks that the candidates are nodes of elements, not listed twice, and on the free side of the obstacle.
-   subroutine check_candidates(deck, names, model, diagnostics, card, contact, touched)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names
+   subroutine check_candidates(deck, at, model, contact, touched)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
       type(contact_t), intent(in) :: contact
       integer, intent(inout) :: touched(:)
-      integer :: i, node
+      integer :: i
+      if (.not. deck%on_elements(at, 'NSET', model%mesh, contact%node)) return
       do i = 1, size(contact%node)
-         node = contact%node(i)
-         if (.not. names%connected(node)) then
-            call wrong('node '//label(node)//' belongs to no element')
-            return
-         else if (touched(node) > 0) then
-            call wrong('node '//label(node)//' is a candidate for this obstacle already, from '// &
-               deck%source%line_words(touched(node)))
-            return
-         end if
-         touched(node) = deck%card(card)%place%line
+         associate (node => contact%node(i))
+            if (touched(node) > 0) then
+               call deck%wrong(at, 'NSET', node_words(model%mesh, node)//' is a candidate for this obstacle already, from '// &
+                  deck%source%line_words(touched(node)))
+               return
+            end if
+            touched(node) = at%card_at
+         end associate
       end do
-      call check_size()
+      call check_size(deck, at, model, contact, model%obstacle(contact%obstacle))
       if (model%obstacle(contact%obstacle)%bilateral) return
       if (pushes_out(deck, model%obstacle(contact%obstacle)%name)) return
-      if (names%obstacle%incomplete .or. names%imperfections_incomplete) return ! the position of the obstacle or of the nodes may
-      ! be wrong
-      call check_start()
-
-   contains
-
-      !> The structure is stress-free at the start with its imperfections, so no node may begin behind an obstacle.
-      subroutine check_start()
-         character(:), allocatable :: overlap, hint
-         real(wp) :: gap, normal(2), bend
-         integer :: node
-         call overlap_of_nodes(model, contact, overlap, node)
-         if (overlap == '') return
-         call obstacle_gap(model%obstacle(contact%obstacle), model%mesh%x_nominal(:, node), gap, normal, bend)
-         gap = gap + contact%gap
-         if (gap < -deepest_start(model)) then
-            ! The imperfection is not the cause.
-            hint = 'the order of its points'
-            if (model%obstacle(contact%obstacle)%kind == obstacle_circle) hint = 'its SIDE'
-            if (model%obstacle(contact%obstacle)%kind == obstacle_arc) hint = 'which of its angles comes first'
-            call obstacle_gap(model%obstacle(contact%obstacle), model%mesh%x(:, node), gap, normal, bend)
-            overlap = 'node '//label(node)//' begins '//rounded(-gap - contact%gap)//' behind the obstacle; check '//hint// &
-               & ', or GAP; what is meant to penetrate is pushed out by *CONTACT INTERFERENCE, SHRINK'
-         end if
-         call wrong(overlap)
-      end subroutine check_start
-
-      !> Contact is detected at nodes and along elements: the convex parts of an obstacle must not be smaller than the elements.
-      subroutine check_size()
-         real(wp), parameter :: most_turn = 1.0_wp !! [rad] largest turn of an obstacle within the length of an element
-         logical :: candidate(model%mesh%n_nodes)
-         integer :: e, longest
-         real(wp) :: length(model%mesh%n_elements)
-         associate (obstacle => model%obstacle(contact%obstacle))
-            candidate = .false.
-            candidate(contact%node) = .true.
-            length = 0.0_wp
-            do e = 1, model%mesh%n_elements
-               if (.not. all(candidate(model%mesh%node(:, e)))) cycle
-               length(e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
-            end do
-            longest = maxloc(length, 1)
-            select case (obstacle%kind)
-            case (obstacle_line)
-               return
-            case (obstacle_circle)
-               if (obstacle%inside .or. length(longest) <= obstacle%radius) return
-               longest = findloc(length > obstacle%radius, .true., 1)
-               call wrong('element '//to_text(model%mesh%element_label(longest))//' is longer than the radius of the '// &
-                  'obstacle, which could pass between its nodes; '//more_elements(longest))
-            case default
-               if (sharpest_turn(obstacle%curve, length(longest)) <= most_turn) return
-               call wrong('the obstacle bulges so much within the length of element '// &
-                  to_text(model%mesh%element_label(longest))//' that it could pass between its nodes; '// &
-                  more_elements(longest)//', or a smoother obstacle')
-            end select
-         end associate
-      end subroutine check_size
-
-      !> Advice on an element that is too long.
-      function more_elements(e) result(words)
-         integer, intent(in) :: e
-         character(:), allocatable :: words
-         words = 'use more elements'
-         ! The measured elements only carry the output.
-         if (model%mesh%placed(e)) words = 'give a number of elements, so many that none is as long'
-      end function more_elements
-
-      subroutine wrong(message)
-         character(*), intent(in) :: message
-         call complain(deck, diagnostics, card, parameter_place(deck, card, 'NSET'), message)
-      end subroutine wrong
-
-      function label(n) result(string)
-         integer, intent(in) :: n
-         character(:), allocatable :: string
-         string = to_text(model%mesh%node_label(n))
-      end function label
+      ! Otherwise the position of the obstacle or of the nodes may be wrong.
+      if (.not. (deck%names%obstacle%incomplete .or. deck%names%imperfections_incomplete)) &
+         call check_start(deck, at, model, contact, model%obstacle(contact%obstacle))
    end subroutine check_candidates
 
-   !> If reactions are distributed, obstacles must not penetrate the stress-free structure between the nodes either.
-   subroutine check_between(deck, model, diagnostics, card, contact)
-      type(deck_t), intent(in) :: deck
+   !> The structure is stress-free at the start with its imperfections, so no node may begin behind an obstacle.
+   subroutine check_start(deck, at, model, contact, obstacle)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
+      type(contact_t), intent(in) :: contact
+      type(obstacle_t), intent(in) :: obstacle          ! of the contact
+      character(:), allocatable :: overlap, hint
+      real(wp) :: gap, normal(2), bend
+      integer :: node
+      call overlap_of_nodes(model, contact, overlap, node)
+      if (overlap == '') return
+      call obstacle_gap(obstacle, model%mesh%x_nominal(:, node), gap, normal, bend)
+      if (gap + contact%gap < -deepest_start(model)) then
+         ! The imperfection is not the cause.
+         hint = 'the order of its points'
+         if (obstacle%kind == obstacle_circle) hint = 'its SIDE'
+         if (obstacle%kind == obstacle_arc) hint = 'which of its angles comes first'
+         call obstacle_gap(obstacle, model%mesh%x(:, node), gap, normal, bend)
+         overlap = node_words(model%mesh, node)//' begins '//rounded(-gap - contact%gap)//' behind the obstacle; check '//hint// &
+            & ', or GAP; what is meant to penetrate is pushed out by *CONTACT INTERFERENCE, SHRINK'
+      end if
+      call deck%wrong(at, 'NSET', overlap)
+   end subroutine check_start
+
+   !> Contact is detected at nodes and along elements: the convex parts of an obstacle must not be smaller than the elements.
+   subroutine check_size(deck, at, model, contact, obstacle)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      type(obstacle_t), intent(in) :: obstacle          ! of the contact
+      real(wp), parameter :: most_turn = 1.0_wp !! [rad] largest turn of an obstacle within the length of an element
+      character(:), allocatable :: advice
+      real(wp) :: length(model%mesh%n_elements)
+      integer :: e
+      do e = 1, model%mesh%n_elements
+         length(e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
+      end do
+      where (.not. within_contact(model, contact)) length = 0.0_wp
+      e = maxloc(length, 1)
+      if (obstacle%kind == obstacle_line .or. e == 0) return
+      if (obstacle%kind == obstacle_circle) then
+         if (obstacle%inside .or. length(e) <= obstacle%radius) return
+         e = findloc(length > obstacle%radius, .true., 1)
+      else
+         if (sharpest_turn(obstacle%curve, length(e)) <= most_turn) return
+      end if
+      advice = 'use more elements'
+      ! The measured elements only carry the output.
+      if (model%mesh%placed(e)) advice = 'give a number of elements, so many that none is as long'
+      if (obstacle%kind == obstacle_circle) then
+         call deck%wrong(at, 'NSET', element_words(model%mesh, e)//' is longer than the radius of the obstacle, which could '// &
+            'pass between its nodes; '//advice)
+      else
+         call deck%wrong(at, 'NSET', 'the obstacle bulges so much within the length of '//element_words(model%mesh, e)// &
+            ' that it could pass between its nodes; '//advice//', or a smoother obstacle')
+      end if
+   end subroutine check_size
+
+   !> If reactions are distributed, obstacles must not penetrate the stress-free structure between the nodes either.
+   subroutine check_between(deck, at, model, contact)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
+      type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       character(:), allocatable :: overlap
       associate (obstacle => model%obstacle(contact%obstacle))
          if (obstacle%bilateral .or. pushes_out(deck, obstacle%name)) return
       end associate
       call overlap_between(model, contact, overlap)
-      if (overlap /= '') call complain(deck, diagnostics, card, parameter_place(deck, card, 'NSET'), overlap)
+      if (overlap /= '') call deck%wrong(at, 'NSET', overlap)
    end subroutine check_between
 
    !> All elements of a contact must have the same direction along the rod: arc lengths and regions count along them.
-   subroutine check_directions(deck, model, diagnostics, card, contact)
-      type(deck_t), intent(in) :: deck
+   subroutine check_directions(deck, at, model, contact)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
       type(contact_t), intent(in) :: contact
-      logical :: candidate(model%mesh%n_nodes)
-      integer :: starting(model%mesh%n_nodes), ending(model%mesh%n_nodes), e, node
-      candidate = .false.
-      candidate(contact%node) = .true.
-      starting = 0
-      ending = 0
-      do e = 1, model%mesh%n_elements
-         if (.not. all(candidate(model%mesh%node(:, e)))) cycle
-         starting(model%mesh%node(1, e)) = starting(model%mesh%node(1, e)) + 1
-         ending(model%mesh%node(2, e)) = ending(model%mesh%node(2, e)) + 1
-      end do
+      integer :: leaving(model%mesh%n_nodes), entering(model%mesh%n_nodes), node
+      call count_elements(model, contact, leaving, entering)
       do node = 1, model%mesh%n_nodes
-         if (max(starting(node), ending(node)) /= 2 .or. min(starting(node), ending(node)) /= 0) cycle
-         call complain(deck, diagnostics, card, value_place(deck, card, 'NSET'), &
-            'two elements run against each other at node '//to_text(model%mesh%node_label(node))// &
+         if (max(leaving(node), entering(node)) /= 2 .or. min(leaving(node), entering(node)) /= 0) cycle
+         call deck%wrong(at, 'NSET', 'two elements run against each other at '//node_words(model%mesh, node)// &
             '; along a contact all elements must have one direction')
          return
       end do
    end subroutine check_directions
 
-   !> True for a contact with a foundation that the deck requires to act at nodes: coupled ground, or no element with both nodes in
-   !> the contact.
-   function stands_at_nodes(model, contact) result(stands)
+   !> True for the elements with both nodes in a contact.
+   pure function within_contact(model, contact) result(within)
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
-      logical :: stands
+      logical :: within(model%mesh%n_elements)
       logical :: candidate(model%mesh%n_nodes)
       candidate = .false.
       candidate(contact%node) = .true.
-      stands = model%obstacle(contact%obstacle)%ground /= ground_independent .or. &
-         & .not. any(candidate(model%mesh%node(1, :)) .and. candidate(model%mesh%node(2, :)))
+      within = candidate(model%mesh%node(1, :)) .and. candidate(model%mesh%node(2, :))
+   end function within_contact
+
+   !> Numbers of elements of a contact that begin and end at each node.
+   pure subroutine count_elements(model, contact, leaving, entering)
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      integer, intent(out) :: leaving(:), entering(:)
+      logical :: within(model%mesh%n_elements)
+      integer :: e
+      within = within_contact(model, contact)
+      leaving = 0
+      entering = 0
+      do e = 1, model%mesh%n_elements
+         if (.not. within(e)) cycle
+         leaving(model%mesh%node(1, e)) = leaving(model%mesh%node(1, e)) + 1
+         entering(model%mesh%node(2, e)) = entering(model%mesh%node(2, e)) + 1
+      end do
+   end subroutine count_elements
+
+   !> True for a contact with a foundation that the deck requires to act at nodes: coupled ground, or no element with both nodes in
+   !> the contact.
+   logical function stands_at_nodes(model, contact) result(stands)
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      stands = model%obstacle(contact%obstacle)%ground /= ground_independent .or. .not. any(within_contact(model, contact))
    end function stands_at_nodes
 
    !> Condition for reactions inside elements that a contact with a foundation does not meet; '' if its nodes are those of
@@ -284,32 +265,26 @@ contains
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       character(:), allocatable :: reason
-      logical :: candidate(model%mesh%n_nodes)
-      integer :: leaving(model%mesh%n_nodes), entering(model%mesh%n_nodes), e, i, node
+      integer :: leaving(model%mesh%n_nodes), entering(model%mesh%n_nodes), e, i
       reason = ''
       if (model%obstacle(contact%obstacle)%ground /= ground_independent) then
          reason = 'a foundation that does not carry load sideways'
          return
       end if
-      candidate = .false.
-      candidate(contact%node) = .true.
-      leaving = 0
-      entering = 0
-      do e = 1, model%mesh%n_elements
-         if (.not. all(candidate(model%mesh%node(:, e)))) cycle
-         leaving(model%mesh%node(1, e)) = leaving(model%mesh%node(1, e)) + 1
-         entering(model%mesh%node(2, e)) = entering(model%mesh%node(2, e)) + 1
-         if (collocates(model%mesh%family(e))) cycle
-         reason = 'GE elements; element '//to_text(model%mesh%element_label(e))//' is not'
+      e = findloc(within_contact(model, contact) .and. .not. collocates(model%mesh%family), .true., 1)
+      if (e > 0) then
+         reason = 'GE elements; '//element_words(model%mesh, e)//' is not'
          return
-      end do
+      end if
+      call count_elements(model, contact, leaving, entering)
       do i = 1, size(contact%node)
-         node = contact%node(i)
-         if (leaving(node) + entering(node) == 0) then
-            reason = 'elements between its nodes; node '//to_text(model%mesh%node_label(node))//' is alone'
-         else if (max(leaving(node), entering(node)) > 1) then
-            reason = 'chains without branches; there is one at node '//to_text(model%mesh%node_label(node))
-         end if
+         associate (node => contact%node(i))
+            if (leaving(node) + entering(node) == 0) then
+               reason = 'elements between its nodes; '//node_words(model%mesh, node)//' is alone'
+            else if (max(leaving(node), entering(node)) > 1) then
+               reason = 'chains without branches; there is one at '//node_words(model%mesh, node)
+            end if
+         end associate
          if (reason /= '') return
       end do
    end function distribution_needs

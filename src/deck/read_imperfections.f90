@@ -1,121 +1,116 @@
-!> Reads *IMPERFECTION of the model part: shapes on chains of curves, and the resulting positions of the nodes.
+!> Reads *IMPERFECTION: in the model part shapes on chains of curves, and the resulting positions of the nodes; in a step
+!> (SHAPE=MODE) buckling modes as the stress-free offset at its start.
 module read_imperfections
    use kinds, only: wp, degree
-   use text, only: to_text
-   use model, only: model_t, mesh_t, imperfection_t, shape_sine, shape_cosine, shape_clamped
+   use text, only: to_text, plural
+   use model, only: model_t, mesh_t, imperfection_t, mode_offset_t, shape_sine, shape_cosine, shape_clamped
    use imperfection_chain, only: chain_t, follow_chain
    use imperfection, only: imperfection_value, nodal_imperfection, random_offsets
    use reference_curve, only: measure_curves
-   use diagnostics, only: diagnostics_t
-   use deck_cards, only: deck_t, complain
-   use card_values, only: parameter_word, parameter_integer, field_place, field_real, field_text
-   use deck_names, only: deck_names_t, find_set, find_nodes
+   use checked_deck, only: checked_deck_t, cursor_t
+   use deck_names, only: node_words
    implicit none
    private
-   public :: read_imperfection_cards
+   public :: read_imperfection_cards, read_mode_imperfection_cards
 
 contains
 
    !> Reads all imperfections except buckling modes; assigns them to the curves and moves mesh%x.
-   subroutine read_imperfection_cards(deck, names, model, diagnostics)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names           !! with the mesh
+   subroutine read_imperfection_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with the mesh
       type(model_t), intent(inout) :: model             !! receives imperfection, curve%imperfection, mesh%x
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, allocatable :: from_card(:)
-      integer :: card, set
+      type(cursor_t), allocatable :: origin(:)          ! by imperfection: its card
+      type(cursor_t) :: at
       type(chain_t) :: chain
       type(imperfection_t) :: shape
       logical :: ok
-      allocate (model%imperfection(0), from_card(0))
-      do card = 1, deck%n_cards
-         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'IMPERFECTION') cycle
-         if (deck%card(card)%step > 0 .or. parameter_word(deck, card, 'SHAPE') == 'MODE') cycle
-         call find_set(deck, names, diagnostics, card, 'ELSET', 'element', set)
-         if (set == 0 .or. names%mesh_incomplete) cycle
-         call follow_chain(deck, model, diagnostics, card, names%element_set%members(set), chain, ok)
-         if (.not. ok) cycle
-         call read_shape(deck, names, model%mesh, diagnostics, card, chain, shape, ok)
+      allocate (model%imperfection(0), origin(0))
+      do while (deck%next_card(at, 'IMPERFECTION'))
+         if (at%step > 0 .or. deck%word(at, 'SHAPE') == 'MODE') cycle
+         call follow_chain(deck, at, model, deck%elements(at, 'ELSET'), chain, ok)
+         if (ok) ok = deck%lines_sound(at)
+         if (ok) call read_shape(deck, at, model%mesh, chain, shape, ok)
          if (.not. ok) cycle
          model%imperfection = [model%imperfection, shape]
-         from_card = [from_card, card]
+         origin = [origin, at]
          call mark_curves(model, chain)
       end do
-      call move_nodes(deck, model, diagnostics, from_card)
+      call move_nodes(deck, model, origin)
       call measure_curves(model%curve, model%imperfection)
    end subroutine read_imperfection_cards
 
-   !> Reads the data lines.
-   subroutine read_shape(deck, names, mesh, diagnostics, card, chain, shape, ok)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names
+   !> Reads the data lines, which are all sound.
+   subroutine read_shape(deck, at, mesh, chain, shape, ok)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(inout) :: at
       type(mesh_t), intent(in) :: mesh
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
       type(chain_t), intent(in) :: chain
       type(imperfection_t), intent(out) :: shape
       logical, intent(out) :: ok
       real(wp), allocatable :: offset(:)
-      integer :: line, first, most
-      first = deck%card(card)%first_line
-      ok = all(deck%data_line(first:deck%card(card)%last_line)%sound)
-      if (.not. ok) return
+      ok = .true.
       shape%length = chain%knot(size(chain%knot))
-      select case (parameter_word(deck, card, 'SHAPE'))
+      select case (deck%word(at, 'SHAPE'))
       case ('SINE', 'COSINE')
-         shape%shape = merge(shape_sine, shape_cosine, parameter_word(deck, card, 'SHAPE') == 'SINE')
-         shape%amplitude = [(field_real(deck, line, 1), line=first, deck%card(card)%last_line)]
-         shape%half_waves = [(field_real(deck, line, 2), line=first, deck%card(card)%last_line)]
-         shape%phase = [(field_real(deck, line, 3) * degree, line=first, deck%card(card)%last_line)]
-         most = most_half_waves(names, mesh, chain)
-         do line = first, deck%card(card)%last_line
-            if (field_real(deck, line, 2) > most) then
-               call complain(deck, diagnostics, card, field_place(deck, line, 2), field_text(deck, line, 2)// &
-                  ' half waves are more than '//to_text(most)//', the most that the elements of the chain can follow')
-               ok = .false.
-            else if (chain%closed .and. abs(modulo(field_real(deck, line, 2), 2.0_wp)) > 0.0_wp) then
-               call complain(deck, diagnostics, card, field_place(deck, line, 2), &
-                  'a closed chain needs an even number of half waves')
-               ok = .false.
-            end if
+         shape%shape = merge(shape_sine, shape_cosine, deck%word(at, 'SHAPE') == 'SINE')
+         allocate (shape%amplitude(0), shape%half_waves(0), shape%phase(0))
+         do while (deck%next_line(at))
+            shape%amplitude = [shape%amplitude, deck%real(at, 'amplitude')]
+            shape%half_waves = [shape%half_waves, deck%real(at, 'half waves')]
+            shape%phase = [shape%phase, deck%real(at, 'phase') * degree]
+            call check_half_waves(deck, at, mesh, chain, ok)
          end do
       case ('CLAMPED')
+         ok = deck%next_line(at)
          shape%shape = shape_clamped
-         shape%amplitude = [field_real(deck, first, 1), field_real(deck, first, 2)]
+         shape%amplitude = [deck%real(at, 'a1'), deck%real(at, 'a2')]
       case ('NODAL')
-         call read_nodal_offsets(deck, names, mesh, diagnostics, card, chain, offset, ok)
+         call read_nodal_offsets(deck, at, mesh, chain, offset, ok)
          if (ok) call nodal_imperfection(chain%knot, offset, chain%closed, shape)
       case default
+         ok = deck%next_line(at)
          allocate (offset(size(chain%node)))
-         call random_offsets(parameter_integer(deck, card, 'SEED'), field_real(deck, first, 1), chain%closed, offset)
+         call random_offsets(deck%integer(at, 'SEED'), deck%real(at, 'amplitude'), chain%closed, offset)
          call nodal_imperfection(chain%knot, offset, chain%closed, shape)
       end select
    end subroutine read_shape
 
-   !> Largest number of half waves along a chain that the mesh resolves: one for each Gauss point of its elements, or for each
-   !> straight element. If numbers of elements are omitted, the program may make finer meshes, and a constant applies.
-   pure integer function most_half_waves(names, mesh, chain) result(most)
-      type(deck_names_t), intent(in) :: names
+   !> Checks the half waves of a line: the mesh must resolve them, and those of a closed chain must fit.
+   subroutine check_half_waves(deck, at, mesh, chain, ok)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
       type(mesh_t), intent(in) :: mesh
       type(chain_t), intent(in) :: chain
+      logical, intent(inout) :: ok  ! false after an error
       integer, parameter :: most_of_any_mesh = 1000
+      integer :: most
+      ! One for each Gauss point of the elements, or for each straight element. If numbers of elements are omitted, the program may
+      ! make finer meshes, and a constant applies.
       most = sum(max(1, mesh%stages(chain%element)))
-      if (any(names%placed_line(mesh%curve(chain%element)) > 0)) most = max(most, most_of_any_mesh)
-   end function most_half_waves
+      if (any(deck%names%placed_line(mesh%curve(chain%element)) > 0)) most = max(most, most_of_any_mesh)
+      if (deck%real(at, 'half waves') > most) then
+         call deck%wrong(at, 'half waves', deck%text(at, 'half waves')//' half waves are more than '//to_text(most)// &
+            ', the most that the elements of the chain can follow')
+      else if (chain%closed .and. abs(modulo(deck%real(at, 'half waves'), 2.0_wp)) > 0.0_wp) then
+         call deck%wrong(at, 'half waves', 'a closed chain needs an even number of half waves')
+      else
+         return
+      end if
+      ok = .false.
+   end subroutine check_half_waves
 
    !> Reads SHAPE=NODAL: node or set, offset.
-   subroutine read_nodal_offsets(deck, names, mesh, diagnostics, card, chain, offset, ok)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names
+   subroutine read_nodal_offsets(deck, at, mesh, chain, offset, ok)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(inout) :: at
       type(mesh_t), intent(in) :: mesh
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
       type(chain_t), intent(in) :: chain
       real(wp), allocatable, intent(out) :: offset(:)
       logical, intent(out) :: ok
+      character(:), allocatable :: problem
       integer, allocatable :: nodes(:)
       integer :: place_in_chain(mesh%n_nodes), given_in(mesh%n_nodes)
-      integer :: line, i, node
+      integer :: i
       ok = .true.
       allocate (offset(size(chain%node)), source=0.0_wp)
       place_in_chain = 0
@@ -123,25 +118,22 @@ contains
       do i = size(chain%node), 1, -1
          place_in_chain(chain%node(i)) = i
       end do
-      do line = deck%card(card)%first_line, deck%card(card)%last_line
-         call find_nodes(deck, names, diagnostics, line, 1, nodes)
+      do while (deck%next_line(at))
+         nodes = deck%nodes(at, 'node or set')
          ok = ok .and. size(nodes) > 0
          do i = 1, size(nodes)
-            node = nodes(i)
-            if (place_in_chain(node) == 0) then
-               call complain(deck, diagnostics, card, field_place(deck, line, 1), &
-                  'node '//to_text(mesh%node_label(node))//' is not on the chain')
-               ok = .false.
-               exit
-            else if (given_in(node) > 0) then
-               call complain(deck, diagnostics, card, field_place(deck, line, 1), &
-                  'node '//to_text(mesh%node_label(node))//' has an offset already, from '// &
-                  deck%source%line_words(given_in(node)))
-               ok = .false.
-               exit
-            end if
-            given_in(node) = deck%data_line(line)%line
-            offset(place_in_chain(node)) = field_real(deck, line, 2)
+            associate (node => nodes(i))
+               problem = ''
+               if (given_in(node) > 0) problem = ' has an offset already, from '//deck%source%line_words(given_in(node))
+               if (place_in_chain(node) == 0) problem = ' is not on the chain'
+               if (problem /= '') then
+                  call deck%wrong(at, 'node or set', node_words(mesh, node)//problem)
+                  ok = .false.
+                  exit
+               end if
+               given_in(node) = at%line_at
+               offset(place_in_chain(node)) = deck%real(at, 'offset')
+            end associate
          end do
       end do
       if (chain%closed) offset(size(offset)) = offset(1)
@@ -161,16 +153,15 @@ contains
    end subroutine mark_curves
 
    !> Moves mesh%x; all curves that meet at a node must give it the same position.
-   subroutine move_nodes(deck, model, diagnostics, from_card)
-      type(deck_t), intent(in) :: deck
+   subroutine move_nodes(deck, model, origin)
+      type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: from_card(:)        ! by imperfection
+      type(cursor_t), intent(in) :: origin(:)    ! by imperfection: its card
       real(wp), parameter :: disagreement = 1.0e-3_wp
       real(wp) :: shift(2, model%mesh%n_nodes), size_of_offset(model%mesh%n_nodes), w, dw, angle, here(2)
       integer :: owner(model%mesh%n_nodes), e, k, node, i
-      logical :: visited(model%mesh%n_nodes), reported(size(from_card))
-      if (size(from_card) == 0) return
+      logical :: visited(model%mesh%n_nodes), reported(size(origin))
+      if (size(origin) == 0) return
       shift = 0.0_wp
       size_of_offset = 0.0_wp
       owner = 0
@@ -198,10 +189,8 @@ contains
                if (norm2(here - shift(:, node)) <= disagreement * size_of_offset(node) + &
                   1.0e-12_wp * model%imperfection(i)%length .or. reported(i)) cycle
                reported(i) = .true.
-               call complain(deck, diagnostics, from_card(i), deck%card(from_card(i))%place, 'node '// &
-                  to_text(model%mesh%node_label(node))//' is moved, but another curve that meets it there is not '// &
-                  'moved '// &
-                  'with it; the offset must be zero at such a node')
+               call deck%wrong_card(origin(i), node_words(model%mesh, node)//' is moved, but another curve that meets it '// &
+                  'there is not moved with it; the offset must be zero at such a node')
             end do
          end associate
       end do
@@ -211,4 +200,67 @@ contains
          model%mesh%s(2, e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
       end do
    end subroutine move_nodes
+
+   !> Reads the modes of all steps, and reports each *IMPERFECTION in the wrong part of the deck.
+   subroutine read_mode_imperfection_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with mesh and steps
+      type(model_t), intent(inout) :: model             !! with all other imperfections; receives step%mode_offset
+      type(cursor_t) :: at
+      type(chain_t) :: chain
+      integer :: s, from_step
+      logical :: of_mode, ok
+      do while (deck%next_card(at, 'IMPERFECTION'))
+         s = at%step
+         of_mode = deck%word(at, 'SHAPE') == 'MODE'
+         if (s == 0 .and. of_mode) call deck%wrong(at, 'SHAPE', 'SHAPE=MODE belongs in a step with *STATIC')
+         if (s > 0 .and. .not. of_mode) call deck%wrong(at, 'SHAPE', &
+            'only SHAPE=MODE may stand in a step; all other shapes belong above the first *STEP')
+         if (s == 0 .or. .not. of_mode) cycle
+         if (model%step(s)%n_modes > 0) cycle ! reported elsewhere
+         call find_buckling_step(deck, at, from_step)
+         call follow_chain(deck, at, model, deck%elements(at, 'ELSET'), chain, ok)
+         if (ok .and. from_step > 0) call read_modes(deck, at, from_step, model%step(from_step)%n_modes, chain%element, &
+            model%step(s)%mode_offset)
+      end do
+   end subroutine read_mode_imperfection_cards
+
+   !> The step named by STEP: an earlier one with *BUCKLE.
+   subroutine find_buckling_step(deck, at, step)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
+      integer, intent(out) :: step ! 0: none
+      type(cursor_t) :: other
+      logical :: buckles
+      step = deck%named(at, 'STEP', deck%names%step, 'step')
+      if (step == 0) return
+      buckles = deck%names%unknown_cards
+      do while (deck%next_card(other, 'BUCKLE', also_bad=.true.))
+         buckles = buckles .or. other%step == step
+      end do
+      if (step >= at%step) then
+         call deck%wrong(at, 'STEP', 'step '//trim(deck%names%step%name(step))//' does not come before this one')
+      else if (.not. buckles) then
+         call deck%wrong(at, 'STEP', 'step '//trim(deck%names%step%name(step))//' has no *BUCKLE')
+      else
+         return
+      end if
+      step = 0
+   end subroutine find_buckling_step
+
+   !> Reads the data lines: mode, amplitude.
+   subroutine read_modes(deck, at, from_step, n_modes, element, mode_offset)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(inout) :: at
+      integer, intent(in) :: from_step
+      integer, intent(in) :: n_modes    ! number of modes of that step; 0: unknown because of an error
+      integer, intent(in) :: element(:)
+      type(mode_offset_t), allocatable, intent(inout) :: mode_offset(:)
+      integer :: mode
+      do while (deck%next_line(at))
+         mode = deck%integer(at, 'mode')
+         if (n_modes > 0 .and. mode > n_modes) call deck%wrong(at, 'mode', 'that step finds '//plural(n_modes, 'mode')//' only')
+         mode_offset = [mode_offset, mode_offset_t(step=from_step, mode=mode, amplitude=deck%real(at, 'amplitude'), &
+            element=element, line=at%card_at)]
+      end do
+   end subroutine read_modes
 end module read_imperfections

@@ -4,17 +4,12 @@ module read_mesh
    use errors, only: error_t
    use text, only: to_text
    use memory, only: can_be_had
-   use model, only: model_t, curve_t
+   use model, only: model_t, curve_t, imperfection_t
    use element_families, only: element_kind
    use mesh_generators, only: growing_mesh_t, line_curve, arc_curve, ring_curve, graded_division
    use reference_curve, only: curve_point
-   use model, only: imperfection_t
-   use diagnostics, only: diagnostics_t, place_t
-   use deck_cards, only: deck_t, complain
-   use card_values, only: given, parameter_text, parameter_word, field_given, field_place, field_text, field_integer, &
-      field_real, &
-      whole_line
-   use deck_names, only: deck_names_t, find_nodes, find_elements, take_node_sets
+   use checked_deck, only: checked_deck_t, cursor_t
+   use deck_names, only: labels_t, take_node_sets
    implicit none
    private
    public :: read_mesh_cards
@@ -26,194 +21,197 @@ module read_mesh
    !> Entries per node of a chain's band matrix factored with pivoting: three unknowns, coupled with those of neighbouring nodes.
    integer, parameter :: band_entries = 3 * (3 * 5 + 1)
 
-   !> Lines of the deck that define labels, for messages about a second definition.
-   type :: origin_t
-      integer, allocatable :: node_line(:), element_line(:) !! line of the deck, by index
-   end type origin_t
+   !> What all elements of a card have in common.
+   type :: element_card_t
+      integer :: family = 0, stages = 0        !! kind of the elements
+      integer :: node_set = 0, element_set = 0 !! sets that receive nodes and elements, 0: none
+   end type element_card_t
 
 contains
 
    !> Reads all cards of the mesh; fills mesh, curves and node sets of the model.
-   subroutine read_mesh_cards(deck, names, model, diagnostics)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! receives nodes, elements and sets
+   subroutine read_mesh_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! receives nodes, elements and sets
       type(model_t), intent(inout) :: model             !! receives mesh (without sections), curve, node_set
-      type(diagnostics_t), intent(inout) :: diagnostics
       type(growing_mesh_t) :: grown
-      type(origin_t) :: origin
-      integer :: card, e
-      allocate (origin%node_line(64), origin%element_line(64), names%placed_line(0))
-      do card = 1, deck%n_cards
-         if (.not. deck%card(card)%sound) cycle
-         select case (deck%card(card)%keyword)
+      type(cursor_t) :: at
+      integer :: e
+      allocate (deck%names%placed_line(0))
+      do while (deck%next_card(at, 'NODE|ELEMENT|LINE|ARC|RING|NSET|ELSET'))
+         select case (at%keyword)
          case ('NODE')
-            call read_nodes(deck, names, grown, origin, diagnostics, card)
+            call read_nodes(deck, at, grown)
          case ('ELEMENT')
-            call read_elements(deck, names, grown, origin, diagnostics, card)
-         case ('LINE', 'ARC', 'RING')
-            call read_curves(deck, names, grown, origin, diagnostics, card)
-         case ('NSET', 'ELSET')
-            call read_set(deck, names, diagnostics, card)
+            call read_elements(deck, at, grown)
+         case ('NSET')
+            call read_set(deck, at, 'node')
+         case ('ELSET')
+            call read_set(deck, at, 'element')
+         case default
+            call read_curves(deck, at, grown)
          end select
       end do
       call grown%take(model%mesh, model%curve)
-      call take_node_sets(names, model%node_set)
-      names%above_only = .false.
-      names%element_line = origin%element_line(:model%mesh%n_elements)
-      allocate (names%connected(model%mesh%n_nodes), source=.false.)
+      call take_node_sets(deck%names, model%node_set)
+      deck%names%above_only = .false.
+      allocate (deck%names%connected(model%mesh%n_nodes), source=.false.)
       do e = 1, model%mesh%n_elements
-         names%connected(model%mesh%node(:, e)) = .true.
+         deck%names%connected(model%mesh%node(:, e)) = .true.
       end do
    end subroutine read_mesh_cards
 
-   subroutine read_nodes(deck, names, grown, origin, diagnostics, card)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names
+   subroutine read_nodes(deck, at, grown)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(inout) :: at
       type(growing_mesh_t), intent(inout) :: grown
-      type(origin_t), intent(inout) :: origin
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
-      integer :: line, label, set, old
-      set = set_of_card(deck, names, card, 'NSET')
-      do line = deck%card(card)%first_line, deck%card(card)%last_line
-         if (.not. deck%data_line(line)%sound) cycle
-         label = field_integer(deck, line, 1)
-         old = names%node%find(label)
-         if (old > 0) then
-            call complain(deck, diagnostics, card, field_place(deck, line, 1), &
-               'node '//to_text(label)//' was defined in '//deck%source%line_words(origin%node_line(old)))
-            cycle
-         end if
-         call new_node(names, grown, origin, label, [field_real(deck, line, 2), field_real(deck, line, 3)], &
-            deck%data_line(line)%line)
-         call names%node_set%append(set, grown%mesh%n_nodes)
+      type(element_card_t) :: common
+      common = common_to(deck, at)
+      do while (deck%next_line(at))
+         if (.not. is_new_label(deck, at, deck%names%node)) cycle
+         call new_node(deck, grown, deck%integer(at, 'label'), [deck%real(at, 'x'), deck%real(at, 'y')], at)
+         call deck%names%node%append(common%node_set, grown%mesh%n_nodes)
       end do
    end subroutine read_nodes
 
-   subroutine read_elements(deck, names, grown, origin, diagnostics, card)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names
+   subroutine read_elements(deck, at, grown)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(inout) :: at
       type(growing_mesh_t), intent(inout) :: grown
-      type(origin_t), intent(inout) :: origin
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
-      integer :: line, label, set, old, node(2), family, stages
-      real(wp) :: length
-      set = set_of_card(deck, names, card, 'ELSET')
-      call element_kind(parameter_word(deck, card, 'TYPE'), family, stages)
-      do line = deck%card(card)%first_line, deck%card(card)%last_line
-         if (.not. deck%data_line(line)%sound) cycle
-         label = field_integer(deck, line, 1)
-         old = names%element%find(label)
-         if (old > 0) then
-            call complain(deck, diagnostics, card, field_place(deck, line, 1), &
-               'element '//to_text(label)//' was defined in '//deck%source%line_words(origin%element_line(old)))
-            cycle
+      type(element_card_t) :: common
+      integer :: node(2)
+      common = common_to(deck, at)
+      do while (deck%next_line(at))
+         if (.not. is_new_label(deck, at, deck%names%element)) cycle
+         node = end_nodes(deck, at, grown, 'second node')
+         if (minval(node) > 0) then
+            call new_element(deck, grown, deck%integer(at, 'label'), node, common, 0, &
+               [0.0_wp, norm2(grown%mesh%x(:, node(2)) - grown%mesh%x(:, node(1)))], at, .false.)
+         else
+            deck%names%mesh_incomplete = .true.
          end if
-         call two_nodes(deck, names, grown, diagnostics, line, node, length)
-         if (minval(node) == 0) then
-            names%mesh_incomplete = .true.
-            cycle
-         end if
-         call new_element(names, grown, origin, label, node, family, stages, 0, [0.0_wp, length], &
-            deck%data_line(line)%line, .false.)
-         call names%element_set%append(set, grown%mesh%n_elements)
       end do
    end subroutine read_elements
 
+   !> False, and an error is added, if the label of a line is used already.
+   logical function is_new_label(deck, at, labels) result(is_new)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
+      type(labels_t), intent(in) :: labels   ! of nodes or elements
+      integer :: old
+      old = labels%find(deck%integer(at, 'label'))
+      is_new = old == 0
+      if (.not. is_new) call deck%wrong(at, 'label', trim(labels%what)//' '//to_text(deck%integer(at, 'label'))// &
+         ' was defined in '//deck%source%line_words(labels%line(old)))
+   end function is_new_label
+
+   !> Kind of the elements of a card, and the sets that receive its nodes and elements.
+   type(element_card_t) function common_to(deck, at) result(common)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
+      if (at%keyword /= 'NODE') then
+         call element_kind(deck%word(at, 'TYPE'), common%family, common%stages)
+         if (deck%given(at, 'ELSET')) call deck%names%element%begin_set(deck%text(at, 'ELSET'), common%element_set)
+      end if
+      if (at%keyword == 'ELEMENT') return
+      if (deck%given(at, 'NSET')) call deck%names%node%begin_set(deck%text(at, 'NSET'), common%node_set)
+   end function common_to
+
    !> Reads *LINE, *ARC and *RING: one curve for each data line.
-   subroutine read_curves(deck, names, grown, origin, diagnostics, card)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names
+   subroutine read_curves(deck, at, grown)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(inout) :: at
       type(growing_mesh_t), intent(inout) :: grown
-      type(origin_t), intent(inout) :: origin
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
+      type(element_card_t) :: common
       type(curve_t) :: curve
-      type(error_t), allocatable :: error
-      integer :: line, node(2), node_set, element_set, elements, elements_field, family, stages
-      real(wp) :: length, centre(2), grading
-      logical :: placed
-      node_set = set_of_card(deck, names, card, 'NSET')
-      element_set = set_of_card(deck, names, card, 'ELSET')
-      call element_kind(parameter_word(deck, card, 'TYPE'), family, stages)
-      do line = deck%card(card)%first_line, deck%card(card)%last_line
-         if (.not. deck%data_line(line)%sound) cycle
-         grading = 1.0_wp
-         select case (deck%card(card)%keyword)
-         case ('LINE')
-            elements_field = 3
-            call two_nodes(deck, names, grown, diagnostics, line, node, length)
-            if (minval(node) > 0) curve = line_curve(grown%mesh%x(:, node(1)), grown%mesh%x(:, node(2)))
-         case ('ARC')
-            elements_field = 5
-            centre = [field_real(deck, line, 3), field_real(deck, line, 4)]
-            call two_nodes(deck, names, grown, diagnostics, line, node, length)
-            if (minval(node) > 0) then
-               call arc_curve(grown%mesh%x(:, node(1)), grown%mesh%x(:, node(2)), centre, &
-                  parameter_word(deck, card, 'DIRECTION') == 'ANTICLOCKWISE', curve, error)
-               if (allocated(error)) then
-                  call complain(deck, diagnostics, card, whole_line(deck, line), error%message)
-                  node = 0
-               end if
-            end if
-         case default
-            elements_field = 4
-            centre = [field_real(deck, line, 2), field_real(deck, line, 3)]
-            node = one_node(deck, names, diagnostics, line, 1)
-            if (minval(node) > 0) then
-               if (norm2(grown%mesh%x(:, node(1)) - centre) <= 0.0_wp) then
-                  call complain(deck, diagnostics, card, whole_line(deck, line), 'the centre is at the node')
-                  node = 0
-               else
-                  curve = ring_curve(grown%mesh%x(:, node(1)), centre)
-               end if
-            end if
-         end select
-         placed = .not. field_given(deck, line, elements_field)
-         elements = output_elements
-         if (.not. placed) elements = field_integer(deck, line, elements_field)
-         if (placed .and. stages < 2) then
-            call complain(deck, diagnostics, card, whole_line(deck, line), 'the number of elements can be left out of those of '// &
-               'order 4, 6 and 8 only (TYPE)')
-            node = 0
-         else if (deck%card(card)%keyword == 'RING' .and. elements < 3) then
-            call complain(deck, diagnostics, card, field_place(deck, line, elements_field), &
-               'a ring needs at least 3 elements')
-            node = 0
-         else if (deck%card(card)%keyword /= 'RING') then
-            grading = field_real(deck, line, elements_field + 1)
-            if (placed .and. field_given(deck, line, elements_field + 1)) then
-               call complain(deck, diagnostics, card, field_place(deck, line, elements_field + 1), &
-                  'grading needs a number of elements')
-               node = 0
-            end if
-            if (elements == 1 .and. abs(grading - 1.0_wp) > 0.0_wp) then
-               call complain(deck, diagnostics, card, field_place(deck, line, elements_field + 1), &
-                  'grading needs at least 2 elements')
-               node = 0
-            end if
-         end if
-         if (minval(node) == 0) then
-            names%mesh_incomplete = .true.
-         else if (elements > huge(1) - max(names%greatest_node, names%greatest_element) - 2) then
-            call complain(deck, diagnostics, card, field_place(deck, line, elements_field), &
-               'too many elements to number')
-            names%mesh_incomplete = .true.
-         else if (.not. fits(real(grown%mesh%n_elements, wp) + elements)) then
-            call complain(deck, diagnostics, card, field_place(deck, line, elements_field), 'so many elements need about '// &
-               to_text(nint(1.0e-9_wp * bytes_of_element * (real(grown%mesh%n_elements, wp) + elements)))// &
-               ' GB of memory, more than can be had')
-            names%mesh_incomplete = .true.
-         else
+      integer :: node(2), elements
+      real(wp) :: grading
+      logical :: placed, ok
+      common = common_to(deck, at)
+      do while (deck%next_line(at))
+         call read_curve(deck, at, grown, node, curve)
+         placed = .not. deck%given(at, 'elements')
+         elements = deck%integer(at, 'elements')
+         if (placed) elements = output_elements
+         call read_division(deck, at, grown, common, elements, grading, ok)
+         if (ok .and. minval(node) > 0) then
             call grown%add_curve(curve)
-            call mesh_curve(names, grown, origin, node, graded_division(curve%length, elements, grading), family, &
-               stages, &
-               node_set, element_set, deck%data_line(line)%line, placed)
-            names%placed_line = [names%placed_line, merge(line, 0, placed)]
+            call mesh_curve(deck, at, grown, node, graded_division(curve%length, elements, grading), common, placed)
+            deck%names%placed_line = [deck%names%placed_line, merge(at%line, 0, placed)]
+         else
+            deck%names%mesh_incomplete = .true.
          end if
       end do
    end subroutine read_curves
+
+   !> Reads end nodes and shape of a curve.
+   subroutine read_curve(deck, at, grown, node, curve)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
+      type(growing_mesh_t), intent(in) :: grown
+      integer, intent(out) :: node(2)      ! end nodes, equal for a ring; 0 after an error
+      type(curve_t), intent(out) :: curve
+      type(error_t), allocatable :: error
+      real(wp) :: x(2, 2), centre(2)
+      if (at%keyword == 'RING') then
+         node = deck%node(at, 'node')
+      else
+         node = end_nodes(deck, at, grown, 'last node')
+      end if
+      if (minval(node) == 0) return
+      x = grown%mesh%x(:, node)
+      if (at%keyword == 'LINE') then
+         curve = line_curve(x(:, 1), x(:, 2))
+         return
+      end if
+      centre = [deck%real(at, 'xc'), deck%real(at, 'yc')]
+      if (at%keyword == 'ARC') then
+         call arc_curve(x(:, 1), x(:, 2), centre, deck%word(at, 'DIRECTION') == 'ANTICLOCKWISE', curve, error)
+         if (.not. allocated(error)) return
+         call deck%wrong_line(at, error%message)
+      else if (norm2(x(:, 1) - centre) > 0.0_wp) then
+         curve = ring_curve(x(:, 1), centre)
+         return
+      else
+         call deck%wrong_line(at, 'the centre is at the node')
+      end if
+      node = 0
+   end subroutine read_curve
+
+   !> Reads the grading of a curve, and checks that it can be divided into so many elements.
+   subroutine read_division(deck, at, grown, common, elements, grading, ok)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
+      type(growing_mesh_t), intent(in) :: grown
+      type(element_card_t), intent(in) :: common
+      integer, intent(in) :: elements      ! given, or those for the output
+      real(wp), intent(out) :: grading
+      logical, intent(out) :: ok
+      logical :: placed
+      integer :: before
+      before = deck%diagnostics%n
+      placed = .not. deck%given(at, 'elements')
+      grading = 1.0_wp
+      if (placed .and. common%stages < 2) then
+         call deck%wrong_line(at, 'the number of elements can be left out of those of order 4, 6 and 8 only (TYPE)')
+      else if (at%keyword == 'RING') then
+         if (elements < 3) call deck%wrong(at, 'elements', 'a ring needs at least 3 elements')
+      else
+         grading = deck%real(at, 'grading')
+         if (placed .and. deck%given(at, 'grading')) call deck%wrong(at, 'grading', 'grading needs a number of elements')
+         if (elements == 1 .and. abs(grading - 1.0_wp) > 0.0_wp) &
+            call deck%wrong(at, 'grading', 'grading needs at least 2 elements')
+      end if
+      ok = deck%diagnostics%n == before
+      if (.not. ok) return
+      if (elements > huge(1) - max(deck%names%node%greatest, deck%names%element%greatest) - 2) then
+         call deck%wrong(at, 'elements', 'too many elements to number')
+      else if (.not. fits(real(grown%mesh%n_elements, wp) + elements)) then
+         call deck%wrong(at, 'elements', 'so many elements need about '// &
+            to_text(nint(1.0e-9_wp * bytes_of_element * (real(grown%mesh%n_elements, wp) + elements)))// &
+            ' GB of memory, more than can be had')
+      end if
+      ok = deck%diagnostics%n == before
+   end subroutine read_division
 
    !> True for a number of elements for which there is enough memory, and whose equations can be numbered.
    logical function fits(elements)
@@ -223,199 +221,137 @@ contains
    end function fits
 
    !> Adds nodes and elements on the last curve, from its first to its last node.
-   subroutine mesh_curve(names, grown, origin, ends, s, family, stages, node_set, element_set, deck_line, placed)
-      type(deck_names_t), intent(inout) :: names
+   subroutine mesh_curve(deck, at, grown, ends, s, common, placed)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
       type(growing_mesh_t), intent(inout) :: grown
-      type(origin_t), intent(inout) :: origin
       integer, intent(in) :: ends(2)             ! indices of the end nodes, equal for a ring
       real(wp), intent(in) :: s(0:)              ! ends of the elements on the curve
-      integer, intent(in) :: family, stages, node_set, element_set, deck_line
+      type(element_card_t), intent(in) :: common
       logical, intent(in) :: placed              ! the deck omits the number of elements
       type(imperfection_t) :: none(0)
       integer :: i, from, to
       real(wp) :: x(2), angle, speed
       from = ends(1)
-      call names%node_set%append(node_set, from)
+      call deck%names%node%append(common%node_set, from)
       do i = 1, ubound(s, 1)
          to = ends(2)
          if (i < ubound(s, 1)) then
             call curve_point(grown%curve(grown%n_curves), none, s(i), x, angle, speed)
-            call new_node(names, grown, origin, names%greatest_node + 1, x, deck_line)
+            call new_node(deck, grown, deck%names%node%greatest + 1, x, at)
             to = grown%mesh%n_nodes
          end if
-         call new_element(names, grown, origin, names%greatest_element + 1, [from, to], family, stages, &
-            grown%n_curves, &
-            s(i - 1:i), deck_line, placed)
-         call names%element_set%append(element_set, grown%mesh%n_elements)
-         call names%node_set%append(node_set, to)
+         call new_element(deck, grown, deck%names%element%greatest + 1, [from, to], common, grown%n_curves, s(i - 1:i), at, placed)
+         call deck%names%node%append(common%node_set, to)
          from = to
       end do
    end subroutine mesh_curve
 
    !> Reads *NSET and *ELSET.
-   subroutine read_set(deck, names, diagnostics, card)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
-      character(:), allocatable :: what
+   subroutine read_set(deck, at, what)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(inout) :: at
+      character(*), intent(in) :: what           ! node or element
       integer, allocatable :: members(:)
-      integer :: line, field, set, i
-      what = 'node'
-      if (deck%card(card)%keyword == 'ELSET') what = 'element'
-      set = set_of_card(deck, names, card, deck%card(card)%keyword)
-      do line = deck%card(card)%first_line, deck%card(card)%last_line
-         if (.not. deck%data_line(line)%sound) cycle
-         if (given(deck, card, 'GENERATE')) then
-            call read_range(deck, names, diagnostics, line, what, set)
+      integer :: set, k
+      if (what == 'node') call deck%names%node%begin_set(deck%text(at, 'NSET'), set)
+      if (what == 'element') call deck%names%element%begin_set(deck%text(at, 'ELSET'), set)
+      do while (deck%next_line(at))
+         if (deck%given(at, 'GENERATE')) then
+            call append(deck, what, set, range_of(deck, at, what))
             cycle
          end if
-         do field = 1, deck%data_line(line)%n_fields
-            if (what == 'node') then
-               call find_nodes(deck, names, diagnostics, line, field, members)
-            else
-               call find_elements(deck, names, diagnostics, line, field, members)
-            end if
-            do i = 1, size(members)
-               if (what == 'node') call names%node_set%append(set, members(i))
-               if (what == 'element') call names%element_set%append(set, members(i))
-            end do
+         do k = 1, deck%count(at, deck%first_field(at))
+            members = deck%members(at, deck%first_field(at), what, k)
+            call append(deck, what, set, members)
          end do
       end do
    end subroutine read_set
 
+   !> Adds members to a set.
+   subroutine append(deck, what, set, members)
+      type(checked_deck_t), intent(inout) :: deck
+      character(*), intent(in) :: what           ! node or element
+      integer, intent(in) :: set, members(:)
+      integer :: i
+      do i = 1, size(members)
+         if (what == 'node') call deck%names%node%append(set, members(i))
+         if (what == 'element') call deck%names%element%append(set, members(i))
+      end do
+   end subroutine append
+
    !> Reads one line of a set with GENERATE.
-   subroutine read_range(deck, names, diagnostics, line, what, set)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: line
-      character(*), intent(in) :: what
-      integer, intent(in) :: set
-      integer :: first, last, increment, label, member, steps
-      first = field_integer(deck, line, 1)
-      last = field_integer(deck, line, 2)
-      increment = field_integer(deck, line, 3)
+   function range_of(deck, at, what) result(members)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
+      character(*), intent(in) :: what           ! node or element
+      integer, allocatable :: members(:)         ! nodes or elements up to the first one that is not defined
+      integer :: first, last, increment, label, n
+      first = deck%integer(at, 'first')
+      last = deck%integer(at, 'last')
+      increment = deck%integer(at, 'increment')
       if (last < first) then
-         call complain(deck, diagnostics, deck%data_line(line)%card, field_place(deck, line, 2), &
-            'the last label must not be below the first one')
+         call deck%wrong(at, 'last', 'the last label must not be below the first one')
+         allocate (members(0))
          return
       else if (mod(last - first, increment) /= 0) then
-         call complain(deck, diagnostics, deck%data_line(line)%card, whole_line(deck, line), &
-            'the last label is not a whole number of increments from the first one')
+         call deck%wrong_line(at, 'the last label is not a whole number of increments from the first one')
+         allocate (members(0))
          return
       end if
-      do steps = 0, (last - first) / increment
-         label = first + steps * increment
-         if (what == 'node') member = names%node%find(label)
-         if (what == 'element') member = names%element%find(label)
-         if (member == 0) then
-            if (.not. names%mesh_incomplete) call complain(deck, diagnostics, deck%data_line(line)%card, &
-               whole_line(deck, line), what//' '//to_text(label)//' is not defined above this line')
-            return
-         end if
-         if (what == 'node') call names%node_set%append(set, member)
-         if (what == 'element') call names%element_set%append(set, member)
+      allocate (members(0:min((last - first) / increment, deck%names%node%n + deck%names%element%n)))
+      do n = 0, (last - first) / increment
+         label = first + n * increment
+         if (what == 'node') members(n) = deck%names%node%find(label)
+         if (what == 'element') members(n) = deck%names%element%find(label)
+         if (members(n) > 0) cycle
+         if (.not. deck%names%mesh_incomplete) call deck%wrong_line(at, what//' '//to_text(label)// &
+            ' is not defined above this line')
+         members = members(:n - 1)
+         return
       end do
-   end subroutine read_range
+   end function range_of
 
-   !> First and second node of a straight or curved row; 0, and an error is added, if they cannot be used.
-   subroutine two_nodes(deck, names, grown, diagnostics, line, node, distance)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names
+   !> First and second node of an element or of a row of elements; 0, and an error is added, if they cannot be used.
+   function end_nodes(deck, at, grown, second) result(node)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
       type(growing_mesh_t), intent(in) :: grown
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: line
-      integer, intent(out) :: node(2)
-      real(wp), intent(out) :: distance
-      integer :: first_field
-      first_field = 1
-      if (deck%card(deck%data_line(line)%card)%keyword == 'ELEMENT') first_field = 2
-      node(1) = one_node(deck, names, diagnostics, line, first_field)
-      node(2) = one_node(deck, names, diagnostics, line, first_field + 1)
-      distance = 0.0_wp
+      character(*), intent(in) :: second         ! name of the field with the second node
+      integer :: node(2)
+      node(1) = deck%node(at, 'first node')
+      node(2) = deck%node(at, second)
       if (minval(node) == 0) return
-      distance = norm2(grown%mesh%x(:, node(2)) - grown%mesh%x(:, node(1)))
       if (node(1) == node(2)) then
-         call complain(deck, diagnostics, deck%data_line(line)%card, field_place(deck, line, first_field + 1), &
-            'both nodes are node '//field_text(deck, line, first_field))
-         node = 0
-      else if (distance <= 0.0_wp) then
-         call complain(deck, diagnostics, deck%data_line(line)%card, two_fields(first_field), &
-            'the length is zero: both nodes are at the same place')
-         node = 0
+         call deck%wrong(at, second, 'both nodes are node '//deck%text(at, 'first node'))
+      else if (norm2(grown%mesh%x(:, node(2)) - grown%mesh%x(:, node(1))) <= 0.0_wp) then
+         call deck%wrong(at, 'first node', 'the length is zero: both nodes are at the same place', last=second)
+      else
+         return
       end if
+      node = 0
+   end function end_nodes
 
-   contains
-
-      type(place_t) function two_fields(first) result(place)
-         integer, intent(in) :: first
-         type(place_t) :: second
-         place = field_place(deck, line, first)
-         second = field_place(deck, line, first + 1)
-         place%last = second%last
-      end function two_fields
-   end subroutine two_nodes
-
-   !> Index of the node that a field names; 0, and an error is added, if it is not defined.
-   integer function one_node(deck, names, diagnostics, line, field) result(node)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: line, field
-      integer, allocatable :: nodes(:)
-      node = names%node%find(field_integer(deck, line, field))
-      if (node == 0) call find_nodes(deck, names, diagnostics, line, field, nodes)
-   end function one_node
-
-   subroutine new_node(names, grown, origin, label, x, deck_line)
-      type(deck_names_t), intent(inout) :: names
+   subroutine new_node(deck, grown, label, x, at)
+      type(checked_deck_t), intent(inout) :: deck
       type(growing_mesh_t), intent(inout) :: grown
-      type(origin_t), intent(inout) :: origin
-      integer, intent(in) :: label, deck_line
+      integer, intent(in) :: label
       real(wp), intent(in) :: x(2)
+      type(cursor_t), intent(in) :: at
       call grown%add_node(label, x)
-      call names%node%add(label, grown%mesh%n_nodes)
-      names%least_node = min(names%least_node, label)
-      names%greatest_node = max(names%greatest_node, label)
-      call note(origin%node_line, grown%mesh%n_nodes, deck_line)
+      call deck%names%node%add(label, at%line_at)
    end subroutine new_node
 
-   subroutine new_element(names, grown, origin, label, node, family, stages, curve, s, deck_line, placed)
-      type(deck_names_t), intent(inout) :: names
+   subroutine new_element(deck, grown, label, node, common, curve, s, at, placed)
+      type(checked_deck_t), intent(inout) :: deck
       type(growing_mesh_t), intent(inout) :: grown
-      type(origin_t), intent(inout) :: origin
-      integer, intent(in) :: label, node(2), family, stages, curve, deck_line
+      integer, intent(in) :: label, node(2), curve
+      type(element_card_t), intent(in) :: common
       real(wp), intent(in) :: s(2)
+      type(cursor_t), intent(in) :: at
       logical, intent(in) :: placed
-      call grown%add_element(label, node, family, stages, curve, s, placed)
-      call names%element%add(label, grown%mesh%n_elements)
-      names%least_element = min(names%least_element, label)
-      names%greatest_element = max(names%greatest_element, label)
-      call note(origin%element_line, grown%mesh%n_elements, deck_line)
+      call grown%add_element(label, node, common%family, common%stages, curve, s, placed)
+      call deck%names%element%add(label, at%line_at)
+      call deck%names%element%append(common%element_set, deck%names%element%n)
    end subroutine new_element
-
-   pure subroutine note(list, n, value)
-      integer, allocatable, intent(inout) :: list(:)
-      integer, intent(in) :: n, value
-      integer, allocatable :: larger(:)
-      if (n > size(list)) then
-         allocate (larger(2 * n))
-         larger(:n - 1) = list(:n - 1)
-         call move_alloc(larger, list)
-      end if
-      list(n) = value
-   end subroutine note
-
-   !> Index of the set to which a card adds its nodes or elements, 0 if the card names none.
-   integer function set_of_card(deck, names, card, parameter) result(set)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names
-      integer, intent(in) :: card
-      character(*), intent(in) :: parameter
-      set = 0
-      if (.not. given(deck, card, parameter)) return
-      if (parameter == 'NSET') call names%node_set%begin(parameter_text(deck, card, parameter), set)
-      if (parameter == 'ELSET') call names%element_set%begin(parameter_text(deck, card, parameter), set)
-   end function set_of_card
 end module read_mesh

@@ -1,86 +1,55 @@
-!> Reads *MONITOR: displacements and reactions of nodes, contact reactions of obstacles.
+!> Reads *MONITOR: displacements and reactions of nodes, contact reactions of obstacles; and *CONTACT PRINT: columns of the listing
+!> with the beginning or end of contact.
 module read_monitors
    use kinds, only: wp
-   use text, only: to_text, same_name
-   use model, only: model_t, monitor_t, quantity_displacement, quantity_reaction, quantity_contact
-   use diagnostics, only: diagnostics_t
-   use deck_cards, only: deck_t, complain
-   use card_values, only: given, parameter_text, parameter_place, value_place, field_word, field_real, field_place
-   use deck_names, only: deck_names_t, find_named, find_nodes
+   use text, only: same_name
+   use model, only: model_t, monitor_t, contact_print_t, quantity_displacement, quantity_reaction, quantity_contact
+   use obstacle_types, only: obstacle_circle, obstacle_arc
+   use checked_deck, only: checked_deck_t, cursor_t
    implicit none
    private
-   public :: read_monitor_cards
+   public :: read_monitor_cards, read_contact_print_cards
 
 contains
 
    !> Reads the monitors.
-   subroutine read_monitor_cards(deck, names, model, diagnostics)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(inout) :: names        !! with the mesh; receives the monitors
+   subroutine read_monitor_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with the mesh; receives the monitors
       type(model_t), intent(inout) :: model             !! with supports and contacts; receives monitor
-      type(diagnostics_t), intent(inout) :: diagnostics
+      type(cursor_t) :: at
       type(monitor_t) :: monitor
-      integer :: card, line, position
-      logical :: is_new
+      logical :: ok
       allocate (model%monitor(0))
-      do card = 1, deck%n_cards
-         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'MONITOR') cycle
-         monitor%name = parameter_text(deck, card, 'NAME')
-         if (same_name(monitor%name, 'LOAD')) then
-            call complain(deck, diagnostics, card, parameter_place(deck, card, 'NAME'), 'LOAD means the load factor')
+      do while (deck%next_card(at, 'MONITOR'))
+         if (same_name(deck%text(at, 'NAME'), 'LOAD')) then
+            call deck%wrong(at, 'NAME', 'LOAD means the load factor')
             cycle
          end if
-         call names%monitor%add(parameter_text(deck, card, 'NAME'), position, is_new)
-         if (.not. is_new) then
-            call complain(deck, diagnostics, card, parameter_place(deck, card, 'NAME'), 'the name is used already')
-            cycle
-         end if
-         line = deck%card(card)%first_line
-         monitor%quantity = quantity_displacement
-         monitor%component = 1
-         monitor%obstacle = 0
-         if (allocated(monitor%node)) deallocate (monitor%node)
+         call deck%define(at, deck%names%monitor, deck%text(at, 'NAME'), ok)
+         if (.not. ok) cycle
+         monitor = monitor_t()
          allocate (monitor%node(0))
-         if (given(deck, card, 'OBSTACLE')) then
-            call read_contact_monitor(deck, names, model, diagnostics, card, monitor)
-         else if (deck%data_line(line)%sound) then
-            call quantity(field_word(deck, line, 2), monitor)
-            call find_nodes(deck, names, diagnostics, line, 1, monitor%node)
-            monitor%factor = field_real(deck, line, 3)
-            monitor%offset = field_real(deck, line, 4)
-            call check_monitor(deck, names, model, diagnostics, card, line, monitor)
+         monitor%name = deck%text(at, 'NAME')
+         if (deck%given(at, 'OBSTACLE')) then
+            monitor%quantity = quantity_contact
+            call deck%touched_obstacle(at, 'OBSTACLE', monitor%obstacle, ok)
+         end if
+         if (deck%next_line(at)) then
+            if (monitor%quantity /= quantity_contact) monitor%node = deck%nodes(at, 'node or set')
+            call choose_quantity(deck%word(at, 'quantity'), monitor)
+            monitor%factor = deck%real(at, 'factor')
+            monitor%offset = deck%real(at, 'offset')
+            call check_monitor(deck, at, model, monitor)
          end if
          model%monitor = [model%monitor, monitor]
       end do
    end subroutine read_monitor_cards
 
-   !> Reads a monitor with OBSTACLE: quantity, factor, offset.
-   subroutine read_contact_monitor(deck, names, model, diagnostics, card, monitor)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names
-      type(model_t), intent(in) :: model                !! with the contacts
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card
-      type(monitor_t), intent(inout) :: monitor
-      integer :: line
-      line = deck%card(card)%first_line
-      monitor%quantity = quantity_contact
-      call find_named(deck, names%obstacle, diagnostics, card, value_place(deck, card, 'OBSTACLE'), 'obstacle', &
-         monitor%obstacle)
-      if (monitor%obstacle > 0 .and. .not. names%contacts_incomplete) then
-         if (.not. any(model%contact%obstacle == monitor%obstacle)) call complain(deck, diagnostics, card, &
-            value_place(deck, card, 'OBSTACLE'), 'no *CONTACT names obstacle '//trim(model%obstacle(monitor%obstacle)%name))
-      end if
-      if (.not. deck%data_line(line)%sound) return
-      monitor%component = findloc(['RF1', 'RF2', 'RN '] == field_word(deck, line, 1), .true., 1)
-      monitor%factor = field_real(deck, line, 2)
-      monitor%offset = field_real(deck, line, 3)
-   end subroutine read_contact_monitor
-
-   pure subroutine quantity(word, monitor)
+   !> Sets quantity and component by the word for them.
+   pure subroutine choose_quantity(word, monitor)
       character(*), intent(in) :: word
       type(monitor_t), intent(inout) :: monitor
-      if (word(1:1) == 'R') monitor%quantity = quantity_reaction
+      if (word(1:1) == 'R' .and. monitor%quantity == quantity_displacement) monitor%quantity = quantity_reaction
       select case (word)
       case ('U1', 'RF1')
          monitor%component = 1
@@ -89,30 +58,47 @@ contains
       case default
          monitor%component = 3
       end select
-   end subroutine quantity
+   end subroutine choose_quantity
 
    !> Checks that the nodes belong to elements; for a reaction, that at least one node is supported.
-   subroutine check_monitor(deck, names, model, diagnostics, card, line, monitor)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names
+   subroutine check_monitor(deck, at, model, monitor)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: card, line
       type(monitor_t), intent(in) :: monitor
-      integer :: i
       if (size(monitor%node) == 0) return
-      if (.not. names%mesh_incomplete) then
-         do i = 1, size(monitor%node)
-            if (names%connected(monitor%node(i))) cycle
-            call complain(deck, diagnostics, card, field_place(deck, line, 1), &
-               'node '//to_text(model%mesh%node_label(monitor%node(i)))//' belongs to no element')
-            return
-         end do
-      end if
-      if (monitor%quantity == quantity_reaction .and. .not. names%supports_incomplete) then
+      if (.not. deck%on_elements(at, 'node or set', model%mesh, monitor%node)) return
+      if (monitor%quantity == quantity_reaction .and. .not. deck%names%supports_incomplete) then
          if (.not. any(model%fixed(monitor%component, monitor%node) .or. model%spring(monitor%component, monitor%node) > 0.0_wp)) &
-            call complain(deck, diagnostics, card, field_place(deck, line, 2), 'no *BOUNDARY of the model part supports this'// &
-            ', so there is no reaction')
+            call deck%wrong(at, 'quantity', 'no *BOUNDARY of the model part supports this, so there is no reaction')
       end if
    end subroutine check_monitor
+
+   !> Reads the columns of the listing in the order of the deck.
+   subroutine read_contact_print_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with the obstacles
+      type(model_t), intent(inout) :: model             !! with contacts; receives contact_print
+      type(cursor_t) :: at
+      type(contact_print_t) :: print
+      character(:), allocatable :: word
+      logical :: ok
+      allocate (model%contact_print(0))
+      do while (deck%next_card(at, 'CONTACT PRINT'))
+         call deck%touched_obstacle(at, 'OBSTACLE', print%obstacle, ok)
+         if (.not. ok) cycle
+         associate (obstacle => model%obstacle(print%obstacle))
+            do while (deck%next_line(at))
+               word = deck%word(at, 'quantity')
+               print%at_end = index(word, 'END') == 1
+               print%angle = index(word, 'ANGLE') > 0
+               print%region = deck%integer(at, 'stretch')
+               if (print%angle .and. .not. (obstacle%kind == obstacle_circle .or. obstacle%kind == obstacle_arc)) then
+                  call deck%wrong(at, 'quantity', 'angles are those of circles and arcs; '//trim(obstacle%name)//' is neither')
+                  cycle
+               end if
+               model%contact_print = [model%contact_print, print]
+            end do
+         end associate
+      end do
+   end subroutine read_contact_print_cards
 end module read_monitors

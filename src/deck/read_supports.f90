@@ -1,38 +1,33 @@
 !> Reads *BOUNDARY in the model part: fixed degrees of freedom (in a step the card prescribes their values); and *SPRING.
 module read_supports
    use kinds, only: wp
-   use text, only: parse_integer, to_text
+   use text, only: to_text
    use model, only: model_t, joint_spring_t, complete_joints
-   use diagnostics, only: diagnostics_t
-   use deck_cards, only: deck_t, complain
-   use card_values, only: field_given, field_place, field_text, field_word, field_integer, field_real
-   use deck_names, only: deck_names_t, find_nodes
+   use item_values, only: component_dof
+   use checked_deck, only: checked_deck_t, cursor_t
+   use deck_names, only: node_words
    implicit none
    private
-   public :: read_support_cards, read_spring_cards, read_dofs, dof_number
-
-   integer, parameter :: dof_number(3) = [1, 2, 6] !! numbers of x, y and rotation in the deck
+   public :: read_support_cards, read_spring_cards, read_dofs
 
 contains
 
    !> Reads the supports.
-   subroutine read_support_cards(deck, names, model, diagnostics)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names           !! with the mesh
+   subroutine read_support_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with the mesh
       type(model_t), intent(inout) :: model             !! receives fixed
-      type(diagnostics_t), intent(inout) :: diagnostics
+      type(cursor_t) :: at
       integer, allocatable :: nodes(:)
-      integer :: card, line, i
       logical :: dofs(3)
+      integer :: i
       allocate (model%fixed(3, model%mesh%n_nodes), source=.false.)
-      do card = 1, deck%n_cards
-         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'BOUNDARY' .or. deck%card(card)%step > 0) cycle
-         do line = deck%card(card)%first_line, deck%card(card)%last_line
-            if (.not. deck%data_line(line)%sound) cycle
-            call find_nodes(deck, names, diagnostics, line, 1, nodes)
-            call read_dofs(deck, diagnostics, line, dofs)
-            if (abs(field_real(deck, line, 4)) > 0.0_wp) call complain(deck, diagnostics, card, &
-               field_place(deck, line, 4), 'supports are fixed at zero here; a prescribed value belongs in a step')
+      do while (deck%next_card(at, 'BOUNDARY'))
+         if (at%step > 0) cycle
+         do while (deck%next_line(at))
+            nodes = deck%nodes(at, 'node or set')
+            call read_dofs(deck, at, dofs)
+            if (abs(deck%real(at, 'value')) > 0.0_wp) call deck%wrong(at, 'value', &
+               'supports are fixed at zero here; a prescribed value belongs in a step')
             do i = 1, size(nodes)
                model%fixed(:, nodes(i)) = model%fixed(:, nodes(i)) .or. dofs
             end do
@@ -41,79 +36,71 @@ contains
    end subroutine read_support_cards
 
    !> Reads the springs.
-   subroutine read_spring_cards(deck, names, model, diagnostics)
-      type(deck_t), intent(in) :: deck
-      type(deck_names_t), intent(in) :: names           !! with the mesh
+   subroutine read_spring_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with the mesh
       type(model_t), intent(inout) :: model             !! with the supports; receives spring and joint_spring
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, allocatable :: nodes(:), other(:)
-      integer :: card, line, i, dof
+      type(cursor_t) :: at
       character(:), allocatable :: problem
+      integer, allocatable :: nodes(:)
+      integer :: dof, other, i
       allocate (model%spring(3, model%mesh%n_nodes), source=0.0_wp)
       call complete_joints(model)
-      do card = 1, deck%n_cards
-         if (.not. deck%card(card)%sound .or. deck%card(card)%keyword /= 'SPRING') cycle
-         do line = deck%card(card)%first_line, deck%card(card)%last_line
-            if (.not. deck%data_line(line)%sound) cycle
-            call find_nodes(deck, names, diagnostics, line, 1, nodes)
-            if (allocated(other)) deallocate (other)
-            allocate (other(0))
-            if (field_given(deck, line, 4)) then
-               call find_nodes(deck, names, diagnostics, line, 4, other)
-               if (size(other) == 0) cycle
-            end if
-            dof = findloc(dof_number, field_integer(deck, line, 2), 1)
-            if (dof == 0) then
-               call complain(deck, diagnostics, card, field_place(deck, line, 2), &
-                  'a plane rod has the degrees of freedom 1, 2 and 6 only')
-               cycle
+      do while (deck%next_card(at, 'SPRING'))
+         do while (deck%next_line(at))
+            nodes = deck%nodes(at, 'node or set')
+            dof = deck%integer(at, 'dof')
+            other = 0
+            if (deck%given(at, 'second node')) then
+               other = deck%node(at, 'second node')
+               if (other == 0) cycle
             end if
             do i = 1, size(nodes)
-               problem = ''
-               if (.not. names%mesh_incomplete) then
-                  if (.not. names%connected(nodes(i))) problem = 'belongs to no element'
-               end if
-               if (size(other) == 0) then
-                  if (model%fixed(dof, nodes(i))) problem = 'is supported in this degree of freedom already'
+               problem = spring_problem(deck, model, dof, nodes(i), other)
+               if (problem /= '') then
+                  call deck%wrong(at, 'node or set', node_words(model%mesh, nodes(i))//' '//problem)
+                  exit
+               else if (other == 0) then
+                  model%spring(dof, nodes(i)) = model%spring(dof, nodes(i)) + deck%real(at, 'stiffness')
                else
-                  if (nodes(i) == other(1)) problem = 'is the second node, too'
-                  if (all(model%fixed(dof, [nodes(i), other(1)]))) problem = 'is supported in this degree of freedom, and the '// &
-                     'second node, too'
-                  if (.not. (names%mesh_incomplete .or. names%connected(other(1)))) problem = 'has a spring to a node of no element'
+                  model%joint_spring = [model%joint_spring, joint_spring_t([nodes(i), other], dof, deck%real(at, 'stiffness'))]
                end if
-               if (problem == '') then
-                  if (size(other) == 0) then
-                     model%spring(dof, nodes(i)) = model%spring(dof, nodes(i)) + field_real(deck, line, 3)
-                  else
-                     model%joint_spring = [model%joint_spring, joint_spring_t([nodes(i), other(1)], dof, field_real(deck, line, 3))]
-                  end if
-                  cycle
-               end if
-               call complain(deck, diagnostics, card, field_place(deck, line, 1), 'node '// &
-                  to_text(model%mesh%node_label(nodes(i)))//' '//problem)
-               exit
             end do
          end do
       end do
    end subroutine read_spring_cards
 
-   !> Degrees of freedom of a line of *BOUNDARY; none, and an error is added, if they are invalid.
-   subroutine read_dofs(deck, diagnostics, line, dofs)
-      type(deck_t), intent(in) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
-      integer, intent(in) :: line      !! index of the data line
+   !> Reason why a node cannot have a spring to the ground or to another node; '' if it can.
+   function spring_problem(deck, model, dof, node, other) result(problem)
+      type(checked_deck_t), intent(in) :: deck
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: dof         ! component
+      integer, intent(in) :: node, other ! other: 0 for the ground
+      character(:), allocatable :: problem
+      problem = ''
+      if (deck%names%is_loose(node)) problem = 'belongs to no element'
+      if (other == 0) then
+         if (model%fixed(dof, node)) problem = 'is supported in this degree of freedom already'
+      else
+         if (node == other) problem = 'is the second node, too'
+         if (all(model%fixed(dof, [node, other]))) problem = 'is supported in this degree of freedom, and the second node, too'
+         if (deck%names%is_loose(other)) problem = 'has a spring to a node of no element'
+      end if
+   end function spring_problem
+
+   !> Components of a range of degrees of freedom, or of a word of *BOUNDARY; none, and an error is added, if they are invalid.
+   subroutine read_dofs(deck, at, dofs)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at !! a line with the fields dof and last dof
       logical, intent(out) :: dofs(3)  !! x, y, rotation
       integer :: first, last
-      logical :: is_number
       dofs = .false.
-      call parse_integer(field_text(deck, line, 2), first, is_number)
-      if (.not. is_number) then
-         if (field_given(deck, line, 3)) then
-            call complain(deck, diagnostics, deck%data_line(line)%card, field_place(deck, line, 3), &
-               'a last dof does not go with the word '//field_word(deck, line, 2))
+      first = deck%integer(at, 'dof')
+      if (first < 0) then
+         if (deck%given(at, 'last dof')) then
+            call deck%wrong(at, 'last dof', 'a last dof does not go with the word '//deck%word(at, 'dof'))
             return
          end if
-         select case (field_word(deck, line, 2))
+         select case (deck%word(at, 'dof'))
          case ('ENCASTRE')
             dofs = .true.
          case ('PINNED')
@@ -126,14 +113,12 @@ contains
          return
       end if
       last = first
-      if (field_given(deck, line, 3)) last = field_integer(deck, line, 3)
-      if (last < first .or. last > 6) then
-         call complain(deck, diagnostics, deck%data_line(line)%card, field_place(deck, line, 3), &
-            'last dof must be from '//to_text(first)//' to 6')
+      if (deck%given(at, 'last dof')) last = deck%integer(at, 'last dof')
+      if (deck%given(at, 'last dof') .and. (last < first .or. last > 6)) then
+         call deck%wrong(at, 'last dof', 'last dof must be from '//to_text(first)//' to 6')
          return
       end if
-      dofs = dof_number >= first .and. dof_number <= last
-      if (.not. any(dofs)) call complain(deck, diagnostics, deck%data_line(line)%card, field_place(deck, line, 2), &
-         'a plane rod has the degrees of freedom 1, 2 and 6 only')
+      dofs = component_dof >= first .and. component_dof <= last
+      if (.not. any(dofs)) call deck%wrong(at, 'dof', 'a plane rod has the degrees of freedom 1, 2 and 6 only')
    end subroutine read_dofs
 end module read_supports

@@ -15,6 +15,7 @@ module model
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
    public :: quantity_displacement, quantity_reaction, quantity_contact
+   public :: method_words, parameter_words, same_component
    public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
       & method_minimum_residual, method_variable_load, method_generalised, method_largest
    public :: parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, parameter_ei, parameter_constant_load
@@ -29,12 +30,15 @@ module model
 
    integer, parameter :: quantity_displacement = 1, quantity_reaction = 2, quantity_contact = 3
 
-   ! Increment strategies (named in the deck by words).
+   !> Increment strategies: the deck names them by these words, in the order of the numbers.
+   character(*), parameter :: method_words = 'LOAD|DISPLACEMENT|CYLINDRICAL|SPHERICAL|LINEARISED|MINIMUM RESIDUAL|'// &
+      & 'VARIABLE LOAD|GENERALISED DISPLACEMENT|LARGEST DISPLACEMENT'
    integer, parameter :: method_load = 1, method_displacement = 2, method_cylindrical = 3, &
       & method_spherical = 4, method_linearised = 5, method_minimum_residual = 6, method_variable_load = 7, &
       & method_generalised = 8, method_largest = 9
 
-   ! Parameters of limit curves (named in the deck by words); see limit_curve_t.
+   !> Parameters of limit curves, see limit_curve_t: the deck names them by these words, in the order of the numbers.
+   character(*), parameter :: parameter_words = 'MODULUS|GAP|IMPERFECTION|EA|EI|CONSTANT LOAD'
    integer, parameter :: parameter_modulus = 1, parameter_gap = 2, parameter_imperfection = 3, parameter_ea = 4, &
       & parameter_ei = 5, parameter_constant_load = 6
 
@@ -274,6 +278,17 @@ contains
       if (.not. allocated(model%joint_spring)) allocate (model%joint_spring(0))
       if (.not. allocated(model%release)) allocate (model%release(0))
    end subroutine complete_joints
+
+   !> A tie that gives a component of a node the same value as this component of another node.
+   pure type(tie_t) function same_component(node, component, of) result(tie)
+      integer, intent(in) :: node, component !! that follow
+      integer, intent(in) :: of              !! node that is followed
+      tie%node = node
+      tie%component = component
+      tie%of = [of]
+      tie%part = [component]
+      tie%factor = [1.0_wp]
+   end function same_component
 
    !> True if some step moves an obstacle.
    pure logical function obstacles_move(model)

@@ -1,0 +1,204 @@
+!> Conditions on the nodes of contacts, checked if the rest of the deck has no errors: candidates of an obstacle with coupled
+!> ground, and contact and stops at nodes that follow others by ties.
+!>
+!> Contact with a rigid obstacle eliminates a displacement of the node. A node that follows another one has no independent
+!> displacement: the node that it follows must be the contact node, at the same position and as a candidate for the same obstacle.
+!> The force of a foundation acts on the nodes that are followed; coupled ground requires independent unknowns of its nodes.
+module check_contacts
+   use kinds, only: wp
+   use text, only: to_text
+   use model, only: model_t, contact_t, tie_t
+   use obstacle_types, only: ground_independent, ground_half_space
+   use gauss_tableau, only: tableau_t, max_stages, new_tableau
+   use rod_geometry, only: geometry_t, new_geometry
+   use candidates, only: candidates_t, new_candidates
+   use surface_patches, only: patches_t, new_patches, couples, first_overlap
+   use checked_deck, only: checked_deck_t, cursor_t
+   use deck_names, only: node_words
+   implicit none
+   private
+   public :: check_ground_candidates, check_contact_of_tied_nodes, touch_by_leaders
+
+   integer, parameter :: most_candidates = 1500 !! limit, because the compliances of the candidates form a full matrix
+
+contains
+
+   !> Number, lengths and places of the candidates.
+   subroutine check_ground_candidates(deck, model)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
+      type(tableau_t) :: tableau(max_stages)
+      type(geometry_t) :: geometry
+      type(candidates_t) :: list
+      type(patches_t) :: patches
+      type(cursor_t) :: at, last
+      character(:), allocatable :: problem, found
+      integer :: contact, i
+      if (.not. any(couples(model%obstacle))) return
+      do i = 1, max_stages
+         tableau(i) = new_tableau(i)
+      end do
+      geometry = new_geometry(model, tableau)
+      list = new_candidates(model, geometry, distributed=.false.)
+      patches = new_patches(model, list, geometry)
+      ! The error is reported at the last card concerned.
+      contact = 0
+      do while (deck%next_card(at, 'CONTACT'))
+         contact = contact + 1
+         if (.not. couples(model%obstacle(model%contact(contact)%obstacle))) cycle
+         found = contact_problem(model, list, patches, model%contact(contact)%obstacle)
+         if (found == '') cycle
+         problem = found
+         last = at
+      end do
+      if (last%card > 0) call deck%wrong(last, 'NSET', problem)
+   end subroutine check_ground_candidates
+
+   !> Reason why an obstacle with coupled ground cannot carry its candidates; '' if it can.
+   function contact_problem(model, list, patches, obstacle) result(problem)
+      type(model_t), intent(in) :: model
+      type(candidates_t), intent(in) :: list
+      type(patches_t), intent(in) :: patches
+      integer, intent(in) :: obstacle
+      character(:), allocatable :: problem
+      integer :: pair(2), alone
+      problem = ''
+      if (patches%n > most_candidates) then
+         problem = 'all obstacles that carry load sideways have '//to_text(patches%n)//' candidates; with a full matrix of '// &
+            'compliances '//to_text(most_candidates)//' are allowed'
+         return
+      end if
+      alone = findloc(list%obstacle == obstacle .and. .not. list%tributary > 0.0_wp, .true., 1)
+      if (alone > 0 .and. model%obstacle(obstacle)%ground == ground_half_space) then
+         problem = node_words(model%mesh, list%node(alone))//' is a candidate without an element to another one: a force on '// &
+            'no area sinks into a half-space without limit'
+         return
+      end if
+      pair = first_overlap(patches, list, obstacle)
+      if (pair(1) == 0) return
+      problem = 'nodes '//to_text(model%mesh%node_label(list%node(pair(1))))//' and '// &
+         to_text(model%mesh%node_label(list%node(pair(2))))//' load the same place of the ground, which carries load sideways; '// &
+         'give one of the rods an obstacle of its own'
+   end function contact_problem
+
+   !> Reports the first node of each *CONTACT and *GAP at which contact is impossible.
+   subroutine check_contact_of_tied_nodes(deck, model)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
+      type(cursor_t) :: at
+      integer :: contact
+      contact = 0
+      do while (deck%next_card(at, 'CONTACT'))
+         contact = contact + 1
+         call check_tied_nodes(deck, at, 'NSET', model, model%contact(contact))
+      end do
+      do while (deck%next_card(at, 'GAP'))
+         do while (deck%next_line(at))
+            contact = contact + 1
+            call check_tied_nodes(deck, at, 'node or set', model, model%contact(contact))
+         end do
+      end do
+   end subroutine check_contact_of_tied_nodes
+
+   !> Reports the first node of a contact at which contact is impossible.
+   subroutine check_tied_nodes(deck, at, name, model, contact)
+      type(checked_deck_t), intent(inout) :: deck
+      type(cursor_t), intent(in) :: at
+      character(*), intent(in) :: name                  ! of the item that names the nodes
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      character(:), allocatable :: why
+      integer :: i
+      associate (obstacle => model%obstacle(contact%obstacle))
+         if (.not. obstacle%rigid .and. obstacle%ground == ground_independent) return
+         do i = 1, size(contact%node)
+            if (.not. any(model%tie%node == contact%node(i) .and. (model%tie%component < 3 .or. .not. obstacle%rigid))) cycle
+            if (.not. obstacle%rigid) then
+               why = 'cannot lie on ground that carries load sideways: that needs rods without joints'
+            else if (obstacle%at_nodes) then
+               why = 'cannot have a rigid stop: give it to the node that it follows, or give it a STIFFNESS'
+            else if (touches_too(model, contact, contact%node(i), leader(model, contact%node(i)))) then
+               cycle
+            else
+               why = 'cannot touch a rigid obstacle: let the node that it follows touch it, give the obstacle a '// &
+                  'foundation, or take a stiff rod instead of the joint'
+            end if
+            call deck%wrong(at, name, node_words(model%mesh, contact%node(i))//' follows another one and '//why)
+            return
+         end do
+      end associate
+   end subroutine check_tied_nodes
+
+   !> Among tied nodes at one position only one remains in contact: nodes that follow another node of the same rigid contact are
+   !> removed from it.
+   subroutine touch_by_leaders(model)
+      type(model_t), intent(inout) :: model             !! has passed check_contact_of_tied_nodes
+      logical, allocatable :: stays(:)
+      integer :: c, i, lead
+      do c = 1, size(model%contact)
+         associate (contact => model%contact(c))
+            if (.not. model%obstacle(contact%obstacle)%rigid) cycle
+            allocate (stays(size(contact%node)), source=.true.)
+            do i = 1, size(contact%node)
+               lead = leader(model, contact%node(i))
+               if (lead == contact%node(i)) cycle
+               stays(i) = .not. any(contact%node == lead)
+            end do
+         end associate
+         model%contact(c)%node = pack(model%contact(c)%node, stays)
+         deallocate (stays)
+      end do
+   end subroutine touch_by_leaders
+
+   !> Node whose displacements x and y a tied node has, with chains of ties resolved; 0 if they differ or the tie has an arm.
+   pure integer function leader(model, node) result(lead)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: node
+      integer :: i, of, found
+      lead = node
+      do
+         of = 0
+         found = 0
+         do i = 1, size(model%tie)
+            associate (tie => model%tie(i))
+               if (tie%node /= lead .or. tie%component == 3) cycle
+               found = found + 1
+               if (.not. goes_along(tie)) of = -1
+               if (of == 0) of = tie%of(1)
+               if (of /= tie%of(1)) of = -1
+            end associate
+         end do
+         if (found == 0) return
+         lead = 0
+         if (of <= 0 .or. found == 1) return
+         lead = of
+      end do
+   end function leader
+
+   !> True for a tie that gives a component the same value as this component of another node.
+   pure logical function goes_along(tie)
+      type(tie_t), intent(in) :: tie
+      goes_along = size(tie%of) == 1
+      if (goes_along) goes_along = tie%part(1) == tie%component .and. abs(tie%factor(1) - 1.0_wp) <= 0.0_wp .and. &
+         & (tie%turner == 0 .or. norm2(tie%arm) <= 0.0_wp)
+   end function goes_along
+
+   !> True if a node's leader is at the same position and is a candidate for the same obstacle with the same gap.
+   pure logical function touches_too(model, contact, node, lead)
+      type(model_t), intent(in) :: model
+      type(contact_t), intent(in) :: contact
+      integer, intent(in) :: node, lead                 !! 0: no leader
+      integer :: k
+      touches_too = .false.
+      if (lead == 0) return
+      associate (x => model%mesh%x)
+         if (norm2(x(:, node) - x(:, lead)) > 8.0_wp * epsilon(x) * maxval(abs(x))) return
+      end associate
+      do k = 1, size(model%contact)
+         associate (other => model%contact(k))
+            if (other%obstacle /= contact%obstacle .or. abs(other%gap - contact%gap) > 0.0_wp) cycle
+            touches_too = touches_too .or. any(other%node == lead)
+         end associate
+      end do
+   end function touches_too
+end module check_contacts

@@ -1,0 +1,197 @@
+!> Values of parameters and fields: conversion of the typed text, the check against kind, bound and words of the table, and the
+!> message about a wrong value. A value is converted once, here; all later readers use the number.
+module item_values
+   use kinds, only: wp, name_length
+   use text, only: to_text, squeeze, nearest_word, parse_integer, parse_real, word_at, word_count, word_index
+   use printable_text, only: quoted
+   use card_spec, only: item_t, bound_words, kind_word, kind_name, kind_integer, kind_real, kind_label, &
+      kind_label_or_set, kind_dof, kind_component, positive, not_negative, not_zero, below_one, poisson
+   use foreign_words, only: foreign_value
+   implicit none
+   private
+   public :: convert, value_error, choices, with_commas, component_dof, foreign
+
+   integer, parameter :: component_dof(3) = [1, 2, 6] !! degree of freedom in the deck of the components x, y and rotation
+   character(*), parameter :: foreign = '; a word of Abaqus and CalculiX; ' !! introduces the equivalent in unilat
+   real(wp), parameter :: largest_real = 1.0e100_wp !! cubes of such numbers, and sums of these, are below 1e308
+
+contains
+
+   !> Converts a typed value to the number that readers use.
+   pure subroutine convert(item, typed, number, right)
+      type(item_t), intent(in) :: item
+      character(*), intent(in) :: typed
+      real(wp), intent(out) :: number !! words: position in the item's list; component: 1 to 3; dof: 1 to 6, or minus the position
+      !! of the word; label or set: the label, 0 for a set; names, paths: 0; 0 after an error
+      logical, intent(out) :: right   !! false: the item does not accept the value
+      integer :: whole
+      number = 0.0_wp
+      right = .true.
+      select case (item%kind)
+      case (kind_word)
+         number = word_index(item%words, typed)
+         right = number > 0.0_wp
+      case (kind_name)
+         right = is_name(typed)
+      case (kind_real)
+         call parse_real(typed, number, right)
+         if (right) right = abs(number) <= largest_real .and. within(item%bound, number)
+      case (kind_integer)
+         call parse_integer(typed, whole, right)
+         number = whole
+         if (right) right = abs(number) <= item%most .and. within(item%bound, number)
+      case (kind_label, kind_label_or_set)
+         call parse_integer(typed, whole, right)
+         number = whole
+         if (right) right = whole > 0 .and. whole < huge(whole)
+         if (.not. right .and. item%kind == kind_label_or_set) then
+            number = 0.0_wp
+            right = is_name(typed)
+         end if
+      case (kind_component)
+         call parse_integer(typed, whole, right)
+         number = findloc(component_dof, whole, 1)
+         right = right .and. number > 0.0_wp
+      case (kind_dof)
+         call parse_integer(typed, whole, right)
+         if (.not. right) whole = -word_index(item%words, typed)
+         number = whole
+         right = merge(whole >= 1 .and. whole <= 6, whole < 0, right)
+      end select
+      if (.not. right) number = 0.0_wp
+   end subroutine convert
+
+   !> Description of the error in a value that `convert` refuses.
+   pure function value_error(item, typed) result(wrong)
+      type(item_t), intent(in) :: item
+      character(*), intent(in) :: typed
+      character(:), allocatable :: wrong, near
+      select case (item%kind)
+      case (kind_word)
+         wrong = word_error(item, typed)
+      case (kind_name)
+         wrong = item%name//' must be a name (a letter, then letters, digits, _ - . +; at most '//to_text(name_length)// &
+            ' characters), not '//quoted(typed)
+      case (kind_integer, kind_real)
+         wrong = number_error(item, typed)
+      case (kind_label)
+         wrong = item%name//' must be a positive integer'//label_limit(typed)//', not '//quoted(typed)
+      case (kind_label_or_set)
+         wrong = item%name//' must be a label (positive integer'//label_limit(typed)//') or the name of a set, not '//quoted(typed)
+      case (kind_component)
+         wrong = item%name//' must be 1 (x), 2 (y) or 6 (rotation), not '//quoted(typed)
+      case default
+         near = nearest_word(item%words, typed)
+         if (foreign_value(item%name, typed) /= '') then
+            wrong = item%name//' cannot be '//quoted(typed)//foreign//foreign_value(item%name, typed)
+         else if (near /= '') then
+            wrong = item%name//' cannot be '//quoted(typed)//'; did you mean '//near//'?'
+         else
+            wrong = item%name//' must be an integer from 1 to 6 or one of '//with_commas(item%words)//', not '//quoted(typed)
+         end if
+      end select
+   end function value_error
+
+   pure function word_error(item, typed) result(wrong)
+      type(item_t), intent(in) :: item
+      character(*), intent(in) :: typed
+      character(:), allocatable :: wrong, pair
+      integer :: i
+      wrong = item%name//' cannot be '//quoted(typed)//'; '//choices(item%words, typed)
+      if (foreign_value(item%name, typed) /= '') wrong = item%name//' cannot be '//quoted(typed)//foreign// &
+         foreign_value(item%name, typed)
+      do i = 1, word_count(item%former)
+         pair = word_at(item%former, i)
+         if (pair(:index(pair, ' ') - 1) == squeeze(typed)) wrong = item%name//' cannot be '//squeeze(typed)// &
+            ' any more; write '//pair(index(pair, ' ') + 1:)
+      end do
+   end function word_error
+
+   pure function number_error(item, typed) result(wrong)
+      type(item_t), intent(in) :: item
+      character(*), intent(in) :: typed
+      character(:), allocatable :: wrong, most
+      integer :: whole
+      real(wp) :: x
+      logical :: is_number, too_large
+      if (item%kind == kind_integer) then
+         call parse_integer(typed, whole, is_number)
+         x = whole
+         too_large = .not. is_number .and. whole /= 0 .or. abs(x) > item%most
+         most = 'at most '//to_text(item%most)
+      else
+         call parse_real(typed, x, is_number)
+         too_large = .not. is_number .and. x > 0.0_wp .or. abs(x) > largest_real
+         most = 'numbers are at most '//to_text(largest_real)//' in size'
+      end if
+      if (too_large) then
+         wrong = item%name//' is too large: '//quoted(typed)//'; '//most
+      else if (is_number) then
+         wrong = item%name//' must be '//trim(bound_words(item%bound))//', not '//quoted(typed)
+      else
+         wrong = item%name//' must be '//trim(merge('an integer', 'a number  ', item%kind == kind_integer))//', not '//quoted(typed)
+      end if
+   end function number_error
+
+   !> "accepted: A, B, C" for words between bars, or the word that was probably meant.
+   pure function choices(words, typed) result(string)
+      character(*), intent(in) :: words !! between bars
+      character(*), intent(in) :: typed !! word in the deck
+      character(:), allocatable :: string
+      string = nearest_word(words, typed)
+      if (string /= '') then
+         string = 'did you mean '//string//'?'
+      else
+         string = 'accepted: '//with_commas(words)
+      end if
+   end function choices
+
+   !> Words between bars as a text with commas.
+   pure function with_commas(words) result(string)
+      character(*), intent(in) :: words
+      character(:), allocatable :: string
+      integer :: i
+      string = word_at(words, 1)
+      do i = 2, word_count(words)
+         string = string//', '//word_at(words, i)
+      end do
+   end function with_commas
+
+   !> True for a letter or underscore, then letters, digits, _ - . + (at most name_length characters).
+   pure logical function is_name(string)
+      character(*), intent(in) :: string
+      character(*), parameter :: letters = 'abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_'
+      is_name = len(string) > 0 .and. len(string) <= name_length .and. verify(string, letters//'0123456789-.+') == 0
+      if (is_name) is_name = index(letters, string(1:1)) > 0
+   end function is_name
+
+   !> Largest permitted label, for the message about a label that exceeds it; else ''.
+   pure function label_limit(typed) result(string)
+      character(*), intent(in) :: typed
+      character(:), allocatable :: string
+      integer :: label
+      logical :: ok
+      call parse_integer(typed, label, ok)
+      string = ''
+      if (label == huge(label)) string = ' below '//to_text(huge(label))
+   end function label_limit
+
+   pure logical function within(bound, x)
+      integer, intent(in) :: bound
+      real(wp), intent(in) :: x
+      select case (bound)
+      case (positive)
+         within = x > 0.0_wp
+      case (not_negative)
+         within = x >= 0.0_wp
+      case (not_zero)
+         within = abs(x) > 0.0_wp
+      case (below_one)
+         within = x > 0.0_wp .and. x < 1.0_wp
+      case (poisson)
+         within = x > -1.0_wp .and. x <= 0.5_wp
+      case default
+         within = .true.
+      end select
+   end function within
+end module item_values
