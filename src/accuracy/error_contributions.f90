@@ -90,13 +90,13 @@ contains
       kink = kink_moments(problem, state)
       direction = new_null_directions(problem, system, modes)
       held_fixed = held_by(problem, control, state, system)
-      corner = held_fixed%by_load
       call list_numbers()
       tangent = system%tangent
       call leave_out(problem, modes, direction, tangent)
       known = merge(system%rate, 0.0_wp, system%fixed)
       push = path_load(system, known)
-      along = dot_product(number(1)%by_unknown, tangent) + corner
+      along = dot_product(number(1)%by_unknown, tangent) + held_fixed%by_load
+      corner = held_fixed%by_load + dot_product(number(1)%by_unknown, known)
       if (.not. abs(along) > 0.0_wp) return
       of_load = answers(:, 1) / along
       if (control%method == method_displacement) held = look_inside(problem, state, finer, start, at_start, control%monitor)
