@@ -6,7 +6,7 @@ module span_set
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
    use bordered_system, only: linearise
-   use contact_response, only: reaction_rate
+   use node_contact_functional, only: reaction_rate
    use contact_spans, only: contact_span_t, shortest
    use span_candidates, only: present_contact_spans, touch_place, rolls_at
    use free_span_gap, only: gap_at
@@ -113,8 +113,8 @@ contains
       select case (test%kind)
       case (test_gap)
          rate = 1.0_wp
-         if (candidate_of(problem, run%spans_begun) > 0) rate = reaction_rate(problem, run%system, candidate_of(problem, &
-            & run%spans_begun))
+         if (candidate_of(problem, run%spans_begun) > 0) rate = reaction_rate(problem, run%state, run%system, &
+            & candidate_of(problem, run%spans_begun))
          call head_for(problem, run, rate)
       case (test_force)
          call head_for(problem, run, opening_rate(problem, run, old))
@@ -189,7 +189,7 @@ contains
          call correct(problem, base, control, .true., run%state, run%system, report)
          ok = report%converged
          if (.not. ok) exit
-         rate = reaction_rate(problem, run%system, c)
+         rate = reaction_rate(problem, run%state, run%system, c)
          ok = abs(rate) > 0.0_wp
          if (.not. ok) exit
          control%increment = -point_force(problem, run%state, c) / rate

@@ -13,7 +13,7 @@ module contact_corner
    use path_control, only: control_t
    use path_continuity, only: path_tangent_t, path_tangent_at
    use corrector, only: increment_t, take_increment
-   use contact_response, only: reaction_rate, gap_rate
+   use node_contact_functional, only: reaction_rate, gap_rate
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    implicit none
    private
@@ -105,7 +105,7 @@ contains
       do k = 1, size(corner)
          associate (candidate => corner(k))
             if (place%active(candidate)) then
-               rate = rate + reaction_rate(problem, system, candidate)
+               rate = rate + reaction_rate(problem, place, system, candidate)
             else
                rate = rate + gap_rate(problem, system, candidate)
             end if
