@@ -6,7 +6,7 @@ module accuracy_limits
    use rod_state, only: state_t
    use ground_segments, only: is_cut
    use ground_cuts, only: find_cuts, marked
-   use stop_forces, only: is_stop
+   use node_contact_functional, only: is_stop
    implicit none
    private
    public :: why_not_told

@@ -5,15 +5,17 @@ module enriched_path
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system, assemble, to_global
-   use bordered_system, only: linearise, factor_system, apply_increment, held_force_change
+   use bordered_system, only: linearise, factor_system, apply_increment
    use contact_set, only: contact_step_t, solve_contact_step
    use touchdown_points, only: move_touchdown_points, touchdown_travel
    use path_control, only: control_t, control_row, follow_nodes
    use path_continuity, only: path_tangent_t, path_tangent_at
+   use state_functional, only: functional_t
+   use reaction_functional, only: new_support_functional
    use monitors, only: monitor_values
    use displacement_functional, only: watched_displacement
    use enriched_problem, only: enriched_problem_t, provide_finer_problem, new_finer_state
-   use contact_places, only: places_at, places_after
+   use place_functional, only: places_at, places_after
    use null_directions, only: new_null_directions, leave_out
    implicit none
    private
@@ -27,7 +29,7 @@ module enriched_path
       real(wp) :: away = 0.0_wp                  !! controlled displacement of the problem's own point minus that of `base`, which
       !! differ inside an element because the polynomials have different orders
       type(path_tangent_t) :: heading                 !! tangent of the problem's own path
-      integer, allocatable :: ends(:)            !! touchdown points whose places are values, see contact_places
+      integer, allocatable :: ends(:)            !! touchdown points whose places are values, see place_functional
       real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) at a bifurcation: null vectors; Newton steps have no
       !! component along them
    end type enriched_path_t
@@ -187,19 +189,14 @@ contains
       type(system_t), intent(in) :: system
       type(contact_step_t), intent(in) :: step
       real(wp) :: change(size(problem%model%monitor))
-      integer :: m, i, d, node
+      type(functional_t) :: support
+      integer :: m
       change = 0.0_wp
       do m = 1, size(change)
          associate (monitor => problem%deck%monitor(m))
             if (monitor%quantity /= quantity_reaction) cycle
-            do i = 1, size(monitor%node)
-               node = problem%mesh_node(monitor%node(i))
-               if (node == 0) cycle
-               if (.not. problem%model%fixed(monitor%component, node)) cycle
-               d = dof(problem, node, monitor%component)
-               change(m) = change(m) + monitor%factor * (system%residual(d) - system%raw(d) + &
-                  & held_force_change(system, d, step%x, step%y))
-            end do
+            support = new_support_functional(problem, system, m)
+            change(m) = monitor%factor * (support%defect + support%change(step%x, step%y))
          end associate
       end do
    end function support_changes

@@ -1,77 +1,65 @@
-!> Error of monitors between the nodes of elements, in addition to the nodal error: enriched polynomials have another displacement
-!> at the same place of the element.
+!> Error of numbers between the nodes of elements, in addition to the nodal error: enriched polynomials have another displacement at
+!> the same place of the element.
 module inside_elements
    use kinds, only: wp
-   use model, only: quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use state_functional, only: functional_t
-   use displacement_functional, only: new_displacement_functional, watched_displacement
-   use deck_nodes, only: find_node, place_defect
+   use state_functional, only: functional_t, inner_place_t
+   use deck_nodes, only: place_defect
    use rod_profile, only: profile_t
    use state_transfer, only: point_displacement
    implicit none
    private
    public :: inside_t, look_inside
 
-   !> Change of a monitor inside elements due to enriched polynomials.
+   !> Change of a number by the enriched polynomials inside elements.
    type :: inside_t
-      real(wp) :: change = 0.0_wp                !! monitor of the enriched polynomial minus the monitor
+      real(wp) :: change = 0.0_wp                !! number from the enriched polynomials minus the number
       real(wp) :: most = 0.0_wp                  !! bound of that change
-      integer, allocatable :: element(:)         !! elements with the monitor inside; empty: monitor at nodes
+      integer, allocatable :: element(:)         !! elements with the number's places inside; empty: none
    end type inside_t
 
-   integer, parameter :: places = 7              !! places in an element at which two polynomials are compared
+   integer, parameter :: samples = 7             !! places in an element at which two polynomials are compared
 
 contains
 
-   !> Change of a monitor between nodes due to enriched polynomials; zero if the monitor is not a displacement.
-   function look_inside(problem, state, finer, start, at_start, watched) result(inside)
+   !> Change of a number between nodes due to enriched polynomials, in which the elements have no internal residuals.
+   function look_inside(problem, state, number, finer, start, at_start) result(inside)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(functional_t), intent(in) :: number
       type(problem_t), intent(in) :: finer       !! the enriched problem
       type(state_t), intent(in) :: start         !! the same point as a state of the enriched problem
       type(system_t), intent(in) :: at_start     !! system of the enriched problem, assembled there
-      integer, intent(in) :: watched             !! index into model%monitor
       type(inside_t) :: inside
-      type(functional_t) :: enriched
-      real(wp) :: tau
-      integer :: i, node, holder
+      type(profile_t) :: own, enriched
+      real(wp) :: largest
+      integer :: i, j
       allocate (inside%element(0))
-      associate (monitor => problem%deck%monitor(watched))
-         if (monitor%quantity /= quantity_displacement) return
-         enriched = new_displacement_functional(finer, start, at_start, watched)
-         inside%change = enriched%defect + enriched%value - watched_displacement(problem, state, watched)
-         do i = 1, size(monitor%node)
-            call find_node(problem, state, monitor%node(i), node, holder, tau)
-            if (holder == 0) cycle
-            inside%element = [inside%element, holder]
-            inside%most = inside%most + abs(monitor%factor) / size(monitor%node) * &
-               & largest_inside(problem, state, finer, start, at_start, monitor%component, holder, tau)
-         end do
-         inside%most = max(inside%most, abs(inside%change))
-      end associate
-   end function look_inside
-
-   !> Bound of a displacement error at a distance from the nodes: at the place itself two polynomials may agree by chance.
-   real(wp) function largest_inside(problem, state, finer, start, at_start, component, element, tau) result(most)
-      type(problem_t), intent(in) :: problem, finer
-      type(state_t), intent(in) :: state, start
-      type(system_t), intent(in) :: at_start
-      integer, intent(in) :: component, element
-      real(wp), intent(in) :: tau                !! position in the element, 0 to 1
-      type(profile_t) :: profile, finer_profile
-      real(wp) :: other, largest, u(3), v(3), defect(3)
-      integer :: j
-      largest = 0.0_wp
-      do j = 1, places
-         other = real(j, wp) / (places + 1)
-         call place_defect(finer, start, at_start, element, other, finer_profile, defect)
-         call point_displacement(problem, state, element, other, profile, u)
-         call point_displacement(finer, start, element, other, finer_profile, v)
-         largest = max(largest, abs(defect(component) + v(component) - u(component)))
+      if (.not. allocated(number%inner)) return
+      inside%element = number%inner%element
+      do i = 1, size(number%inner)
+         associate (place => number%inner(i))
+            inside%change = inside%change + difference(place, place%tau)
+            ! At the place itself two polynomials may agree by chance.
+            largest = maxval([(abs(difference(place, real(j, wp) / (samples + 1))), j=1, samples)])
+            inside%most = inside%most + 4.0_wp * place%tau * (1.0_wp - place%tau) * largest
+         end associate
       end do
-      most = 4.0_wp * tau * (1.0_wp - tau) * largest
-   end function largest_inside
+      inside%most = max(inside%most, abs(inside%change))
+
+   contains
+
+      !> Difference of the two polynomials in an element, with the weights of a place.
+      real(wp) function difference(place, tau)
+         type(inner_place_t), intent(in) :: place
+         real(wp), intent(in) :: tau             !! position in the element, 0 to 1
+         real(wp), dimension(3) :: u, v, defect
+         call place_defect(finer, start, at_start, place%element, tau, enriched, defect)
+         call point_displacement(problem, state, place%element, tau, own, u)
+         call point_displacement(finer, start, place%element, tau, enriched, v)
+         difference = dot_product(place%weight, defect + v - u)
+      end function difference
+   end function look_inside
 end module inside_elements

@@ -15,14 +15,15 @@ module located_zero
    use ground_segments, only: told_gap
    use element_gap, only: element_gap_t, gap_value, gap_look
    use rod_profile, only: profile_error
-   use deck_nodes, only: node_gradient_t, place_gradient
+   use state_functional, only: functional_t
+   use gap_functional, only: new_place_gap_functional
    use tangent_modes, only: modes_t, lowest_modes, apply_tangent, mode_tolerance
    use axial_rigidity, only: shrinking_forces
    use bordered_system, only: solve_effective
    use null_directions, only: likeness, times_metric, new_null_directions, leave_out
    implicit none
    private
-   public :: zero_t, new_zero, zero_value, left_of_zero, watched_gap, between_nodes, located_gap, mode_rounding
+   public :: zero_t, new_zero, zero_value, left_of_zero, find_event_gap, between_nodes, located_gap, mode_rounding
 
    !> A located event: an event of the path, or a test of contact spans.
    type :: zero_t
@@ -93,26 +94,22 @@ contains
       end associate
    end function left_of_zero
 
-   !> Derivative of the event function by the nodal displacements, for ends of contact with a foundation.
-   subroutine watched_gap(problem, zero, state, system, row)
+   !> Event function of the end of contact with a foundation, a gap, linearised by the nodal displacements.
+   subroutine find_event_gap(problem, zero, state, system, number)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
       type(state_t), intent(in) :: state         !! located state of the event
       type(system_t), intent(in) :: system       !! assembled there
-      real(wp), allocatable, intent(out) :: row(:, :) !! (3, nodes) global axes; not allocated for other events
-      type(node_gradient_t) :: gradient
+      type(functional_t), allocatable, intent(out) :: number !! not allocated for other events
       real(wp) :: tau, factor, x(2), gap, normal(2), bend
-      integer :: candidate, k
+      integer :: candidate
       if (.not. is_on_ground(zero)) return
       call ground_event_place(problem, state, zero%event%ground, candidate, tau, factor)
       if (candidate == 0) return
       call gap_look(problem, told_gap(problem, state, candidate), tau, x, gap, normal, bend)
-      call place_gradient(problem, state, system, problem%ground%chain%element(2, candidate), tau, gradient)
-      allocate (row(3, problem%model%mesh%n_nodes), source=0.0_wp)
-      do k = 1, 2
-         row(:, gradient%node(k)) = matmul(normal, gradient%ends(1:2, :, k)) * factor / zero%event%gap_scale
-      end do
-   end subroutine watched_gap
+      number = new_place_gap_functional(problem, state, system, problem%ground%chain%element(2, candidate), tau, &
+         & factor / zero%event%gap_scale * normal)
+   end subroutine find_event_gap
 
    !> Difference of the event function between the enriched problem and the problem, less the part due to nodal values: the smallest
    !> gap lies inside an element and is only as accurate as the element's polynomials. Zero for all events except those of

@@ -19,12 +19,13 @@ module path_errors
    use enriched_problem, only: enriched_problem_t
    use enriched_path, only: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point, values_beside
    use bordered_system, only: with_stretch
+   use state_functional, only: functional_t
    use error_contributions, only: contributions_t, find_contributions, eigenvalue_shares
-   use contact_places, only: moving_ends, places_at, named_place
+   use place_functional, only: moving_ends, places_at, named_place
    use mesh_request, only: value_sizes, motion_sizes
    use missed_modes, only: unstable_difference, sign_in_doubt
    use hidden_openings, only: may_be_open
-   use located_zero, only: zero_t, zero_value, left_of_zero, watched_gap, between_nodes, located_gap, mode_rounding
+   use located_zero, only: zero_t, zero_value, left_of_zero, find_event_gap, between_nodes, located_gap, mode_rounding
    implicit none
    private
    public :: point_errors, event_errors
@@ -93,7 +94,7 @@ contains
          bars%too_coarse = .true.
          return
       end if
-      unseen = point%value - value - shares%sum
+      unseen = point%value - value - shares%sum(:size(value))
       call set_bars(problem, state, system, ends, shares, value, point%value - value, unseen, shares%size, shares%rounding, bars)
       ! The prescribed quantity has no error.
       given = new_error_bar(0.0_wp, 0.0_wp, 0.0_wp, 0.0_wp)
@@ -120,7 +121,8 @@ contains
       type(crossing_t) :: crossing
       type(contributions_t) :: shares
       real(wp), allocatable :: by_eigenvalue(:)  ! (elements) error contributions to the eigenvalue of a bifurcation
-      real(wp), allocatable :: modes(:, :), value(:), final(:), unseen(:), sizes(:), rounding(:), watched(:, :)
+      real(wp), allocatable :: modes(:, :), value(:), final(:), unseen(:), sizes(:), rounding(:)
+      type(functional_t), allocatable :: gap     ! event function, if it is the gap to a foundation
       real(wp) :: reach, local, most, doubt, noise
       integer, allocatable :: ends(:)
       integer :: e
@@ -146,8 +148,8 @@ contains
          & control%load_scale**2 * abs(control%tangent_load * rise)
       if (control%method == method_load) reach = abs(rise)
       ends = moving_ends(problem)
-      call watched_gap(problem, zero, state, system, watched)
-      call begin(problem, finer, state, system, control, heading, ends, modes, path, first, shares, value, watched)
+      call find_event_gap(problem, zero, state, system, gap)
+      call begin(problem, finer, state, system, control, heading, ends, modes, path, first, shares, value, gap)
       if (size(modes, 2) > 0) by_eigenvalue = eigenvalue_shares(problem, system, first%system, modes)
       if (first%ok) call next_point(path, 0.0_wp, first)
       if (.not. first%ok) then
@@ -167,10 +169,10 @@ contains
       bars%way = (crossing%way + crossing%more) / reach * length
       if (zero_is(zero, event_limit)) bars%turned = crossing%f * heading%load < 0.0_wp
       final = crossing%near + (crossing%more - left_of_zero(problem, zero, state, system) / crossing%slope) * crossing%rate
-      unseen = abs(first%value - value - shares%sum) + abs(crossing%more * crossing%rate) + abs(crossing%doubt)
-      sizes = shares%size + abs(crossing%near - first%value)
+      unseen = abs(first%value - value - shares%sum(:size(value))) + abs(crossing%more * crossing%rate) + abs(crossing%doubt)
+      sizes = shares%size(:size(value)) + abs(crossing%near - first%value)
       noise = location_rounding()
-      rounding = shares%rounding + abs(crossing%rate) * noise / abs(crossing%slope)
+      rounding = shares%rounding(:size(value)) + abs(crossing%rate) * noise / abs(crossing%slope)
       if (zero_is(zero, event_limit)) rounding(1) = shares%rounding(1) + 0.5_wp * noise**2 / abs(crossing%slope)
       call between_nodes(problem, zero, state, system, heading%load, path%problem, first%state, crossing%f, e, local, &
          & most, doubt)
@@ -184,22 +186,22 @@ contains
       !> eigenvalue and to the touchdown points of the buckling spans, for ends of foundation contact like their contributions to
       !> the gap, otherwise like those to the load. The part not due to nodal values belongs to the element with the event.
       subroutine share_way()
-         real(wp) :: part(size(shares%element, 2)), moved, own
+         real(wp) :: part(size(shares%element, 2)), moved, own, by_event
          integer :: m
          part = shares%element(1, :)
          if (allocated(by_eigenvalue)) part = bifurcation_shares()
-         do m = 1, size(shares%element, 1)
+         do m = 1, size(value)
             moved = abs(final(m) - first%value(m))
-            own = min(abs(local * crossing%rate(m) / crossing%slope), moved)
-            if (allocated(shares%watched)) then
-               shares%element(m, :) = shares%element(m, :) + shares%watched * abs(crossing%rate(m) / crossing%slope)
-               shares%inside(m) = abs(shares%inside(m)) + shares%watched_kinks * abs(crossing%rate(m) / crossing%slope)
+            by_event = abs(crossing%rate(m) / crossing%slope)
+            own = min(abs(local) * by_event, moved)
+            if (allocated(gap)) then
+               shares%element(m, :) = shares%element(m, :) + shares%element(size(value) + 1, :) * by_event
+               shares%inside(m) = abs(shares%inside(m)) + shares%inside(size(value) + 1) * by_event
             else if (sum(part) > 0.0_wp) then
                shares%element(m, :) = shares%element(m, :) + (moved - own) * part / sum(part)
             end if
             if (e == 0) cycle
-            own = max(own, next_order * most * abs(crossing%rate(m) / crossing%slope)) + &
-               & doubt * abs(crossing%rate(m) / crossing%slope)
+            own = max(own, next_order * most * by_event) + doubt * by_event
             shares%element(m, e) = shares%element(m, e) + own
             shares%inside(m) = abs(shares%inside(m)) + own
          end do
@@ -210,7 +212,7 @@ contains
       function bifurcation_shares() result(part)
          real(wp) :: part(size(shares%element, 2)), of_ends(size(shares%element, 2)), rest
          part = by_eigenvalue
-         of_ends = sum(shares%element(size(shares%element, 1) - size(ends) + 1:, :), dim=1)
+         of_ends = sum(shares%element(size(value) - size(ends) + 1:size(value), :), dim=1)
          rest = abs(crossing%f) - sum(part)
          if (rest > 0.0_wp .and. sum(of_ends) > 0.0_wp) part = part + rest * of_ends / sum(of_ends)
       end function bifurcation_shares
@@ -382,7 +384,7 @@ contains
 
    !> Linearises the enriched problem at the point, and computes the error contributions of the elements.
    subroutine begin(problem, finer, state, system, control, heading, ends, modes, path, point, shares, value, &
-      & watched)
+      & gap)
       type(problem_t), intent(in) :: problem
       type(enriched_problem_t), intent(inout), target :: finer
       type(state_t), intent(in) :: state
@@ -395,17 +397,17 @@ contains
       type(enriched_point_t), intent(out) :: point
       type(contributions_t), intent(out) :: shares
       real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, places
-      real(wp), allocatable, intent(in), optional :: watched(:, :) !! (3, nodes) gradient of the event function of a gap
+      type(functional_t), allocatable, intent(in), optional :: gap !! event function, if it is the gap to a foundation
       call new_finer_path(problem, finer, state, control, heading, ends, path)
       path%modes = modes
       call start_point(path, finer, point)
       value = [state%load_factor, monitor_values(problem, state, system), places_at(problem, state, ends)]
       if (system%rigidity%n > 0) then
          call find_contributions(problem, state, with_stretch(system), path%problem, point%state, point%system, control, ends, &
-            & modes, shares, watched)
+            & modes, shares, gap)
       else
          call find_contributions(problem, state, system, path%problem, point%state, point%system, control, ends, modes, shares, &
-            & watched)
+            & gap)
       end if
    end subroutine begin
 

@@ -25,7 +25,7 @@ module path_control
    use state_transfer, only: displacements_at, field_at, see_from
    use linear_system, only: system_t
    use bordered_system, only: set_path_row, linear_functional, solve_bordered, all_to_global
-   use state_functional, only: functional_t
+   use state_functional, only: functional_t, new_load_functional
    use relative_curvature, only: new_relative_curvature
    use conforming_span, only: excess_curvature
    use displacement_functional, only: new_displacement_functional, watched_displacement
@@ -190,11 +190,9 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system        !! assembled at `state`
       type(functional_t) :: held
-      real(wp) :: none(3, size(state%u, 2))
       select case (control%method)
       case (method_load)
-         none = 0.0_wp
-         held = linear_functional(problem, system, none, 1.0_wp)
+         held = new_load_functional(system%n, state%load_factor)
       case (method_displacement)
          held = new_displacement_functional(problem, state, system, control%monitor)
       case default
@@ -240,8 +238,7 @@ contains
       real(wp), dimension(3, size(so_far, 2)) :: line, fixed, at
       logical :: ok
       ! Correction due to the residuals at constant load factor.
-      at = 0.0_wp
-      call set_path_row(system, linear_functional(problem, system, at, 1.0_wp))
+      call set_path_row(system, new_load_functional(system%n, 0.0_wp))
       call solve_bordered(system, -system%residual, system%value, 0.0_wp, x, y, ok)
       weight = load_weight(control)
       fixed = all_to_global(problem, system, x)

@@ -1,5 +1,5 @@
-!> Changes of gaps and reactions of candidates in a linear increment: prediction from a solution of the bordered system, and
-!> derivatives along the path.
+!> Changes of gaps and reactions of all candidates in a linear increment, from a solution of the bordered system. Rates of single
+!> ones along the path: node_contact_functional.
 !>
 !> On coupled ground the opening is b = gap + T r with all reactions, and an opening or a reaction at one candidate changes the
 !> reactions of all active candidates (coupled_answer); these are loads of the columns.
@@ -11,7 +11,7 @@ module contact_response
    use active_coupling, only: coupled_answer
    implicit none
    private
-   public :: predict_contact, gap_change, reaction_change, gap_rate, reaction_rate
+   public :: predict_contact, gap_change, reaction_change
 
 contains
 
@@ -72,41 +72,4 @@ contains
          force_change = held_force_change(system, system%unknown(c), x, y)
       end function force_change
    end function reaction_change
-
-   !> Derivative of an active candidate's reaction along the path, by the load factor.
-   pure real(wp) function reaction_rate(problem, system, candidate)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: candidate
-      if (system%unknown(candidate) > 0) then
-         reaction_rate = reaction_change(system, candidate, system%tangent, 1.0_wp)
-      else if (problem%coupling%entry(candidate) > 0) then
-         reaction_rate = -dot_product(system%coupling%stiffness(:, findloc(system%coupling%candidate, candidate, 1)), &
-            & coupled_rates(problem, system))
-      else
-         reaction_rate = -system%spring(candidate) * gap_rate(problem, system, candidate)
-      end if
-   end function reaction_rate
-
-   !> Derivatives along the path of the gaps of active candidates on coupled ground.
-   pure function coupled_rates(problem, system) result(rate)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      real(wp) :: rate(system%coupling%n)
-      integer :: i
-      do i = 1, system%coupling%n
-         rate(i) = gap_change(problem, system, system%coupling%candidate(i), system%tangent, 1.0_wp)
-      end do
-   end function coupled_rates
-
-   !> Derivative of a candidate's gap along the path, by the load factor; on coupled ground of its opening.
-   pure real(wp) function gap_rate(problem, system, candidate)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: candidate
-      gap_rate = gap_change(problem, system, candidate, system%tangent, 1.0_wp)
-      if (system%coupling%n == 0 .or. problem%coupling%entry(candidate) == 0) return
-      gap_rate = gap_rate - dot_product(problem%coupling%compliance(system%coupling%entry, problem%coupling%entry(candidate)), &
-         & matmul(system%coupling%stiffness, coupled_rates(problem, system)))
-   end function gap_rate
 end module contact_response

@@ -17,8 +17,8 @@ module touchdown_points
    use ground_following, only: keep_to_ground, keep_layers
    implicit none
    private
-   public :: misfit, with_held, opening_misfit, move_touchdown_points, touchdown_travel, touchdown_steps, touchdown_slopes, &
-      & shift_touchdown_points, point_force, carry_forces, excess_ahead
+   public :: misfit, with_held, opening_misfit, move_touchdown_points, touchdown_travel, touchdown_steps, touchdown_step, &
+      & touchdown_slope, shift_touchdown_points, point_force, carry_forces, excess_ahead
 
    real(wp), parameter :: most = 0.5_wp     !! largest part of a span's length by which the ends of the span may approach each other
    !! in one move, so that the nodes keep their order
@@ -31,62 +31,57 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(out) :: distance(:)  !! (candidates) along the rod, 0 for fixed candidates
       real(wp), intent(out) :: moment       !! largest jump of the moment at a touchdown point
-      real(wp), dimension(problem%candidates%n) :: error, slope
-      logical, dimension(problem%candidates%n) :: told
+      real(wp) :: error, slope
+      logical :: told
       integer :: c
-      told = told_by_moment(problem, state)
-      call measure_errors(problem, state, told, error, slope)
-      distance = quotient(error, slope)
       moment = 0.0_wp
-      do c = 1, size(error)
+      do c = 1, problem%candidates%n
+         told = told_by_moment(problem, state, c)
+         call measure_error(problem, state, c, told, error, slope)
+         distance(c) = quotient(error, slope)
          if (.not. problem%candidates%moves(c) .or. problem%candidates%held(c)) cycle
-         moment = max(moment, merge(abs(error(c)), abs(state%reaction(c) * distance(c)), told(c)))
+         moment = max(moment, merge(abs(error), abs(state%reaction(c) * distance(c)), told))
       end do
    end subroutine misfit
 
-   !> True for touchdown points located by continuity of the moment: ends of line contacts, where the rod has the obstacle's
+   !> True for a touchdown point located by continuity of the moment: the end of a line contact, where the rod has the obstacle's
    !> direction. A point contact of force T can be located by continuity of the moment (dM = T ds) or by the least gap (dg' = g''
    !> ds); the errors of the two places have the ratio of EI g'' to T L, and the more accurate place is used.
-   function told_by_moment(problem, state) result(told)
+   logical function told_by_moment(problem, state, c) result(told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      logical :: told(problem%candidates%n)
+      integer, intent(in) :: c              !! candidate
       real(wp) :: excess, extension
-      integer :: c
-      told = problem%candidates%follows(:size(told)) .and. problem%candidates%moves(:size(told))
-      do c = 1, size(told)
-         if (told(c) .or. .not. problem%candidates%moves(c)) cycle
-         call excess_curvature(problem, state, c, excess, extension)
-         associate (flexibility => problem%compliance(problem%candidates%element(1, c))%bending)
-            told(c) = abs(point_force(problem, state, c)) * flexibility * problem%size >= abs(excess)
-         end associate
-      end do
+      told = problem%candidates%follows(c) .and. problem%candidates%moves(c)
+      if (told .or. .not. problem%candidates%moves(c)) return
+      call excess_curvature(problem, state, c, excess, extension)
+      associate (flexibility => problem%compliance(problem%candidates%element(1, c))%bending)
+         told = abs(point_force(problem, state, c)) * flexibility * problem%size >= abs(excess)
+      end associate
    end function told_by_moment
 
-   !> Residual at each touchdown point and its decrease per unit of distance along the rod: jump of the moment, or slope of the gap
+   !> Residual at a touchdown point and its decrease per unit of distance along the rod: jump of the moment, or slope of the gap
    !> over the extension ratio.
-   subroutine measure_errors(problem, state, told, error, slope)
+   subroutine measure_error(problem, state, c, told, error, slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      logical, intent(in) :: told(:)        !! (candidates) located by continuity of the moment
-      real(wp), intent(out) :: error(:), slope(:) !! (candidates) 0 for fixed candidates
+      integer, intent(in) :: c              !! candidate
+      logical, intent(in) :: told           !! located by continuity of the moment
+      real(wp), intent(out) :: error, slope !! 0 for a fixed candidate
       real(wp) :: local(3, 2), extension, sense
-      integer :: c
       error = 0.0_wp
       slope = 0.0_wp
-      do c = 1, problem%candidates%n
-         if (.not. problem%candidates%moves(c)) cycle
-         if (told(c)) then
-            local = forces_beside(problem, state, c)
-            error(c) = local(3, 1) - local(3, 2)
-            slope(c) = local(2, 1) - local(2, 2)
-         else
-            call excess_curvature(problem, state, c, slope(c), extension)
-            sense = track_sense(problem, state, c, node_track(problem, state, c))
-            error(c) = -sense * track_rotation(problem, state, c)
-         end if
-      end do
-   end subroutine measure_errors
+      if (.not. problem%candidates%moves(c)) return
+      if (told) then
+         local = forces_beside(problem, state, c)
+         error = local(3, 1) - local(3, 2)
+         slope = local(2, 1) - local(2, 2)
+      else
+         call excess_curvature(problem, state, c, slope, extension)
+         sense = track_sense(problem, state, c, node_track(problem, state, c))
+         error = -sense * track_rotation(problem, state, c)
+      end if
+   end subroutine measure_error
 
    !> Quotient of error and slope; zero for a zero slope.
    elemental real(wp) function quotient(error, slope)
@@ -227,36 +222,45 @@ contains
    end subroutine move_touchdown_points
 
    !> Distances of touchdown points from their places in an iterate, with the slopes of the previous iterate `before`.
-   function touchdown_steps(problem, before, state) result(error)
+   function touchdown_steps(problem, before, state) result(distance)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state
-      real(wp), dimension(problem%candidates%n) :: error, slope, now
-      logical, dimension(problem%candidates%n) :: told
+      real(wp) :: distance(problem%candidates%n)
       integer :: c
-      told = told_by_moment(problem, before)
-      call measure_errors(problem, before, told, error, slope)
-      call measure_errors(problem, state, told, error, now)
-      where (problem%candidates%held(:size(error))) error = 0.0_wp
-      where (told .and. abs(now) > abs(slope)) slope = now
-      ! If the obstacle would have to pull at the end of a line contact, the contact must recede. The other direction would lead to
-      ! a free span of zero length, a false equilibrium from which no force would lead away.
-      do c = 1, size(error)
-         if (.not. (told(c) .and. problem%candidates%follows(c))) cycle
-         slope(c) = sign(slope(c), track_sense(problem, state, c, node_track(problem, state, c)))
-      end do
-      error = quotient(error, slope)
+      distance = [(touchdown_step(problem, before, state, c), c=1, size(distance))]
    end function touchdown_steps
 
-   !> Decrease of the moment's jump at touchdown points per unit of distance along the rod; 0 for points located by the least gap.
-   function touchdown_slopes(problem, state) result(slope)
+   !> Such a distance of one touchdown point; 0 for a fixed candidate.
+   real(wp) function touchdown_step(problem, before, state, c) result(distance)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: before, state
+      integer, intent(in) :: c              !! candidate
+      real(wp) :: error, slope, now
+      logical :: told
+      distance = 0.0_wp
+      if (problem%candidates%held(c) .or. .not. problem%candidates%moves(c)) return
+      told = told_by_moment(problem, before, c)
+      call measure_error(problem, before, c, told, error, slope)
+      call measure_error(problem, state, c, told, error, now)
+      if (told .and. abs(now) > abs(slope)) slope = now
+      ! If the obstacle would have to pull at the end of a line contact, the contact must recede. The other direction would lead to
+      ! a free span of zero length, a false equilibrium from which no force would lead away.
+      if (told .and. problem%candidates%follows(c)) slope = sign(slope, track_sense(problem, state, c, node_track(problem, &
+         & state, c)))
+      distance = quotient(error, slope)
+   end function touchdown_step
+
+   !> Decrease of the moment's jump at a touchdown point per unit of distance along the rod; 0 for a point located by the least gap.
+   real(wp) function touchdown_slope(problem, state, c) result(slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), dimension(problem%candidates%n) :: error, slope
-      logical, dimension(problem%candidates%n) :: told
-      told = told_by_moment(problem, state)
-      call measure_errors(problem, state, told, error, slope)
-      where (.not. told) slope = 0.0_wp
-   end function touchdown_slopes
+      integer, intent(in) :: c              !! candidate
+      real(wp) :: error
+      logical :: told
+      told = told_by_moment(problem, state, c)
+      call measure_error(problem, state, c, told, error, slope)
+      if (.not. told) slope = 0.0_wp
+   end function touchdown_slope
 
    !> Largest distance of a touchdown point from its place in an iterate, as part of the length of a span beside the point. No point
    !> is moved.

@@ -5,13 +5,14 @@ module displacement_functional
    use model, only: quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use state_functional, only: functional_t
+   use state_functional, only: functional_t, inner_place_t
    use linear_system, only: system_t
    use bordered_system, only: unknowns_of
-   use deck_nodes, only: deck_displacements, node_gradient_t, deck_node_gradient
+   use deck_nodes, only: deck_displacements, find_node, place_rate
+   use rod_profile, only: profile_t
    implicit none
    private
-   public :: new_displacement_functional, watched_displacement, monitor_change, left_open
+   public :: new_displacement_functional, watched_displacement, monitor_change, left_open, add_place
 
 contains
 
@@ -40,32 +41,55 @@ contains
       type(system_t), intent(in) :: system      !! assembled at `state`
       integer, intent(in) :: m                  !! index into model%monitor, of a displacement
       type(functional_t) :: watched
-      type(node_gradient_t) :: gradient
-      real(wp) :: weight, by_node(3, problem%model%mesh%n_nodes) !! global axes
-      logical :: inside
-      integer :: i, k
+      real(wp) :: weight(3), tau, by_node(3, problem%model%mesh%n_nodes) !! global axes
+      integer :: i, node, e
       by_node = 0.0_wp
-      watched%known = .true.
+      allocate (watched%inner(0))
       watched%value = watched_displacement(problem, state, m)
       associate (monitor => problem%deck%monitor(m))
-         weight = monitor%factor / size(monitor%node)
+         weight = 0.0_wp
+         weight(monitor%component) = monitor%factor / size(monitor%node)
          do i = 1, size(monitor%node)
-            associate (at => monitor%node(i), component => monitor%component)
-               call deck_node_gradient(problem, state, system, at, gradient, inside)
-               if (.not. inside) then
-                  by_node(component, gradient%node(1)) = by_node(component, gradient%node(1)) + weight
-                  cycle
-               end if
-               do k = 1, 2
-                  by_node(:, gradient%node(k)) = by_node(:, gradient%node(k)) + weight * gradient%ends(component, :, k)
-               end do
-               watched%by_load = watched%by_load + weight * gradient%load(component)
-               watched%defect = watched%defect + weight * gradient%defect(component)
-            end associate
+            call find_node(problem, state, monitor%node(i), node, e, tau)
+            if (e == 0) then
+               by_node(:, node) = by_node(:, node) + weight
+            else
+               call add_place(problem, state, system, e, tau, weight, by_node, watched)
+               watched%inner = [watched%inner, inner_place_t(e, tau, weight)]
+            end if
          end do
       end associate
       watched%by_unknown = unknowns_of(problem, system, by_node)
    end function new_displacement_functional
+
+   !> Adds to a functional the displacements and the rotation of a place inside an element, each times its weight.
+   subroutine add_place(problem, state, system, e, tau, weight, by_node, number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system      !! assembled at `state`
+      integer, intent(in) :: e                  !! element
+      real(wp), intent(in) :: tau               !! place in the element, 0 to 1
+      real(wp), intent(in) :: weight(3)         !! global axes
+      real(wp), intent(inout) :: by_node(:, :)  !! (3, nodes) gradient, global axes
+      type(functional_t), intent(inout) :: number !! load derivative and defect
+      type(profile_t) :: profile
+      real(wp) :: du(6), rate(3)
+      integer :: k, z
+      z = problem%z_size(e)
+      do k = 1, 6
+         du = 0.0_wp
+         du(k) = 1.0_wp
+         call place_rate(problem, state, e, tau, profile, du, system%op(:z, k, e), 0.0_wp, rate)
+         associate (derivative => by_node(modulo(k - 1, 3) + 1, problem%model%mesh%node((k + 2) / 3, e)))
+            derivative = derivative + dot_product(weight, rate)
+         end associate
+      end do
+      du = 0.0_wp
+      call place_rate(problem, state, e, tau, profile, du, system%op(:z, 8, e), 1.0_wp, rate)
+      number%by_load = number%by_load + dot_product(weight, rate)
+      call place_rate(problem, state, e, tau, profile, du, system%op(:z, 7, e), 0.0_wp, rate)
+      number%defect = number%defect + dot_product(weight, rate)
+   end subroutine add_place
 
    !> Change of a displacement monitor along a solved increment. Along the path, per unit of load factor: x = system%tangent,
    !> y = 1.

@@ -32,7 +32,6 @@ contains
       integer :: element(2), nodes(3), i, k, side
       element = problem%candidates%element(:, candidate)
       curvature%value = value(state)
-      curvature%known = .true.
       by_node = 0.0_wp
       nodes = [problem%candidates%node(candidate), 0, 0]
       do side = 1, 2

@@ -3,11 +3,7 @@ module ground_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, rounding_steps, obstacle_shift, chain_gap, element_displacement, element_load
-   use linear_system, only: system_t, to_global
-   use bordered_system, only: resultant_rates
-   use ge_element, only: ge_direction_rates
-   use gauss_tableau, only: max_stages
+   use rod_state, only: state_t, rounding_steps, obstacle_shift, chain_gap
    use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
    use force_law, only: foundation_reaction
    use rod_layout, only: stretch_element
@@ -22,7 +18,7 @@ module ground_regions
    implicit none
    private
    public :: find_ground_regions, smallest_ground_gap, inner_opening, part_of_stretch, rounds, ground_pressure, ground_reaction, &
-      & deck_ground_reaction, foundation_totals, foundation_total_rates, taken_along
+      & deck_ground_reaction, foundation_totals, taken_along
 
 contains
 
@@ -416,40 +412,4 @@ contains
          end do
       end do
    end subroutine foundation_totals
-
-   !> Derivatives of foundation_totals along the path, by the load factor.
-   subroutine foundation_total_rates(problem, state, system, rate)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system       !! assembled and factored at `state`
-      real(wp), intent(out) :: rate(:, :)        !! (3, obstacles)
-      type(inner_forces_t) :: inner
-      real(wp) :: dz(size(state%z, 1), size(state%z, 2)), du(6), rho(2, max_stages), change(2)
-      integer :: e, i, q, s, z
-      rate = 0.0_wp
-      if (problem%ground%chain%n == 0) return
-      dz = resultant_rates(problem, system, system%tangent, 1.0_wp)
-      do e = 1, problem%model%mesh%n_elements
-         if (.not. problem%ground%founded(e)) cycle
-         call foundation_forces(problem, state, e, inner)
-         s = problem%model%mesh%stages(e)
-         z = problem%z_size(e)
-         do i = 1, 2
-            du(3 * i - 2:3 * i) = to_global(problem, system, system%tangent, problem%model%mesh%node(i, e))
-         end do
-         associate (g => state%geometry%element(e))
-            call ge_direction_rates(problem%tableau(s), g%length, g%angle, problem%compliance(e), &
-               & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:z, e), du, dz(:z, e), &
-               & 1.0_wp, rho(:, :s))
-            do q = 1, inner%n
-               change = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))
-               change = inner%rate(:, q) - matmul(inner%sway(:, :, q), change) + (inner%spring(q) * (inner%approach(q) - &
-                  & dot_product(inner%normal(:, q), change))) * inner%normal(:, q)
-               associate (rate_here => rate(:, problem%ground%chain%obstacle(inner%source(q))))
-                  rate_here = rate_here + g%length * inner%weight(q) * [change, dot_product(inner%normal(:, q), change)]
-               end associate
-            end do
-         end associate
-      end do
-   end subroutine foundation_total_rates
 end module ground_regions

@@ -14,7 +14,7 @@ module stress_stiffness
    use element_products, only: apply_elements
    use node_loads, only: node_push_t, node_pushes
    use bordered_system, only: resultant_rates, held_force_change
-   use contact_response, only: reaction_rate
+   use node_contact_functional, only: reaction_rate
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
    use band_matrix, only: band_t
@@ -114,7 +114,7 @@ contains
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          associate (node => problem%candidates%node(c))
-            reaction = times * reaction_rate(problem, system, c) * system%bend(c)
+            reaction = times * reaction_rate(problem, state, system, c) * system%bend(c)
             t = [system%normal(2, c), -system%normal(1, c)]
             if (system%turned(node)) call turn_pair(system%axis(:, node), t)
             matrix%contact(:, 1, c) = -reaction * t * t(1)

@@ -126,7 +126,7 @@ contains
    end subroutine add_forces
 
    !> Subtracts the excess stiffness from a product with the band: y = y - N W N^T x; returns x^T N W N^T x.
-   subroutine subtract_excess(set, x, y, form)
+   pure subroutine subtract_excess(set, x, y, form)
       type(active_coupling_t), intent(in) :: set
       real(wp), intent(in) :: x(:)                 !! (unknowns)
       real(wp), intent(inout) :: y(:)

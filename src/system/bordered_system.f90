@@ -181,7 +181,6 @@ contains
       real(wp), intent(in) :: row(:, :)      !! (3, nodes) in global axes
       real(wp), intent(in) :: by_load
       type(functional_t) :: linear
-      linear%known = .true.
       linear%by_unknown = unknowns_of(problem, system, row)
       linear%by_load = by_load
    end function linear_functional

@@ -12,16 +12,8 @@ module deck_nodes
    use rod_profile, only: profile_t, keep_profile, profile_rate
    implicit none
    private
-   public :: deck_displacements, deck_section_forces, deck_contact_gaps, deck_node_rates, node_gradient_t, &
-      & deck_node_gradient, place_gradient, place_defect, find_node
-
-   !> Derivatives of displacement and rotation of a deck's node that is inside an element of the mesh.
-   type :: node_gradient_t
-      integer :: node(2) = 0                    !! mesh nodes at the ends of the element
-      real(wp) :: ends(3, 3, 2) = 0.0_wp        !! (component, component at an end, end)
-      real(wp) :: load(3) = 0.0_wp              !! derivative by the load factor
-      real(wp) :: defect(3) = 0.0_wp            !! change by the elimination of the element's own defects
-   end type node_gradient_t
+   public :: deck_displacements, deck_section_forces, deck_contact_gaps, deck_node_rates, place_rate, &
+      & place_defect, find_node
 
 contains
 
@@ -148,46 +140,6 @@ contains
             & y * system%op(:z, 8, e), y, rate(:, node))
       end do
    end function deck_node_rates
-
-   !> Derivatives of displacement and rotation of a deck's node with respect to the unknowns, if the node is inside an element of
-   !> the mesh.
-   subroutine deck_node_gradient(problem, state, system, node, gradient, inside)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system      !! assembled at `state`
-      integer, intent(in) :: node
-      type(node_gradient_t), intent(out) :: gradient
-      logical, intent(out) :: inside            !! false: the deck's node is mesh node gradient%node(1); no other component is set
-      real(wp) :: tau
-      integer :: e
-      call find_node(problem, state, node, gradient%node(1), e, tau)
-      inside = e > 0
-      if (inside) call place_gradient(problem, state, system, e, tau, gradient)
-   end subroutine deck_node_gradient
-
-   !> Derivatives as in deck_node_gradient, at a place inside an element.
-   subroutine place_gradient(problem, state, system, e, tau, gradient)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system      !! assembled at `state`
-      integer, intent(in) :: e
-      real(wp), intent(in) :: tau               !! 0 to 1
-      type(node_gradient_t), intent(out) :: gradient
-      type(profile_t) :: profile
-      real(wp) :: du(6), none(6)
-      integer :: k, z
-      z = problem%z_size(e)
-      gradient%node = problem%model%mesh%node(:, e)
-      none = 0.0_wp
-      do k = 1, 6
-         du = 0.0_wp
-         du(k) = 1.0_wp
-         call place_rate(problem, state, e, tau, profile, du, system%op(:z, k, e), 0.0_wp, &
-            & gradient%ends(:, modulo(k - 1, 3) + 1, (k + 2) / 3))
-      end do
-      call place_rate(problem, state, e, tau, profile, none, system%op(:z, 8, e), 1.0_wp, gradient%load)
-      call place_defect(problem, state, system, e, tau, profile, gradient%defect)
-   end subroutine place_gradient
 
    !> Part of the displacement change due to the elimination of the element's own defects.
    pure subroutine place_defect(problem, state, system, e, tau, profile, defect)

@@ -8,7 +8,7 @@ module eliminated_unknowns
    use system_type, only: system_t
    implicit none
    private
-   public :: set_constraints, contact_reaction
+   public :: set_constraints, contact_reaction, reaction_weights
 
 contains
 
@@ -129,8 +129,30 @@ contains
       integer :: p
       reaction = force(system%unknown(candidate)) / system%slope(candidate)
       p = system%partner(candidate)
-      if (p == 0) return
-      reaction = reaction - dot_product(system%normal(:, candidate), system%normal(:, p)) * &
-         & force(system%unknown(p)) / system%slope(p)
+      if (p > 0) reaction = reaction - corner_share(system, candidate) * force(system%unknown(p)) / system%slope(p)
    end function contact_reaction
+
+   !> Adds the derivatives of that reaction by the forces on the unknowns, times a factor.
+   pure subroutine reaction_weights(system, candidate, factor, weight)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate         !! candidate with an eliminated unknown
+      real(wp), intent(in) :: factor
+      real(wp), intent(inout) :: weight(:)     !! (n) node axes
+      integer :: p
+      p = system%partner(candidate)
+      associate (own => weight(system%unknown(candidate)))
+         own = own + factor / system%slope(candidate)
+      end associate
+      if (p == 0) return
+      associate (other => weight(system%unknown(p)))
+         other = other - factor * corner_share(system, candidate) / system%slope(p)
+      end associate
+   end subroutine reaction_weights
+
+   !> Share of the second reaction in a corner that acts along the first normal.
+   pure real(wp) function corner_share(system, candidate) result(share)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate         !! candidate with a partner
+      share = dot_product(system%normal(:, candidate), system%normal(:, system%partner(candidate)))
+   end function corner_share
 end module eliminated_unknowns

@@ -12,11 +12,11 @@ module linear_system
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
    use inner_forces, only: inner_forces_t
-   use active_coupling, only: excess_row
+   use active_coupling, only: excess_row, subtract_excess
    use tied_nodes, only: set_blocks, spread_force, add_matrix
    use system_type, only: system_t, new_system
    use node_axes, only: to_node, turn_force, turn_pair, matrix_to_node, to_global
-   use eliminated_unknowns, only: set_constraints, contact_reaction
+   use eliminated_unknowns, only: set_constraints, contact_reaction, reaction_weights
    use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_tangent
    use joint_stiffness, only: add_joint_springs, set_swings, add_swings, apply_joints
    use rigidity_maps, only: set_rigidity
@@ -26,7 +26,8 @@ module linear_system
    implicit none
    private
    public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, add_swings, apply_joints, &
-      & matrix_to_node, turn_pair, to_node, to_global, row_times, contact_reaction, worst_round_off
+      & matrix_to_node, turn_pair, to_node, to_global, row_times, rows_times, contact_reaction, reaction_weights, &
+      & worst_round_off
 
 contains
 
@@ -242,4 +243,23 @@ contains
       end do
       if (system%coupling%n > 0) row_times = row_times - excess_row(system%coupling, i, x)
    end function row_times
+
+   !> Adds to `row` the rows of the tangent, each times its weight.
+   pure subroutine rows_times(system, weight, row)
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: weight(:)        !! (n) zero for most unknowns
+      real(wp), intent(inout) :: row(:)        !! (n)
+      real(wp) :: form
+      integer :: i, j
+      do i = 1, system%n
+         if (.not. abs(weight(i)) > 0.0_wp) cycle
+         do j = max(1, i - system%k%kd), i
+            row(j) = row(j) + system%k%a(1 + i - j, j) * weight(i)
+         end do
+         do j = i + 1, min(system%n, i + system%k%kd)
+            row(j) = row(j) + system%k%a(1 + j - i, i) * weight(i)
+         end do
+      end do
+      call subtract_excess(system%coupling, weight, row, form)
+   end subroutine rows_times
 end module linear_system

@@ -1,29 +1,66 @@
-!> A number that is a function of the state, linearised at the state: load factor, displacement, reaction, contact force, place of a
-!> touchdown point, relative curvature.
+!> A number that is a function of the state, linearised at the state.
 !>
 !> Uses of such a functional: its gradient is the row of a path constraint (set_path_row); its rate along the path is the slope of a
 !> test function or a monitor; its zero is located by an iteration on the bordered system; the solution of the transposed equations
-!> for its gradient weighs the elements' error contributions in its error bar.
+!> for its gradient weighs the elements' error contributions in its error bar (error_contributions).
+!>
+!> Kinds, each with a function new_..._functional(problem, state, system, ...):
+!> load                load factor (this module; linear_functional of bordered_system with other unknowns)
+!> displacement        displacement monitor, and displacement of a place inside an element (displacement_functional)
+!> reaction            sum of support reactions and spring forces (reaction_functional)
+!> contact force, gap  reaction and gap of a candidate, sum of the reactions at nodes (node_contact_functional)
+!> span force          sum of the forces on contact spans (span_force_functional)
+!> foundation force    sum of the forces of distributed foundations (foundation_force_functional)
+!> monitor             any of these sums with the deck's factor and offset (monitors)
+!> place               position of a touchdown point (place_functional)
+!> gap at a place      gap between an obstacle and a place inside an element (gap_functional)
+!> relative curvature  curvature of the rod less that of the obstacle at a point contact (relative_curvature)
 module state_functional
    use kinds, only: wp
    implicit none
    private
-   public :: functional_t
+   public :: functional_t, inner_place_t, new_functional, new_load_functional
+
+   !> A place inside an element at which a number takes displacements and rotation from the element's polynomial.
+   type :: inner_place_t
+      integer :: element = 0
+      real(wp) :: tau = 0.0_wp                   !! position in the element, 0 to 1
+      real(wp) :: weight(3) = 0.0_wp             !! derivatives of the number by displacements and rotation, global axes
+   end type inner_place_t
 
    type :: functional_t
-      logical :: known = .false.                 !! false: there is no linearisation of this number
-      real(wp) :: value = 0.0_wp                 !! value at the state, for kinds of functionals that set it
+      logical :: estimated = .true.              !! false: errors of elements change the number in further ways, so that it has no
+      !! error bar
+      real(wp) :: value = 0.0_wp                 !! value at the state
       real(wp), allocatable :: by_unknown(:)     !! (unknowns) gradient, node axes
       real(wp) :: by_load = 0.0_wp               !! derivative by the load factor at constant unknowns
       real(wp) :: defect = 0.0_wp                !! change of the number by the elimination of the elements' internal residuals
       real(wp), allocatable :: by_force(:)       !! (unknowns) derivatives by the residuals of fixed unknowns, for reactions; not
       !! allocated: none
-      real(wp), allocatable :: by_element(:, :)  !! (6, elements) derivatives by the end forces of each element; not allocated: none
+      real(wp), allocatable :: by_element(:, :)  !! (6, elements) derivatives by the end forces of each element at constant unknowns
+      !! and residuals; not allocated: none
+      type(inner_place_t), allocatable :: inner(:) !! its places inside elements; not allocated: none
    contains
       procedure :: change
+      procedure :: add
    end type functional_t
 
 contains
+
+   !> A functional that is zero.
+   pure type(functional_t) function new_functional(unknowns) result(number)
+      integer, intent(in) :: unknowns            !! number of unknowns
+      allocate (number%by_unknown(unknowns), source=0.0_wp)
+   end function new_functional
+
+   !> The load factor.
+   pure type(functional_t) function new_load_functional(unknowns, load) result(number)
+      integer, intent(in) :: unknowns            !! number of unknowns
+      real(wp), intent(in) :: load               !! load factor of the state
+      number = new_functional(unknowns)
+      number%value = load
+      number%by_load = 1.0_wp
+   end function new_load_functional
 
    !> Linear change of the number for an increment of the unknowns and of the load factor. The system's tangent and 1 as increments
    !> give the rate along the path per unit of load factor.
@@ -33,4 +70,24 @@ contains
       real(wp), intent(in) :: y                  !! increment of the load factor
       change = dot_product(self%by_unknown, x) + self%by_load * y
    end function change
+
+   !> Adds a multiple of another functional of the same state.
+   pure subroutine add(self, factor, other)
+      class(functional_t), intent(inout) :: self
+      real(wp), intent(in) :: factor
+      type(functional_t), intent(in) :: other
+      self%estimated = self%estimated .and. other%estimated
+      self%value = self%value + factor * other%value
+      self%by_unknown = self%by_unknown + factor * other%by_unknown
+      self%by_load = self%by_load + factor * other%by_load
+      self%defect = self%defect + factor * other%defect
+      if (allocated(other%by_force)) then
+         if (.not. allocated(self%by_force)) allocate (self%by_force, source=0.0_wp * other%by_force)
+         self%by_force = self%by_force + factor * other%by_force
+      end if
+      if (allocated(other%by_element)) then
+         if (.not. allocated(self%by_element)) allocate (self%by_element, source=0.0_wp * other%by_element)
+         self%by_element = self%by_element + factor * other%by_element
+      end if
+   end subroutine add
 end module state_functional

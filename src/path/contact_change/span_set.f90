@@ -5,7 +5,7 @@ module span_set
    use model, only: method_load
    use problem, only: problem_t
    use rod_state, only: state_t
-   use contact_response, only: reaction_rate
+   use node_contact_functional, only: reaction_rate
    use contact_spans, only: contact_span_t, shortest
    use span_candidates, only: present_contact_spans, touch_place, rolls_at
    use free_span_gap, only: gap_at
@@ -109,8 +109,8 @@ contains
       select case (test%kind)
       case (test_gap)
          rate = 1.0_wp
-         if (candidate_of(problem, run%spans_begun) > 0) rate = reaction_rate(problem, run%last%system, candidate_of(problem, &
-            & run%spans_begun))
+         if (candidate_of(problem, run%spans_begun) > 0) rate = reaction_rate(problem, run%last%state, &
+            & run%last%system, candidate_of(problem, run%spans_begun))
          call head_for(problem, run, rate)
       case (test_force)
          call head_for(problem, run, opening_rate(problem, run%last, old))
@@ -185,7 +185,7 @@ contains
          call correct(problem, base, control, .true., run%last%state, run%last%system, report)
          ok = report%converged
          if (.not. ok) exit
-         rate = reaction_rate(problem, run%last%system, c)
+         rate = reaction_rate(problem, run%last%state, run%last%system, c)
          ok = abs(rate) > 0.0_wp
          if (.not. ok) exit
          control%increment = -point_force(problem, run%last%state, c) / rate

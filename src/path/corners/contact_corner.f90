@@ -11,7 +11,7 @@ module contact_corner
    use path_continuity, only: path_tangent_at
    use path_point, only: path_point_t, point_at, advance, evaluate_tests
    use corrector, only: increment_t
-   use contact_response, only: reaction_rate, gap_rate
+   use node_contact_functional, only: reaction_rate, gap_rate
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    implicit none
    private
@@ -96,9 +96,9 @@ contains
       do k = 1, size(corner)
          associate (candidate => corner(k))
             if (point%state%active(candidate)) then
-               rate = rate + reaction_rate(problem, point%system, candidate)
+               rate = rate + reaction_rate(problem, point%state, point%system, candidate)
             else
-               rate = rate + gap_rate(problem, point%system, candidate)
+               rate = rate + gap_rate(problem, point%state, point%system, candidate)
             end if
          end associate
       end do

@@ -22,7 +22,7 @@ module error_report
    use path_errors, only: point_errors, event_errors
    use located_zero, only: zero_t, new_zero
    use mesh_request, only: excess
-   use stop_forces, only: is_stop
+   use node_contact_functional, only: is_stop
    use error_text, only: bar_text
    use run_accuracy, only: accuracy_t, place_t, note_worst
    use path_record, only: buckling_t, limit_point_t

@@ -5,7 +5,7 @@ module tangent_step
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: apply_increment
-   use contact_response, only: reaction_rate
+   use node_contact_functional, only: reaction_rate
    implicit none
    private
    public :: states_along
@@ -16,31 +16,35 @@ module tangent_step
 contains
 
    !> The state at a point of the path, and the state after a small increment of the load factor along the tangent.
-   subroutine states_along(problem, system, state, load, here, ahead, step)
+   subroutine states_along(problem, system, state, load, here, ahead, step, size_step)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored at the state
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: load               !! only the sign is used: > 0 if the load factor increases along the path
       type(state_t), intent(out) :: here, ahead
       real(wp), intent(out) :: step              !! increment of the load factor, with this sign
+      real(wp), intent(in), optional :: size_step !! largest displacement over the size, or rotation, of the step
       integer :: c
-      step = sign(small_load(problem, system, state%load_factor), load)
+      step = little
+      if (present(size_step)) step = size_step
+      step = sign(small_load(problem, system, state%load_factor, step), load)
       ! On a new mesh the state is in equilibrium only after one more iteration; both states get this iteration.
       here = state
       ahead = state
       call apply_increment(problem, system, 0.0_wp * system%tangent, 0.0_wp, here)
       call apply_increment(problem, system, step * system%tangent, step, ahead)
       do c = 1, problem%candidates%n
-         if (state%active(c)) ahead%reaction(c) = state%reaction(c) + step * reaction_rate(problem, system, c)
+         if (state%active(c)) ahead%reaction(c) = state%reaction(c) + step * reaction_rate(problem, state, system, c)
       end do
    end subroutine states_along
 
-   !> Increment of the load factor along the tangent that displaces and rotates no node by more than `little`; the load factor
-   !> itself, but at least 1, if nothing moves.
-   pure real(wp) function small_load(problem, system, load) result(step)
+   !> Increment of the load factor along the tangent that displaces and rotates no node by more than `most`; the load factor itself,
+   !> but at least 1, if nothing moves.
+   pure real(wp) function small_load(problem, system, load, most) result(step)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
       real(wp), intent(in) :: load               !! factor
+      real(wp), intent(in) :: most               !! displacement over the structure's size, or rotation [rad]
       real(wp) :: rate
       integer :: node, d
       rate = tiny(rate)
@@ -50,6 +54,6 @@ contains
             rate = max(rate, maxval(abs(u(1:2))) / problem%size, abs(u(3)))
          end associate
       end do
-      step = min(little / rate, max(abs(load), 1.0_wp))
+      step = min(most / rate, max(abs(load), 1.0_wp))
    end function small_load
 end module tangent_step

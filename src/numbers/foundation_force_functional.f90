@@ -1,0 +1,108 @@
+!> Sum of an obstacle's distributed foundation forces as a functional.
+!>
+!> The forces act inside elements, on the rod's polynomial between the nodes; errors of that polynomial change the sum in ways that
+!> the elements' end forces do not show.
+module foundation_force_functional
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t, element_displacement, element_load
+   use linear_system, only: system_t
+   use bordered_system, only: resultant_rates, unknowns_of
+   use ge_element, only: ge_direction_rates
+   use gauss_tableau, only: max_stages
+   use element_foundation, only: foundation_forces
+   use inner_forces, only: inner_forces_t
+   use ground_regions, only: foundation_totals
+   use state_functional, only: functional_t
+   implicit none
+   private
+   public :: has_foundation, foundation_force_sum, new_foundation_force_functional
+
+contains
+
+   !> True if the obstacle is a distributed foundation.
+   pure logical function has_foundation(problem, obstacle)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: obstacle
+      has_foundation = any(problem%ground%chain%obstacle == obstacle)
+   end function has_foundation
+
+   !> Sum of the forces: a component, or the sum of the normal forces.
+   real(wp) function foundation_force_sum(problem, state, obstacle, component) result(total)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: obstacle
+      integer, intent(in) :: component           !! 1: x, 2: y, 3: normal forces
+      real(wp) :: founded(3, size(problem%model%obstacle))
+      call foundation_totals(problem, state, founded)
+      total = founded(component, obstacle)
+   end function foundation_force_sum
+
+   !> The sum, linearised.
+   function new_foundation_force_functional(problem, state, system, obstacle, component) result(number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! assembled and factored at `state`
+      integer, intent(in) :: obstacle
+      integer, intent(in) :: component           !! as in foundation_force_sum
+      type(functional_t) :: number
+      real(wp) :: by_node(3, problem%model%mesh%n_nodes) ! global axes
+      real(wp) :: by_load(size(state%z, 1), problem%model%mesh%n_elements), none(system%n), du(6), part
+      type(inner_forces_t) :: inner
+      integer :: e, i, z
+      number%estimated = .false.
+      number%value = foundation_force_sum(problem, state, obstacle, component)
+      none = 0.0_wp
+      by_load = resultant_rates(problem, system, none, 1.0_wp)
+      by_node = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         if (.not. problem%ground%founded(e)) cycle
+         call foundation_forces(problem, state, e, inner)
+         if (inner%n == 0) cycle
+         if (.not. any(problem%ground%chain%obstacle(inner%source(:inner%n)) == obstacle)) cycle
+         z = problem%z_size(e)
+         do i = 1, 6
+            du = 0.0_wp
+            du(i) = 1.0_wp
+            call change_in_element(du, system%op(:z, i, e), 0.0_wp, part)
+            associate (derivative => by_node(1 + modulo(i - 1, 3), problem%model%mesh%node((i + 2) / 3, e)))
+               derivative = derivative + part
+            end associate
+         end do
+         du = 0.0_wp
+         call change_in_element(du, by_load(:z, e), 1.0_wp, part)
+         number%by_load = number%by_load + part
+         call change_in_element(du, system%op(:z, 7, e), 0.0_wp, part)
+         number%defect = number%defect + part
+      end do
+      number%by_unknown = unknowns_of(problem, system, by_node)
+
+   contains
+
+      !> Change of the element's part of the sum.
+      subroutine change_in_element(du, dz, y, change)
+         real(wp), intent(in) :: du(6), dz(:)    !! changes of the nodes' displacements (global axes) and of the stored unknowns
+         real(wp), intent(in) :: y               !! change of the load factor
+         real(wp), intent(out) :: change
+         real(wp) :: rho(2, max_stages), force(2)
+         integer :: q, s
+         s = problem%model%mesh%stages(e)
+         change = 0.0_wp
+         associate (g => state%geometry%element(e))
+            call ge_direction_rates(problem%tableau(s), g%length, g%angle, problem%compliance(e), element_load(problem, state, e), &
+               & element_displacement(problem, state, e), state%z(:z, e), du, dz, y, rho(:, :s))
+            do q = 1, inner%n
+               if (problem%ground%chain%obstacle(inner%source(q)) /= obstacle) cycle
+               force = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))
+               force = y * inner%rate(:, q) - matmul(inner%sway(:, :, q), force) + (inner%spring(q) * (y * inner%approach(q) - &
+                  & dot_product(inner%normal(:, q), force))) * inner%normal(:, q)
+               if (component < 3) then
+                  change = change + g%length * inner%weight(q) * force(component)
+               else
+                  change = change + g%length * inner%weight(q) * dot_product(inner%normal(:, q), force)
+               end if
+            end do
+         end associate
+      end subroutine change_in_element
+   end function new_foundation_force_functional
+end module foundation_force_functional

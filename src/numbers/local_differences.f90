@@ -1,0 +1,99 @@
+!> Linearisation by differences of a number that only a few elements determine: in turn, each unknown of their nodes is changed a
+!> little, and with it the section forces of these elements. The nodes of contact spans stay at their places along the rods, as in
+!> the equations.
+module local_differences
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use tied_nodes, only: spread_force
+   use node_axes, only: own_axes
+   use linear_system, only: system_t
+   use bordered_system, only: apply_increment
+   use state_functional, only: functional_t, new_functional
+   implicit none
+   private
+   public :: local_number_t, linearised
+
+   !> A number of the state. Its kinds extend this type by the data that the number depends on.
+   type, abstract :: local_number_t
+      integer, allocatable :: element(:)         !! elements that determine the number
+   contains
+      procedure(value_of_state), deferred :: value
+   end type local_number_t
+
+   abstract interface
+      !> Value at a state.
+      real(wp) function value_of_state(self, problem, state)
+         import :: local_number_t, problem_t, state_t, wp
+         class(local_number_t), intent(in) :: self
+         type(problem_t), intent(in) :: problem
+         type(state_t), intent(in) :: state      !! close to that at which the equations are assembled, with the same nodes
+      end function value_of_state
+   end interface
+
+   real(wp), parameter :: little = sqrt(epsilon(1.0_wp)) !! change of an unknown, over the size or in rad
+
+contains
+
+   !> The functional of a number.
+   function linearised(problem, state, system, of) result(number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! assembled at `state`
+      class(local_number_t), intent(in) :: of
+      type(functional_t) :: number
+      type(state_t) :: here, moved               ! without the elements' internal residuals
+      real(wp) :: none(system%n), axes(3, 3), gradient(3), base, step
+      logical :: near(problem%model%mesh%n_nodes)
+      integer :: node, i, k
+      number = new_functional(system%n)
+      none = 0.0_wp
+      here = state
+      call apply_increment(problem, system, none, 0.0_wp, here)
+      base = of%value(problem, here)
+      number%value = of%value(problem, state)
+      number%defect = base - number%value
+      near = .false.
+      do k = 1, size(of%element)
+         near(problem%model%mesh%node(:, of%element(k))) = .true.
+      end do
+      moved = here
+      do node = 1, size(near)
+         if (.not. near(node)) cycle
+         axes = own_axes(system, node)
+         do i = 1, 3
+            step = little * merge(1.0_wp, problem%size, i == 3)
+            call displace(step * axes(:, i))
+            gradient(i) = (of%value(problem, moved) - base) / step
+         end do
+         call displace([0.0_wp, 0.0_wp, 0.0_wp])
+         call spread_force(problem, system%tie_block, node, gradient, number%by_unknown)
+      end do
+      step = little * max(abs(state%load_factor), 1.0_wp)
+      moved = state
+      call apply_increment(problem, system, none, step, moved)
+      number%by_load = (of%value(problem, moved) - base) / step
+
+   contains
+
+      !> Displaces the node from its place in `here`.
+      subroutine displace(du)
+         real(wp), intent(in) :: du(3)           !! global axes
+         real(wp) :: rate(size(state%z, 1))
+         integer :: k, j, side, z
+         moved%u(:, node) = here%u(:, node) + du
+         do k = 1, size(of%element)
+            associate (e => of%element(k))
+               side = findloc(problem%model%mesh%node(:, e), node, 1)
+               if (side == 0) cycle
+               z = problem%z_size(e)
+               rate = 0.0_wp
+               do j = 1, 3
+                  rate(:z) = rate(:z) + system%op(:z, 3 * side - 3 + j, e) * du(j)
+               end do
+               moved%z(:z, e) = state%z(:z, e) + rate(:z) + system%op(:z, 7, e)
+            end associate
+         end do
+      end subroutine displace
+   end function linearised
+end module local_differences

@@ -1,0 +1,192 @@
+!> Contact at nodes: gap and reaction of a candidate as functionals, and the sum of an obstacle's reactions at nodes.
+!>
+!> The reaction of a rigid obstacle is the unbalanced force on the unknown that it eliminates, as for a support; that of a
+!> foundation at nodes, or of an elastic stop, follows from its law, as for a spring. On coupled ground each reaction depends on all
+!> gaps. None of them has a discretisation error between nodes.
+module node_contact_functional
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use tied_nodes, only: spread_force
+   use linear_system, only: system_t, to_node, reaction_weights
+   use state_functional, only: functional_t, new_functional
+   use reaction_functional, only: add_held_forces
+   implicit none
+   private
+   public :: is_stop, new_gap_functional, gap_rate, new_contact_force_functional, reaction_rate, has_node_forces, &
+      & node_force_sum, new_node_force_functional
+
+contains
+
+   !> True for a stop at a node that the deck names; the node exists on every mesh.
+   pure elemental logical function is_stop(problem, c)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: c                   !! candidate
+      is_stop = problem%model%obstacle(problem%candidates%obstacle(c))%at_nodes
+   end function is_stop
+
+   !> Gap of a candidate; on coupled ground its opening, without value.
+   pure type(functional_t) function new_gap_functional(problem, system, candidate) result(number)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system       !! assembled
+      integer, intent(in) :: candidate
+      real(wp), allocatable :: share(:)
+      integer :: i
+      number = new_functional(system%n)
+      number%value = system%gap(candidate)
+      call add_gap(problem, system, candidate, 1.0_wp, number)
+      if (system%coupling%n == 0 .or. problem%coupling%entry(candidate) == 0) return
+      share = matmul(problem%coupling%compliance(system%coupling%entry, problem%coupling%entry(candidate)), &
+         & system%coupling%stiffness)
+      do i = 1, system%coupling%n
+         call add_gap(problem, system, system%coupling%candidate(i), -share(i), number)
+      end do
+   end function new_gap_functional
+
+   !> Reaction of an active candidate.
+   pure type(functional_t) function new_contact_force_functional(problem, state, system, candidate) result(number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! assembled at `state`
+      integer, intent(in) :: candidate
+      number = new_functional(system%n)
+      allocate (number%by_force(system%n), source=0.0_wp)
+      call add_reaction(problem, state, system, candidate, 1.0_wp, number)
+      call add_held_forces(system, number)
+   end function new_contact_force_functional
+
+   !> Derivative of a candidate's gap along the path, by the load factor; on coupled ground of its opening.
+   pure real(wp) function gap_rate(problem, system, candidate)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system       !! factored
+      integer, intent(in) :: candidate
+      type(functional_t) :: number
+      number = new_gap_functional(problem, system, candidate)
+      gap_rate = number%change(system%tangent, 1.0_wp)
+   end function gap_rate
+
+   !> Derivative of an active candidate's reaction along the path, by the load factor.
+   pure real(wp) function reaction_rate(problem, state, system, candidate)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! factored at `state`
+      integer, intent(in) :: candidate
+      type(functional_t) :: number
+      number = new_contact_force_functional(problem, state, system, candidate)
+      reaction_rate = number%change(system%tangent, 1.0_wp)
+   end function reaction_rate
+
+   !> True if the obstacle acts on a node without contact span.
+   pure logical function has_node_forces(problem, state, obstacle)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: obstacle
+      has_node_forces = any(acts(problem, state, obstacle))
+   end function has_node_forces
+
+   !> Sum of an obstacle's reactions at nodes without contact span: a component of the forces, or the sum of the normal forces.
+   pure real(wp) function node_force_sum(problem, state, system, obstacle, component) result(total)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! assembled at `state`
+      integer, intent(in) :: obstacle
+      integer, intent(in) :: component           !! 1: x, 2: y, 3: normal forces
+      integer :: c
+      total = 0.0_wp
+      do c = 1, problem%candidates%n
+         if (problem%candidates%obstacle(c) /= obstacle .or. problem%candidates%contact_span(c) > 0) cycle
+         total = total + state%reaction(c) * along_component(system, c, component)
+      end do
+   end function node_force_sum
+
+   !> This sum, linearised. A node moves along the obstacle, which may move itself, and its reaction then changes its direction.
+   pure type(functional_t) function new_node_force_functional(problem, state, system, obstacle, component) result(number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! assembled at `state`
+      integer, intent(in) :: obstacle
+      integer, intent(in) :: component           !! as in node_force_sum
+      logical :: counts(problem%candidates%n)
+      real(wp) :: along(2), turning
+      integer :: c
+      number = new_functional(system%n)
+      allocate (number%by_force(system%n), source=0.0_wp)
+      counts = acts(problem, state, obstacle)
+      do c = 1, size(counts)
+         if (.not. counts(c)) cycle
+         call add_reaction(problem, state, system, c, along_component(system, c, component), number)
+         along = [system%normal(2, c), -system%normal(1, c)]
+         turning = 0.0_wp
+         if (component < 3) turning = state%reaction(c) * system%bend(c) * along(component)
+         if (abs(turning) > 0.0_wp) call add_motion(problem, system, c, turning * along, number)
+      end do
+      call add_held_forces(system, number)
+      number%value = node_force_sum(problem, state, system, obstacle, component)
+   end function new_node_force_functional
+
+   !> (candidates) true for active ones of the obstacle without contact span.
+   pure function acts(problem, state, obstacle)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: obstacle
+      logical :: acts(problem%candidates%n)
+      acts = problem%candidates%obstacle(:size(acts)) == obstacle .and. problem%candidates%contact_span(:size(acts)) == 0 .and. &
+         & state%active(:size(acts))
+   end function acts
+
+   !> Component of a candidate's unit normal reaction, or 1 for the normal force.
+   pure real(wp) function along_component(system, candidate, component) result(share)
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate, component
+      share = 1.0_wp
+      if (component < 3) share = system%normal(component, candidate)
+   end function along_component
+
+   !> Adds a multiple of an active candidate's reaction; forces on fixed unknowns only to by_force.
+   pure subroutine add_reaction(problem, state, system, candidate, factor, number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: factor
+      type(functional_t), intent(inout) :: number
+      integer :: i, k
+      number%value = number%value + factor * state%reaction(candidate)
+      if (system%unknown(candidate) > 0) then
+         call reaction_weights(system, candidate, factor, number%by_force)
+      else if (problem%coupling%entry(candidate) > 0) then
+         k = findloc(system%coupling%candidate, candidate, 1)
+         do i = 1, system%coupling%n
+            call add_gap(problem, system, system%coupling%candidate(i), -factor * system%coupling%stiffness(i, k), number)
+         end do
+      else if (system%soft(candidate)) then
+         call add_gap(problem, system, candidate, -factor * system%spring(candidate), number)
+         number%defect = number%defect + factor * (system%push(candidate) - state%reaction(candidate))
+      end if
+   end subroutine add_reaction
+
+   !> Adds a multiple of a candidate's gap, without value.
+   pure subroutine add_gap(problem, system, candidate, factor, number)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: factor
+      type(functional_t), intent(inout) :: number
+      call add_motion(problem, system, candidate, factor * system%normal(:, candidate), number)
+      number%by_load = number%by_load - factor * system%closing(candidate)
+   end subroutine add_gap
+
+   !> Adds the displacement of a candidate's node relative to its obstacle, times a vector.
+   pure subroutine add_motion(problem, system, candidate, direction, number)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: direction(2)       !! global axes
+      type(functional_t), intent(inout) :: number
+      real(wp) :: along(3)
+      along = [direction, 0.0_wp]
+      call to_node(system, problem%candidates%node(candidate), along)
+      call spread_force(problem, system%tie_block, problem%candidates%node(candidate), along, number%by_unknown)
+      number%by_load = number%by_load - dot_product(direction, system%motion(:, candidate))
+   end subroutine add_motion
+end module node_contact_functional

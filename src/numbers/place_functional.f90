@@ -1,0 +1,124 @@
+!> Positions of touchdown points along their rods as functionals.
+!>
+!> A touchdown point lies where the moment does not jump, or where a point contact has the obstacle's direction (touchdown_points).
+!> The derivatives of its position are differences of this condition, taken with the touchdown points fixed, as in the equations. A
+!> point contact at a segment boundary keeps its node; its force moves beside the node (rolling contact).
+module place_functional
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use conforming_span, only: rolled_t, rolled
+   use touchdown_points, only: touchdown_step, touchdown_slope
+   use span_regions, only: chain_coordinate
+   use error_bar, only: place_bar_t
+   use state_functional, only: functional_t
+   use local_differences, only: local_number_t, linearised
+   implicit none
+   private
+   public :: moving_ends, places_at, places_after, new_place_functional, named_place
+
+   type, extends(local_number_t) :: touchdown_place_t
+      integer :: candidate = 0
+      type(state_t) :: before                    !! state that has the touchdown point at its place
+   contains
+      procedure :: value => place_of_state
+   end type touchdown_place_t
+
+contains
+
+   !> Candidates that are touchdown points and move along the rod, or roll beside their node.
+   pure function moving_ends(problem) result(ends)
+      type(problem_t), intent(in) :: problem
+      integer, allocatable :: ends(:)
+      integer :: c
+      ends = pack([(c, c=1, problem%candidates%n)], [(problem%candidates%contact_span(c) > 0 .and. (problem%candidates%moves(c) &
+         & .or. problem%candidates%rolls(c)), c=1, problem%candidates%n)])
+   end function moving_ends
+
+   !> Stress-free arc lengths of touchdown points along the chains of their contacts.
+   function places_at(problem, state, ends) result(at)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: ends(:)             !! candidates, see moving_ends
+      real(wp) :: at(size(ends))
+      integer :: k
+      at = [(place_at(problem, state, ends(k)), k=1, size(ends))]
+   end function places_at
+
+   !> Positions in a state `after` that is close to `before` and has the same nodes.
+   function places_after(problem, before, after, ends) result(at)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: before, after
+      integer, intent(in) :: ends(:)
+      real(wp) :: at(size(ends))
+      integer :: k
+      at = [(place_after(problem, before, after, ends(k)), k=1, size(ends))]
+   end function places_after
+
+   !> Position of one touchdown point in a state `after`.
+   real(wp) function place_after(problem, before, after, candidate) result(at)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: before, after
+      integer, intent(in) :: candidate
+      at = place_at(problem, after, candidate) + touchdown_step(problem, before, after, candidate)
+   end function place_after
+
+   !> Position of one touchdown point.
+   real(wp) function place_at(problem, state, candidate) result(at)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: candidate
+      type(rolled_t) :: roll
+      roll = rolled(problem, state, candidate)
+      at = chain_coordinate(problem, state, candidate, merge(1, 2, is_last(problem, candidate))) + roll%way
+   end function place_at
+
+   !> Position in a state with the nodes of `before`.
+   real(wp) function place_of_state(self, problem, state) result(at)
+      class(touchdown_place_t), intent(in) :: self
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      at = place_after(problem, self%before, state, self%candidate)
+   end function place_of_state
+
+   !> Position of a touchdown point, linearised. Unbalanced moments on both sides of the end of a line contact move it, too.
+   function new_place_functional(problem, state, system, candidate) result(number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! assembled at `state`
+      integer, intent(in) :: candidate
+      type(functional_t) :: number
+      type(touchdown_place_t) :: place
+      real(wp) :: slope
+      place%candidate = candidate
+      place%before = state
+      associate (beside => problem%candidates%element(:, candidate))
+         place%element = pack(beside, beside > 0)
+         number = linearised(problem, state, system, place)
+         number%defect = 0.0_wp
+         slope = touchdown_slope(problem, state, candidate)
+         if (.not. abs(slope) > 0.0_wp) return
+         allocate (number%by_element(6, problem%model%mesh%n_elements), source=0.0_wp)
+         if (beside(1) > 0) number%by_element(6, beside(1)) = 1.0_wp / slope
+         if (beside(2) > 0) number%by_element(3, beside(2)) = 1.0_wp / slope
+      end associate
+   end function new_place_functional
+
+   !> Position of a touchdown point, prepared for its error bar.
+   type(place_bar_t) function named_place(problem, candidate, at) result(place)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: at
+      place%contact_span = problem%contact_span(problem%candidates%contact_span(candidate))%number
+      place%last = is_last(problem, candidate)
+      place%at = at
+   end function named_place
+
+   !> True for the end of a line contact; false for its beginning, or for a point contact.
+   pure logical function is_last(problem, candidate)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      is_last = problem%candidates%neighbour(1, candidate) > 0
+   end function is_last
+end module place_functional
