@@ -98,7 +98,7 @@ contains
             if (point%state%active(candidate)) then
                rate = rate + reaction_rate(problem, point%state, point%system, candidate)
             else
-               rate = rate + gap_rate(problem, point%state, point%system, candidate)
+               rate = rate + gap_rate(problem, point%system, candidate)
             end if
          end associate
       end do
