@@ -222,12 +222,8 @@ contains
       type(branch_start_t), intent(in) :: start
       call hdf5_group(file, branch_group(start))
       call hdf5_attribute(file, branch_group(start), 'name', start%name)
-      call hdf5_attribute(file, branch_group(start), 'step', start%step)
-      call hdf5_attribute(file, branch_group(start), 'of', start%of)
-      call hdf5_attribute(file, branch_group(start), 'bifurcation', start%bifurcation)
-      call hdf5_attribute(file, branch_group(start), 'mode', start%mode)
-      call hdf5_attribute(file, branch_group(start), 'side', start%side)
-      call hdf5_attribute(file, branch_group(start), 'point', start%point)
+      call hdf5_attribute(file, branch_group(start), [character(11) :: 'step', 'of', 'bifurcation', 'mode', 'side', 'point'], &
+         & [start%step, start%of, start%bifurcation, start%mode, start%side, start%point])
    end subroutine write_branch
 
    !> Full path of the group of a branch.
@@ -307,12 +303,11 @@ contains
          character(:), allocatable :: dataset
          dataset = '/accuracy/'//name
          call hdf5_write(file, dataset, worst%value, '1', description)
-         call hdf5_attribute(file, dataset, 'branch', worst%at%branch)
-         call hdf5_attribute(file, dataset, 'step', worst%at%step)
-         call hdf5_attribute(file, dataset, 'point', worst%at%point)
-         call hdf5_attribute(file, dataset, 'load_factor', worst%at%load_factor)
-         call hdf5_attribute(file, dataset, 'node', worst%at%node)
-         call hdf5_attribute(file, dataset, 'element', worst%at%element)
+         associate (at => worst%at)
+            call hdf5_attribute(file, dataset, [character(7) :: 'branch', 'step', 'point', 'node', 'element'], &
+               & [at%branch, at%step, at%point, at%node, at%element])
+            call hdf5_attribute(file, dataset, 'load_factor', at%load_factor)
+         end associate
       end subroutine put
    end subroutine write_accuracy
 
