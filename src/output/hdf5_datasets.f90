@@ -12,8 +12,8 @@ module hdf5_datasets
    private
    public :: hdf5_write, hdf5_write_data, hdf5_overwrite, hdf5_text_type, padded
 
-   integer(hsize_t), parameter :: few_integers = 64_hsize_t, part_of_row = 2048_hsize_t !! smallest and largest chunk of the datasets
-   !! of hdf5_overwrite
+   integer(hsize_t), parameter :: few_integers = 64_hsize_t, part_of_row = 2048_hsize_t !! smallest and largest chunk length of the
+   !! datasets of hdf5_overwrite
 
    !> hdf5_write(file, name, value, units, description): a dataset of fixed size. `name` is its full path,
    !> the group must exist.
