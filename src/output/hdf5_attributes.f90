@@ -10,8 +10,9 @@ module hdf5_attributes
    private
    public :: hdf5_attribute, hdf5_describe, hdf5_space
 
-   !> hdf5_attribute(file, object, name, value): attaches text, a real number or array, or an integer to a group or
-   !> dataset given by its full path; with arrays of names and integers, an attribute of each name. An existing attribute is overwritten: it must have had the same type and shape.
+   !> hdf5_attribute(file, object, name, value): attaches text, a real number or array, or an integer to a group or dataset given by
+   !> its full path; with arrays of names and integers, an attribute of each name. An existing attribute is overwritten: it must
+   !> have had the same type and shape.
    interface hdf5_attribute
       module procedure attribute_text, attribute_integer, attribute_integers, attribute_real, attribute_real_1, attribute_real_2
    end interface hdf5_attribute
