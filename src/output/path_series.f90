@@ -157,14 +157,15 @@ contains
       call series_integer(set, 'iterations', point%iterations, '1', 'Newton iterations')
       call series_real(set, 'residual', point%residual, '1', 'relative residual')
       call series_integer(set, 'negative_pivots', point%negative_pivots, '1', &
-         & 'negative pivots of the tangent on the null space of the active constraints')
+         & 'negative pivots of the tangent on the null space of the active constraints; 0: stable')
       call series_integer(set, 'free_pivots', point%free_pivots, '1', 'the same, without contacts that carry no force')
       call series_integer(set, 'active_contacts', point%active_contacts, '1', 'candidates in contact')
       call series_integer(set, 'lcp_size', point%lcp_size, '1', 'largest LCP of the increment')
       call series_integer(set, 'lcp_pivots', point%lcp_pivots, '1', 'pivots of all LCPs of the increment')
       call series_text(set, 'label', 2, point%label, '1', 'blank, or '//label_words)
       call put_values(set, has%values, 'monitor', point%monitor)
-      call series_real(set, 'load_rate', rate(1), '1', 'd(load factor)/d(arc length); NaN where the path may have a corner')
+      call series_real(set, 'load_rate', rate(1), '1', 'd(load factor)/d(arc length), zero at a limit point; NaN where '// &
+         & 'the path may have a corner')
       call put_values(set, has%values, 'monitor_rate', rate(2:))
       call put_bars(set, has%values, point%load_factor, point%monitor, point%bars)
    end subroutine put_point
