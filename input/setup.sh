@@ -16,7 +16,8 @@ has() {
    case $1 in
       ninja-build) command -v ninja > /dev/null; return ;;
       liblapack-dev) file=liblapack.so ;;
-      libopenblas-dev) file=libblas.so ;;  # any BLAS does
+      libblas-dev) file=libblas.so ;;  # any BLAS does
+      libopenblas-dev) file=libopenblas.so ;;
       libhdf5-dev) command -v h5fc > /dev/null; return ;;
       *) command -v "$1" > /dev/null; return ;;
    esac

@@ -249,6 +249,16 @@ def test_one_thread_of_blas(said):
     assert f"threads of OpenBLAS: {min(2, os.cpu_count()) if said else 1}" in told
 
 
+def test_a_static_program_loads_no_other_librarys_code():
+    """No code for networks, which a shared HDF5 loads, and no threads of OpenBLAS."""
+    told = subprocess.run([os.environ["UNILAT"], "--version"], capture_output=True, text=True, check=True).stdout
+    if "LAPACK 3" not in told or "static" not in told:
+        pytest.skip("the program is linked to shared libraries")
+    loaded = subprocess.run(["ldd", os.environ["UNILAT"]], capture_output=True, text=True, check=True).stdout
+    assert re.search(r"\blibc\.so", loaded)
+    assert not re.search(r"curl|ssl|crypto|krb5|ldap|gnutls|ssh|hdf5|lapack|blas|gfortran", loaded), loaded
+
+
 @pytest.mark.parametrize("option, words", [("--version", ["unilat", "compiler", "LAPACK", "HDF5"]),
                                            ("--help", ["usage:", "-o FILE", "--check", "--quiet", "exit codes"])])
 def test_information(option, words):

@@ -29,9 +29,9 @@ def unilat(*arguments, stdin=""):
 
 
 def test_what_is_generated_is_up_to_date():
-    """The page of cards and the grammars for editors; `input/run manual --pages` writes them."""
+    """The page of cards, the table of columns and the grammars for editors; `input/run manual --pages` writes them."""
     for file, text in generated(INPUT.parent, os.environ["UNILAT"]).items():
-        assert file.read_text(encoding="utf-8") == text, f"{file} is not what the card table makes: input/run manual --pages"
+        assert file.read_text(encoding="utf-8") == text, f"{file} is not what the program makes: input/run manual --pages"
     there = {path for path in (INPUT.parent / ".editors").rglob("*") if path.is_file()}
     assert there == {file for file in generated(INPUT.parent, os.environ["UNILAT"]) if ".editors" in file.parts}
 

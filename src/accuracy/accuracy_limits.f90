@@ -4,7 +4,7 @@ module accuracy_limits
    use problem, only: problem_t
    use element_families, only: collocates
    use rod_state, only: state_t
-   use ground_segments, only: is_cut
+   use ground_segments, only: is_cut, gap_rounding
    use ground_cuts, only: find_cuts, marked
    use node_contact_functional, only: is_stop
    implicit none
@@ -24,6 +24,7 @@ contains
       logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for these kinks
       real(wp), intent(in), optional :: smallest !! at an end of foundation contact: accuracy to which the gap was located
       character(:), allocatable :: why
+      real(wp) :: rounding
       integer :: c
       why = ''
       if (any(.not. collocates(problem%model%mesh%family))) why = 'the mesh has UL2 elements'
@@ -36,9 +37,10 @@ contains
       if (present(as_it_is)) then
          if (as_it_is) return
       end if
+      if (problem%ground%chain%n > 0) rounding = gap_rounding(state)
       do c = 1, problem%ground%chain%n
          if (problem%ground%chain%element(2, c) == 0) cycle
-         if (.not. is_cut(problem, state, c, smallest)) cycle
+         if (.not. is_cut(problem, state, c, rounding, smallest)) cycle
          if (.not. marked(problem, state, find_cuts(problem, state))) &
             & why = 'contact with a foundation ends, or its law has a corner, inside an element'
          exit

@@ -26,19 +26,24 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
       logical :: doubtful(problem%model%mesh%n_elements)
-      logical :: waiting(problem%model%mesh%n_elements) ! elements without certain contact since the last certain contact
       type(region_t), allocatable :: regions(:)
       type(element_gap_t) :: gap
       real(wp) :: range(2), known, settled, waves(2), peak, at, place
-      integer :: k, c, j, e, round
+      real(wp) :: rounding
+      logical :: waits(problem%model%mesh%n_elements)   ! the element had no certain contact since the last certain contact
+      integer :: waiting(problem%model%mesh%n_elements) ! the n_waiting elements that wait
+      integer :: n_waiting, k, c, j, e, round
       logical :: certain                         ! certain contact was found before this place
       logical :: rounds_off                      ! the uncertainty is due to rounding
       doubtful = .false.
       if (.not. any(problem%ground%founded)) return
+      rounding = gap_rounding(state)
+      waits = .false.
+      n_waiting = 0
       regions = find_ground_regions(problem, state)
       do k = 1, size(regions)
          certain = .false.
-         waiting = .false.
+         call forget()
          do round = 0, rounds(problem, regions(k)%contact)
             do c = 1, problem%ground%chain%n
                if (.not. part_of_stretch(problem, state, regions(k)%contact, c, round, regions(k)%start, regions(k)%end, range)) &
@@ -53,8 +58,8 @@ contains
                   cycle
                end if
                gap = told_gap(problem, state, c)
-               known = gap_uncertainty(problem, state, c)
-               rounds_off = known < 2.0_wp * gap_rounding(state)
+               known = gap_uncertainty(gap, rounding)
+               rounds_off = known < 2.0_wp * rounding
                call gap_extreme(problem, gap, .true., range(1), range(2), peak, at)
                do j = 0, gap%samples
                   place = range(1) + (range(2) - range(1)) * j / gap%samples
@@ -71,8 +76,8 @@ contains
       !> Checks an end of an element too long for its foundation, or its middle, where the wave has decayed.
       subroutine look_at_settled(wave)
          real(wp), intent(in) :: wave            !! amplitude of the wave
-         rounds_off = wave < 2.0_wp * gap_rounding(state)
-         call look(settled, max(wave, gap_rounding(state)))
+         rounds_off = wave < 2.0_wp * rounding
+         call look(settled, max(wave, rounding))
       end subroutine look_at_settled
 
       !> Classifies a place: elements without certain contact between two places of certain contact may have opened.
@@ -80,12 +85,20 @@ contains
          real(wp), intent(in) :: value           !! gap
          real(wp), intent(in) :: doubt           !! its uncertainty
          if (value < -doubt) then
-            doubtful = doubtful .or. waiting
-            waiting = .false.
+            doubtful(waiting(:n_waiting)) = .true.
+            call forget()
             certain = .true.
-         else if (certain .and. .not. rounds_off) then
-            waiting(e) = .true.
+         else if (certain .and. .not. (rounds_off .or. waits(e))) then
+            n_waiting = n_waiting + 1
+            waiting(n_waiting) = e
+            waits(e) = .true.
          end if
       end subroutine look
+
+      !> No element waits any more.
+      subroutine forget()
+         waits(waiting(:n_waiting)) = .false.
+         n_waiting = 0
+      end subroutine forget
    end function may_be_open
 end module hidden_openings

@@ -10,7 +10,7 @@ module mesh_request
    use rod_state, only: state_t
    use span_division, only: present_demand
    use mesh_density, only: mesh_density_t, new_demands, as_mirrored, with_smooth_density, in_whole_parts
-   use ground_segments, only: is_cut
+   use ground_segments, only: is_cut, gap_rounding
    use error_bar, only: error_bar_t, error_bars_t, largest_unseen, allowed_part, lacks_bound
    implicit none
    private
@@ -102,7 +102,7 @@ contains
       logical, intent(in) :: can_settle          !! the iteration can continue to a smaller residual
       logical, intent(out) :: unsettled          !! the iteration's remainder exceeds its part and must be reduced first
       type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) requested mesh density
-      real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio
+      real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio, rounding
       logical :: free(problem%model%mesh%n_elements), known, bounded, cut, helps, on_its_way
       integer :: now, k
       free = problem%layout%rod_segment(problem%rod_segment)%placed
@@ -122,8 +122,9 @@ contains
       if (known .and. .not. allocated(bars%share)) then
          ! If foundation contact ends inside an element, a node is placed there; more elements do not help.
          cut = .false.
+         rounding = gap_rounding(state)
          do k = 1, problem%ground%chain%n
-            if (is_cut(problem, state, k)) cut = .true.
+            if (is_cut(problem, state, k, rounding)) cut = .true.
          end do
          if (tries > 0 .or. .not. cut) return
          demand = present_demand(problem, state)

@@ -16,7 +16,7 @@ module balance
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_t, new_profile, mend_ends, profile_doubt
-   use ground_segments, only: gap_uncertainty, segment_stiffness, follows
+   use ground_segments, only: gap_rounding, gap_uncertainty, segment_stiffness, follows, told_gap
    use force_law, only: segment_unknown
    use inner_forces, only: inner_forces_t
    use rod_element, only: rod_element_t
@@ -238,8 +238,9 @@ contains
       !> Adds foundations that act inside elements, from their pressure.
       subroutine add_foundations()
          type(inner_forces_t) :: inner
-         real(wp) :: push(2), most, least, shortest
+         real(wp) :: push(2), most, least, shortest, rounding
          integer :: q, pulled
+         rounding = gap_rounding(state)
          shortest = minval(state%geometry%element%length, mask=problem%ground%founded)
          most = 0.0_wp
          least = 0.0_wp
@@ -257,7 +258,8 @@ contains
                if (.not. follows(problem, state, inner%source(q))) push(1) = sum(inner%weight(:inner%n) * &
                   & inner%pressure(:inner%n), mask=inner%source(:inner%n) == inner%source(q))
                if (state%segment(inner%source(q)) /= segment_unknown) push(1) = min(0.0_wp, push(1) + segment_stiffness(problem, &
-                  & inner%source(q), state%segment(inner%source(q))) * gap_uncertainty(problem, state, inner%source(q)))
+                  & inner%source(q), state%segment(inner%source(q))) * gap_uncertainty(told_gap(problem, state, inner%source(q)), &
+                  & rounding))
                if (push(1) < least) pulled = e
                least = min(least, push(1))
             end do

@@ -41,16 +41,10 @@ contains
       logical, intent(out) :: any_weak          !! false: no line contact is force-free; `free` and `released` are undefined
       type(contact_span_t), allocatable :: contact_span(:), rest(:)
       logical :: weak(size(problem%contact_span))
-      real(wp) :: none
       integer :: k, side, n
       any_weak = .false.
       if (.not. problem%has_spans()) return
-      none = nothing * max(system%force_scale, tiny(none))
-      weak = [(problem%contact_span(k)%line, k=1, size(weak))]
-      do k = 1, size(weak)
-         if (weak(k)) weak(k) = .not. is_pressed(problem, state, k, unsettled * problem%model%step(problem%step)%tolerance * &
-            & system%force_scale, none / problem%size)
-      end do
+      weak = force_free(problem, state, system)
       any_weak = any(weak)
       if (.not. any_weak) return
       contact_span = present_contact_spans(problem, state)
@@ -94,9 +88,29 @@ contains
          integer :: c
          c = problem%contact_span(k)%candidate(2)
          pressed_end = .not. problem%candidates%moves(c)
-         if (pressed_end) pressed_end = breakpoint_force(problem, state, c) > none
+         if (pressed_end) pressed_end = breakpoint_force(problem, state, c) > no_force(system)
       end function pressed_end
    end subroutine remove_force_free_lines
+
+   !> (contact spans) true for line contacts without pressure.
+   function force_free(problem, state, system) result(weak)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system      !! assembled at `state`
+      logical :: weak(size(problem%contact_span))
+      integer :: k
+      weak = [(problem%contact_span(k)%line, k=1, size(weak))]
+      do k = 1, size(weak)
+         if (weak(k)) weak(k) = .not. is_pressed(problem, state, k, unsettled * problem%model%step(problem%step)%tolerance * &
+            & system%force_scale, no_force(system) / problem%size)
+      end do
+   end function force_free
+
+   !> A force that counts as zero.
+   pure real(wp) function no_force(system)
+      type(system_t), intent(in) :: system
+      no_force = nothing * max(system%force_scale, tiny(no_force))
+   end function no_force
 
    !> Number of negative pivots of the tangent of the reduced problem, in which force-free line contacts are removed.
    subroutine count_released(problem, state, system, pivots, any_weak)
@@ -105,16 +119,29 @@ contains
       type(system_t), intent(in) :: system      !! assembled and factored at `state`
       integer, intent(out) :: pivots            !! those of `system` if no line contact is force-free
       logical, intent(out) :: any_weak
+      pivots = system%negative_pivots
+      any_weak = .false.
+      if (.not. problem%has_spans()) return
+      any_weak = any(force_free(problem, state, system))
+      if (any_weak) call count_in_reduced(problem, state, system, pivots)
+   end subroutine count_released
+
+   !> The same where a line contact is force-free: only there a problem is made, cleared and deallocated.
+   subroutine count_in_reduced(problem, state, system, pivots)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      integer, intent(inout) :: pivots          !! unchanged if the reduced system is singular
       type(problem_t) :: free
       type(state_t) :: released
       type(system_t) :: other
-      pivots = system%negative_pivots
+      logical :: any_weak
       call remove_force_free_lines(problem, state, system, free, released, any_weak)
       if (.not. any_weak) return
       other = new_system(free)
       call linearise(free, released, released, other)
       if (other%ok) pivots = other%negative_pivots
-   end subroutine count_released
+   end subroutine count_in_reduced
 
    !> Prepares the reduced problem for a path that leaves the wall: osculating contacts become point contacts whose node may turn.
    pure subroutine let_turn(free)

@@ -304,7 +304,7 @@ contains
       if (line%touches(2)) doubt = doubt + abs(line%gap(size(line%gap)))
    end function doubt
 
-   !> The element at a coordinate along the rod segment, and the part `tau` of the element before this place.
+   !> The element at a coordinate along the rod segment, by bisection, and the part `tau` of the element before this place.
    pure subroutine find_part(problem, state, line, place, e, tau)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -312,8 +312,16 @@ contains
       real(wp), intent(in) :: place
       integer, intent(out) :: e
       real(wp), intent(out) :: tau
-      do e = line%first, line%last - 1
-         if (place <= problem%origin(e) + state%geometry%element(e)%s(2)) exit
+      integer :: last, middle
+      e = line%first
+      last = line%last
+      do while (e < last)
+         middle = (e + last) / 2
+         if (place <= problem%origin(middle) + state%geometry%element(middle)%s(2)) then
+            last = middle
+         else
+            e = middle + 1
+         end if
       end do
       associate (s => state%geometry%element(e)%s)
          tau = (place - problem%origin(e) - s(1)) / (s(2) - s(1))

@@ -35,37 +35,53 @@ contains
       type(pressure_t) :: pressure
       real(wp), allocatable :: at(:), density(:)
       real(wp) :: place
-      integer :: e, i
-      allocate (pressure%at(0))
+      integer :: e, i, n
+      n = 0
+      allocate (at(samples + 1))
       do e = line%element(1), line%element(2)
          associate (s => state%geometry%element(e)%s + problem%origin(e))
-            call merge_places(pressure%at, [(s(1) + (s(2) - s(1)) * i / samples, i=0, samples)])
-            call merge_places(pressure%at, s(1) + (s(2) - s(1)) * track_joints(problem, state, e))
+            do i = 0, samples
+               call insert(at, n, s(1) + (s(2) - s(1)) * i / samples)
+            end do
+            associate (joint => s(1) + (s(2) - s(1)) * track_joints(problem, state, e))
+               do i = 1, size(joint)
+                  call insert(at, n, joint(i))
+               end do
+            end associate
          end associate
       end do
-      pressure%density = [(density_at(problem, state, line, pressure%at(i)), i=1, size(pressure%at))]
-      at = pressure%at
-      density = pressure%density
+      at = at(:n)
+      density = [(density_at(problem, state, line, at(i)), i=1, n)]
+      pressure%at = at
+      n = min(2, n)
       do i = 2, size(at) - 1
+         call insert(pressure%at, n, at(i + 1))
          if (density(i) > density(i - 1) .or. density(i) >= density(i + 1)) cycle
          place = least_between(problem, state, line, at(i - 1), at(i + 1))
-         if (density_at(problem, state, line, place) < density(i)) call merge_places(pressure%at, [place])
+         if (density_at(problem, state, line, place) < density(i)) call insert(pressure%at, n, place)
       end do
-      if (size(pressure%at) > size(at)) &
-         & pressure%density = [(density_at(problem, state, line, pressure%at(i)), i=1, size(pressure%at))]
+      pressure%at = pressure%at(:n)
+      if (n > size(at)) density = [(density_at(problem, state, line, pressure%at(i)), i=1, n)]
+      call move_alloc(density, pressure%density)
    end function sample_line
 
-   !> Inserts places into an increasing list; places that are in the list already are skipped.
-   pure subroutine merge_places(all, new)
-      real(wp), allocatable, intent(inout) :: all(:)
-      real(wp), intent(in) :: new(:)
-      integer :: k, n
-      do k = 1, size(new)
-         n = count(all < new(k))
-         if (any(abs(all - new(k)) <= 10.0_wp * epsilon(new) * abs(new(k)))) cycle
-         all = [all(:n), new(k), all(n + 1:)]
+   !> Inserts a place near the end of an increasing list; a place that is in the list already is skipped.
+   pure subroutine insert(all, n, place)
+      real(wp), allocatable, intent(inout) :: all(:) !! doubled when it is full
+      integer, intent(inout) :: n                  !! length of the list
+      real(wp), intent(in) :: place
+      integer :: k
+      k = n
+      do while (k > 0)
+         if (all(k) < place) exit
+         k = k - 1
       end do
-   end subroutine merge_places
+      if (any(abs(all(max(1, k):min(n, k + 1)) - place) <= 10.0_wp * epsilon(place) * abs(place))) return
+      if (n == size(all)) all = [all, all]
+      all(k + 2:n + 1) = all(k + 1:n)
+      all(k + 1) = place
+      n = n + 1
+   end subroutine insert
 
    !> Place of the least density between two places, by golden section.
    real(wp) function least_between(problem, state, line, first, last) result(place)

@@ -5,7 +5,7 @@ module ground_cuts
    use problem, only: problem_t, same_place
    use rod_state, only: state_t
    use ground_mark, only: cut_t, mark_t
-   use ground_segments, only: has_kinks, element_cuts, crosses_at, segment_at
+   use ground_segments, only: has_kinks, element_cuts, gap_rounding, crosses_at, segment_at
    use ground_marks, only: is_live
    use remeshed_model, only: division_t
    use mesh_density, only: mesh_density_t, between, equal_shares
@@ -30,8 +30,10 @@ contains
       type(state_t), intent(in) :: state
       type(cut_t), allocatable :: cut(:)
       real(wp), allocatable :: tau(:), level(:)
+      real(wp) :: rounding
       integer :: c, e, m, j, n
       allocate (cut(0))
+      rounding = gap_rounding(state)
       do m = 1, size(problem%mark)
          if (.not. is_live(problem, state, m)) then
             ! The elements beside the point determine contact from the gap; the point is dropped if the gap has no crossing there.
@@ -45,7 +47,7 @@ contains
          if (state%segment(c) /= segment_unknown .or. .not. has_kinks(problem, c)) cycle
          e = problem%ground%chain%element(2, c)
          if (.not. problem%layout%rod_segment(problem%rod_segment(e))%free) cycle
-         call element_cuts(problem, state, c, n, tau, level)
+         call element_cuts(problem, state, c, rounding, n, tau, level)
          associate (s => state%geometry%element(e)%s)
             do j = 1, n
                call add(c, e, s(1) + tau(j) * (s(2) - s(1)), level(j))

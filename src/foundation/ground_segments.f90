@@ -211,39 +211,33 @@ contains
       end do
    end subroutine segment_at
 
-   !> Uncertainty of the gap between the nodes: interpolation error and rounding.
-   real(wp) function uncertainty(state, gap)
-      type(state_t), intent(in) :: state
-      type(element_gap_t), intent(in) :: gap
-      uncertainty = profile_error(gap%profile) + gap_rounding(state)
-   end function uncertainty
-
-   !> Error of a gap due to rounding of displacements and the residual of Newton's method.
+   !> Error of every gap of a state due to rounding of displacements and the residual of Newton's method. It comes from the
+   !> displacements of all nodes: whoever needs it for many candidates computes it once.
    pure real(wp) function gap_rounding(state)
       type(state_t), intent(in) :: state
       gap_rounding = noise * maxval(abs(state%u(1:2, :)))
    end function gap_rounding
 
-   !> Uncertainty of the gap on the element after a candidate.
-   real(wp) function gap_uncertainty(problem, state, candidate)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      gap_uncertainty = uncertainty(state, told_gap(problem, state, candidate))
+   !> Uncertainty of a gap between the nodes: interpolation error and rounding.
+   real(wp) function gap_uncertainty(gap, rounding)
+      type(element_gap_t), intent(in) :: gap
+      real(wp), intent(in) :: rounding          !! gap_rounding of the state
+      gap_uncertainty = profile_error(gap%profile) + rounding
    end function gap_uncertainty
 
    !> Places inside the element after a candidate where the gap has the value of a corner of the law, without crossings that belong
    !> to the interface points at the element's ends, and without those between which the gap differs from the value by rounding
    !> only.
-   subroutine element_cuts(problem, state, candidate, n, tau, level, smallest)
+   subroutine element_cuts(problem, state, candidate, rounding, n, tau, level, smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
+      real(wp), intent(in) :: rounding           !! gap_rounding of the state
       integer, intent(out) :: n
       real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) places, 0 to 1, in order for each level; level of each place
       real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this size are ignored
       type(element_gap_t) :: gap
-      real(wp) :: place(most_crossings), least, wave
+      real(wp) :: place(most_crossings), wave
       real(wp), allocatable :: levels(:)
       logical :: mine(2), known(most_crossings)
       integer :: k, j, m, crossings
@@ -252,12 +246,11 @@ contains
       if (.not. has_kinks(problem, candidate)) return
       gap = told_gap(problem, state, candidate)
       levels = kink_levels(problem, candidate)
-      least = gap_rounding(state)
-      wave = uncertainty(state, gap)
+      wave = gap_uncertainty(gap, rounding)
       if (present(smallest)) wave = max(wave, smallest)
       do k = 1, size(levels)
          ! A gap that differs from the value by rounding only, as of a rod on its foundation without force, has no ends of contact.
-         if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= least) cycle
+         if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= rounding) cycle
          if (.not. follows(problem, state, candidate)) then
             associate (tableau => problem%tableau(problem%model%mesh%stages(problem%ground%chain%element(2, candidate))))
                if ((gap_value(problem, gap, tableau%c(1)) - levels(k)) * (gap_value(problem, gap, tableau%c(tableau%stages)) - &
@@ -303,16 +296,17 @@ contains
    end function crosses_at
 
    !> True if the gap has the value of a corner of the law inside the element after a candidate.
-   logical function is_cut(problem, state, candidate, smallest)
+   logical function is_cut(problem, state, candidate, rounding, smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
+      real(wp), intent(in) :: rounding           !! gap_rounding of the state
       real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this size are ignored
       real(wp), allocatable :: tau(:), level(:)
       integer :: n
       is_cut = .false.
       if (state%segment(candidate) /= segment_unknown .or. .not. has_kinks(problem, candidate)) return
-      call element_cuts(problem, state, candidate, n, tau, level, smallest)
+      call element_cuts(problem, state, candidate, rounding, n, tau, level, smallest)
       is_cut = any(tau > at_node .and. tau < 1.0_wp - at_node)
    end function is_cut
 
@@ -406,16 +400,17 @@ contains
       logical, intent(out) :: hold
       logical, intent(in) :: carried            !! as in tell_segments
       type(element_gap_t) :: gap
-      real(wp) :: low, high, slack
+      real(wp) :: low, high, slack, rounding
       real(wp), allocatable :: value(:)
       integer :: c, j
       logical :: marked(2)
       hold = .true.
+      rounding = gap_rounding(state)
       do c = 1, size(state%segment)
          if (state%segment(c) == segment_unknown) cycle
          gap = told_gap(problem, state, c)
          call segment_range(problem, c, state%segment(c), low, high)
-         slack = uncertainty(state, gap)
+         slack = gap_uncertainty(gap, rounding)
          if (follows(problem, state, c)) then
             ! An interface point away from its equilibrium place shifts the gap at its node.
             marked = .false.

@@ -11,7 +11,7 @@ module inner_kinks
    use gauss_tableau, only: max_stages
    use force_law, only: segment_unknown
    use element_gap, only: element_gap_t, gap_value
-   use ground_segments, only: element_cuts, told_gap
+   use ground_segments, only: element_cuts, told_gap, gap_rounding
    implicit none
    private
    public :: kink_moments, left_of_kink
@@ -30,13 +30,14 @@ contains
       real(wp) :: moment(problem%model%mesh%n_elements)
       type(element_gap_t) :: gap
       real(wp), allocatable :: tau(:), level(:)
-      real(wp) :: slope
+      real(wp) :: slope, rounding
       integer :: c, n, j
       moment = 0.0_wp
+      rounding = gap_rounding(state)
       associate (chain => problem%ground%chain)
          do c = 1, chain%n
             if (chain%element(2, c) == 0 .or. state%segment(c) /= segment_unknown) cycle
-            call element_cuts(problem, state, c, n, tau, level)
+            call element_cuts(problem, state, c, rounding, n, tau, level)
             if (n == 0) cycle
             gap = told_gap(problem, state, c)
             associate (e => chain%element(2, c))

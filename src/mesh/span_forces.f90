@@ -81,7 +81,8 @@ contains
             & whole => problem%layout%rod_segment(problem%rod_segment(e))%at)
             start = g%s(1) + problem%origin(e)
             length = g%s(2) - g%s(1)
-            do j = 1, size(whole) - 1
+            do j = max(1, last_before(whole, start)), size(whole) - 1
+               if (.not. whole(j) < start + length) exit
                from = max(whole(j), start)
                to = min(whole(j + 1), start + length)
                if (.not. to > from) cycle
@@ -123,6 +124,22 @@ contains
          end associate
       end subroutine add
    end subroutine node_shares
+
+   !> Index of the last of increasing places that is below a value, by bisection; 0: none is.
+   pure integer function last_before(place, value) result(first)
+      real(wp), intent(in) :: place(:), value
+      integer :: last, middle
+      first = 0
+      last = size(place)
+      do while (first < last)
+         middle = (first + last + 1) / 2
+         if (place(middle) < value) then
+            first = middle
+         else
+            last = middle - 1
+         end if
+      end do
+   end function last_before
 
    !> Concentrated force at a contact node; zero inside a line contact.
    real(wp) function end_force(problem, state, candidate) result(force)

@@ -6,7 +6,7 @@ module span_pushes
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_gap, node_position
    use span_forces, only: end_force, cut_force
-   use span_regions, only: chain_coordinate
+   use span_regions, only: chain_coordinate, lengths_before
    use conforming_span, only: conforming_forces, rolled_t, rolled, track_joints, node_track, track_sense
    implicit none
    private
@@ -26,8 +26,11 @@ contains
       real(wp), allocatable :: list(:, :)   !! (6, forces)
       real(wp) :: force(2), normal(2), gap, bend, size
       type(rolled_t) :: roll
-      integer :: c
-      allocate (list(6, 0))
+      real(wp), allocatable :: before(:)
+      integer :: c, n
+      allocate (list(6, 8))
+      n = 0
+      before = lengths_before(problem, state)
       do c = 1, problem%candidates%n
          if (problem%candidates%contact_span(c) == 0) cycle
          size = end_force(problem, state, c)
@@ -40,9 +43,10 @@ contains
             if (abs(roll%way) > 0.0_wp) normal = roll%normal
             force = size * normal
          end if
-         call add(list, problem%candidates%contact(c), chain_coordinate(problem, state, c, 2) + roll%way, &
+         call add(list, n, problem%candidates%contact(c), chain_coordinate(problem, state, c, 2, before) + roll%way, &
             & node_position(state, problem%candidates%node(c)) + roll%arm, force)
       end do
+      list = list(:, :n)
    end function point_pushes
 
    !> Forces per stress-free length along the line contacts: samples in the order of the elements, one smooth part after another.
@@ -50,10 +54,12 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), allocatable :: list(:, :)   !! (6, samples)
-      real(wp), allocatable :: part(:)
+      real(wp), allocatable :: part(:), before(:)
       real(wp) :: local(3), place(2), angle, density, sense, tau, at
-      integer :: c, e, k, i
-      allocate (list(6, 0))
+      integer :: c, e, k, i, n
+      allocate (list(6, 8))
+      n = 0
+      before = lengths_before(problem, state)
       do c = 1, problem%candidates%n
          if (problem%candidates%contact_span(c) == 0) cycle
          e = problem%candidates%element(2, c)
@@ -66,19 +72,28 @@ contains
                tau = min(max(real(i, wp) / samples, inside), 1.0_wp - inside)
                tau = part(k - 1) + tau * (part(k) - part(k - 1))
                call conforming_forces(problem, state, e, tau, local, place, angle, density)
-               at = chain_coordinate(problem, state, c, 2) + tau * state%geometry%element(e)%length
+               at = chain_coordinate(problem, state, c, 2, before) + tau * state%geometry%element(e)%length
                ! The free side is on the left of the obstacle's track.
-               call add(list, problem%candidates%contact(c), at, place, sense * density * [-sin(angle), cos(angle)])
+               call add(list, n, problem%candidates%contact(c), at, place, sense * density * [-sin(angle), cos(angle)])
             end do
          end do
       end do
+      list = list(:, :n)
    end function line_pushes
 
    !> Appends a force to a list.
-   pure subroutine add(list, contact, at, place, force)
-      real(wp), allocatable, intent(inout) :: list(:, :)
+   pure subroutine add(list, n, contact, at, place, force)
+      real(wp), allocatable, intent(inout) :: list(:, :) !! (6, any) doubled when it is full
+      integer, intent(inout) :: n           !! forces in the list
       integer, intent(in) :: contact
       real(wp), intent(in) :: at, place(2), force(2)
-      list = reshape([list, real(contact, wp), at, place, force], [6, size(list, 2) + 1])
+      real(wp), allocatable :: longer(:, :)
+      if (n == size(list, 2)) then
+         allocate (longer(6, 2 * n))
+         longer(:, :n) = list
+         call move_alloc(longer, list)
+      end if
+      n = n + 1
+      list(:, n) = [real(contact, wp), at, place, force]
    end subroutine add
 end module span_pushes

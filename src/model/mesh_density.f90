@@ -77,7 +77,7 @@ contains
          low = max(demand%at(i), from)
          high = min(demand%at(i + 1), to)
          if (high <= low) cycle
-         piece = between(demand, low, high)
+         piece = demand%elements(i) * (high - low) / (demand%at(i + 1) - demand%at(i))
          do while (k < n)
             if (passed + piece < whole * k / n) exit
             at(k + 1) = low + (high - low) * (whole * k / n - passed) / piece

@@ -1,4 +1,4 @@
-!> Growing datasets of the monitors, and of the error bars of load factor and monitors.
+!> Columns of the monitors, and of the error bars of load factor and monitors.
 module bar_series
    use kinds, only: wp
    use model, only: model_t
@@ -7,85 +7,68 @@ module bar_series
    use result_tables, only: link_name
    use error_text, only: stored_bar, stored_correction, bar_description, corrected_description
    use hdf5_file, only: hdf5_file_t, hdf5_group
-   use hdf5_series, only: series_set_t, series_real, series_append
+   use hdf5_series, only: series_set_t, series_real
    implicit none
    private
-   public :: bar_series_t, open_bars, append_bars, open_monitor_series
+   public :: value_columns_t, open_values, put_values, put_bars
 
-   !> Numbers of the datasets in their set; 0: the file has no such dataset. Error bars of load factor and monitors, and the
-   !> corrected values.
-   type :: bar_series_t
-      integer :: error = 0, corrected = 0
-      integer, allocatable :: monitor_error(:), monitor_corrected(:)
-   end type bar_series_t
+   !> Words of the column of one monitor.
+   type :: words_t
+      character(:), allocatable :: name, units, description
+   end type words_t
 
-   integer, parameter :: number(0) = 0            ! a row is a single number
+   !> Columns of load factor and monitors.
+   type :: value_columns_t
+      private
+      logical, public :: with_bars = .false.      !! true: they have error bars
+      type(words_t), allocatable :: monitor(:)    !! in the deck's order
+   end type value_columns_t
 
 contains
 
-   !> Creates the datasets of error bars next to those of the values.
-   subroutine open_bars(id, set, file, model, group, few)
-      type(bar_series_t), intent(out) :: id
-      type(series_set_t), intent(inout) :: set
+   !> Collects the words of the columns, and creates their groups in the group of a table.
+   subroutine open_values(values, file, model, group)
+      type(value_columns_t), intent(inout) :: values !! with_bars is set
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
-      character(*), intent(in) :: group           !! group of the points
-      logical, intent(in) :: few                  !! true: hardly more than ten rows are expected
-      call series_real(set, file, id%error, group//'/error', number, '1', bar_description, few=few)
-      call series_real(set, file, id%corrected, group//'/corrected', number, '1', corrected_description, few=few)
-      call open_monitor_series(id%monitor_error, set, file, model, group//'/monitor_error', few=few)
-      call open_monitor_series(id%monitor_corrected, set, file, model, group//'/monitor_corrected', few=few)
-   end subroutine open_bars
-
-   !> Appends the error bars of one point, if they have datasets.
-   subroutine append_bars(set, id, load_factor, monitor, bars)
-      type(series_set_t), intent(inout) :: set
-      type(bar_series_t), intent(in) :: id
-      real(wp), intent(in) :: load_factor, monitor(:)
-      type(error_bars_t), intent(in), optional :: bars !! if not allocated, they count as absent
-      type(error_bar_t) :: none
+      character(*), intent(in) :: group           !! full path of the table
       integer :: i
-      if (id%error == 0) return
-      if (.not. present(bars)) then
-         call append_bar(id%error, id%corrected, load_factor, none)
-      else
-         call append_bar(id%error, id%corrected, load_factor, bars%load)
-      end if
-      do i = 1, size(id%monitor_error)
-         if (present(bars)) then
-            call append_bar(id%monitor_error(i), id%monitor_corrected(i), monitor(i), bars%monitor(i))
-         else
-            call append_bar(id%monitor_error(i), id%monitor_corrected(i), monitor(i), none)
-         end if
-      end do
+      call hdf5_group(file, group//'/monitor')
+      if (values%with_bars) call hdf5_group(file, group//'/monitor_error')
+      if (values%with_bars) call hdf5_group(file, group//'/monitor_corrected')
+      values%monitor = [(words_t(link_name(model%monitor(i)%name), monitor_units(model%monitor(i)), &
+         & monitor_description(model%monitor(i), model)), i=1, size(model%monitor))]
+   end subroutine open_values
 
-   contains
-
-      subroutine append_bar(error_id, corrected_id, value, bar)
-         integer, intent(in) :: error_id, corrected_id
-         real(wp), intent(in) :: value
-         type(error_bar_t), intent(in) :: bar
-         call series_append(set, error_id, stored_bar(bar))
-         call series_append(set, corrected_id, stored_correction(value, bar))
-      end subroutine append_bar
-   end subroutine append_bars
-
-   !> A group with one series for every monitor, in the deck's order.
-   subroutine open_monitor_series(id, set, file, model, group, few)
-      integer, allocatable, intent(out) :: id(:)  !! number of each monitor's series in the set
+   !> A column for each monitor.
+   subroutine put_values(set, values, group, value)
       type(series_set_t), intent(inout) :: set
-      type(hdf5_file_t), intent(inout) :: file
-      type(model_t), intent(in) :: model
-      character(*), intent(in) :: group           !! full path of the group to create
-      logical, intent(in) :: few                  !! true: hardly more than ten rows are expected
+      type(value_columns_t), intent(in) :: values
+      character(*), intent(in) :: group           !! of the columns, below that of the table
+      real(wp), intent(in) :: value(:)            !! (monitors)
       integer :: i
-      call hdf5_group(file, group)
-      allocate (id(size(model%monitor)))
-      do i = 1, size(model%monitor)
-         associate (monitor => model%monitor(i))
-            call series_real(set, file, id(i), group//'/'//link_name(monitor%name), number, &
-               & monitor_units(monitor), monitor_description(monitor, model), few=few)
+      do i = 1, size(values%monitor)
+         associate (words => values%monitor(i))
+            call series_real(set, group//'/'//words%name, value(i), words%units, words%description)
          end associate
       end do
-   end subroutine open_monitor_series
+   end subroutine put_values
+
+   !> Columns of the error bars and corrected values, if there are any.
+   subroutine put_bars(set, values, load_factor, monitor, bars)
+      type(series_set_t), intent(inout) :: set
+      type(value_columns_t), intent(in) :: values
+      real(wp), intent(in) :: load_factor, monitor(:)
+      type(error_bars_t), intent(in), optional :: bars !! if not allocated, they count as absent
+      type(error_bar_t) :: load, bar(size(monitor))
+      if (.not. values%with_bars) return
+      if (present(bars)) then
+         load = bars%load
+         bar = bars%monitor
+      end if
+      call series_real(set, 'error', stored_bar(load), '1', bar_description)
+      call series_real(set, 'corrected', stored_correction(load_factor, load), '1', corrected_description)
+      call put_values(set, values, 'monitor_error', stored_bar(bar))
+      call put_values(set, values, 'monitor_corrected', stored_correction(monitor, bar))
+   end subroutine put_bars
 end module bar_series

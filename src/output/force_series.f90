@@ -4,57 +4,36 @@ module force_series
    use kinds, only: wp
    use model, only: model_t
    use path_record, only: point_t
-   use hdf5_file, only: hdf5_file_t, hdf5_group
-   use hdf5_series, only: series_set_t, series_real, series_integer, series_append
+   use hdf5_file, only: hdf5_file_t
+   use hdf5_series, only: series_set_t, series_table, series_defined, series_row, series_integer, series_real, series_reals
    implicit none
    private
    public :: force_series_t, open_forces, append_forces
 
-   integer, parameter :: number(0) = 0            ! a row is one number
-
-   !> Numbers of the datasets of one table in their set; 0: the file has no such table.
-   type :: table_t
-      integer :: point = 0, contact = 0, arc_length = 0, place = 0, force = 0
-   end type table_t
-
+   !> Numbers of the two tables; 0: the file has none.
    type :: force_series_t
       private
-      type(table_t) :: single, along
+      integer :: force = 0, pressure = 0
    end type force_series_t
 
 contains
 
-   !> Creates both tables if a step stores reactions and the deck has contact along rods.
+   !> Defines both tables if a step stores reactions and the deck has contact along rods.
    subroutine open_forces(series, set, file, model, group)
       type(force_series_t), intent(out) :: series
       type(series_set_t), intent(inout) :: set
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       character(*), intent(in) :: group           !! group of the path; '': root
+      real(wp), parameter :: nothing(6) = 0.0_wp
       if (.not. any(model%contact%along)) return
       if (.not. any(model%step%field_every > 0 .and. model%step%field_reaction)) return
-      call open_table(series%single, '/contact_force', 'force', 'force (x, y) on the structure at a point or the end of a line', &
-         & .true.)
-      call open_table(series%along, '/contact_pressure', 'force/length', &
-         & 'force (x, y) on the structure per stress-free length of a line of contact: five places at equal distances in each '// &
-         & 'part that is smooth, one part after another', .false.)
-
-   contains
-
-      subroutine open_table(id, name, units, meaning, few)
-         type(table_t), intent(out) :: id
-         character(*), intent(in) :: name, units, meaning
-         logical, intent(in) :: few
-         character(:), allocatable :: table
-         table = group//name
-         call hdf5_group(file, table)
-         call series_integer(set, file, id%point, table//'/point', number, '1', 'point of the path, from 1', few=few)
-         call series_integer(set, file, id%contact, table//'/contact', number, '1', 'contact of the deck, from 1', few=few)
-         call series_real(set, file, id%arc_length, table//'/arc_length', number, 'length', &
-            & 'stress-free arc length along the contact', few=few)
-         call series_real(set, file, id%place, table//'/place', [2], 'length', 'where it acts (x, y), deformed', few=few)
-         call series_real(set, file, id%force, table//'/force', [2], units, meaning, few=few)
-      end subroutine open_table
+      call series_table(set, file, series%force, group//'/contact_force')
+      call put_force(set, series%force, 0, nothing)
+      call series_defined(set, file, series%force)
+      call series_table(set, file, series%pressure, group//'/contact_pressure')
+      call put_pressure(set, series%pressure, 0, nothing)
+      call series_defined(set, file, series%pressure)
    end subroutine open_forces
 
    !> Appends the contact forces of one point.
@@ -63,23 +42,49 @@ contains
       type(series_set_t), intent(inout) :: set
       type(point_t), intent(in) :: point
       integer, intent(in) :: row                  !! the point's number, from 1
-      if (series%single%point == 0) return
-      if (allocated(point%contact_force)) call append_rows(series%single, point%contact_force)
-      if (allocated(point%contact_pressure)) call append_rows(series%along, point%contact_pressure)
-
-   contains
-
-      subroutine append_rows(id, list)
-         type(table_t), intent(in) :: id
-         real(wp), intent(in) :: list(:, :)       !! (6, forces) see span_pushes
-         integer :: i
-         do i = 1, size(list, 2)
-            call series_append(set, id%point, row)
-            call series_append(set, id%contact, nint(list(1, i)))
-            call series_append(set, id%arc_length, list(2, i))
-            call series_append(set, id%place, list(3:4, i))
-            call series_append(set, id%force, list(5:6, i))
+      integer :: i
+      if (series%force == 0) return
+      if (allocated(point%contact_force)) then
+         do i = 1, size(point%contact_force, 2)
+            call put_force(set, series%force, row, point%contact_force(:, i))
          end do
-      end subroutine append_rows
+      end if
+      if (allocated(point%contact_pressure)) then
+         do i = 1, size(point%contact_pressure, 2)
+            call put_pressure(set, series%pressure, row, point%contact_pressure(:, i))
+         end do
+      end if
    end subroutine append_forces
+
+   !> Columns of /contact_force.
+   subroutine put_force(set, table, row, push)
+      type(series_set_t), intent(inout) :: set
+      integer, intent(in) :: table, row
+      real(wp), intent(in) :: push(6)             !! see span_pushes
+      call put_place(set, table, row, push)
+      call series_reals(set, 'force', [2], push(5:6), 'force', 'force (x, y) on the structure at a point or the end of a line')
+   end subroutine put_force
+
+   !> Columns of /contact_pressure.
+   subroutine put_pressure(set, table, row, push)
+      type(series_set_t), intent(inout) :: set
+      integer, intent(in) :: table, row
+      real(wp), intent(in) :: push(6)             !! see span_pushes
+      call put_place(set, table, row, push)
+      call series_reals(set, 'force', [2], push(5:6), 'force/length', &
+         & 'force (x, y) on the structure per stress-free length of a line of contact: five places at equal distances in each '// &
+         & 'part that is smooth, one part after another')
+   end subroutine put_pressure
+
+   !> Columns of both tables.
+   subroutine put_place(set, table, row, push)
+      type(series_set_t), intent(inout) :: set
+      integer, intent(in) :: table, row
+      real(wp), intent(in) :: push(6)             !! see span_pushes
+      call series_row(set, table)
+      call series_integer(set, 'point', row, '1', 'point of the path, from 1')
+      call series_integer(set, 'contact', nint(push(1)), '1', 'contact of the deck, from 1')
+      call series_real(set, 'arc_length', push(2), 'length', 'stress-free arc length along the contact')
+      call series_reals(set, 'place', [2], push(3:4), 'length', 'where it acts (x, y), deformed')
+   end subroutine put_place
 end module force_series

@@ -10,10 +10,11 @@ module hdf5_attributes
    private
    public :: hdf5_attribute, hdf5_describe, hdf5_space
 
-   !> hdf5_attribute(file, object, name, value): attaches text, a real number or array, or an integer to a group or
-   !> dataset given by its full path. An existing attribute is overwritten: it must have had the same type and shape.
+   !> hdf5_attribute(file, object, name, value): attaches text, a real number or array, or an integer to a group or dataset given by
+   !> its full path; with arrays of names and integers, an attribute of each name. An existing attribute is overwritten: it must
+   !> have had the same type and shape.
    interface hdf5_attribute
-      module procedure attribute_text, attribute_integer, attribute_real, attribute_real_1, attribute_real_2
+      module procedure attribute_text, attribute_integer, attribute_integers, attribute_real, attribute_real_1, attribute_real_2
    end interface hdf5_attribute
 
 contains
@@ -47,10 +48,28 @@ contains
       type(hdf5_file_t), intent(inout) :: file
       character(*), intent(in) :: object, name
       integer, intent(in) :: value
-      integer, target :: copy
-      copy = value
-      call attribute_data(file, object, name, h5t_native_integer, [integer(hsize_t) ::], c_loc(copy))
+      call attribute_integers(file, object, [name], [value])
    end subroutine attribute_integer
+
+   subroutine attribute_integers(file, object, name, value)
+      type(hdf5_file_t), intent(inout) :: file
+      character(*), intent(in) :: object, name(:)
+      integer, intent(in) :: value(:)           !! of each name
+      integer, target :: copy
+      integer(hid_t) :: place
+      integer :: i, status, close_status
+      if (.not. hdf5_ok(file)) return
+      call h5oopen_f(file%handle, object, place, status)
+      if (status >= 0) then
+         do i = 1, size(name)
+            if (status < 0) exit
+            copy = value(i)
+            call put_attribute(place, trim(name(i)), h5t_native_integer, [integer(hsize_t) ::], c_loc(copy), status)
+         end do
+         call h5oclose_f(place, close_status)
+      end if
+      if (status < 0) call hdf5_failed(file, 'write attributes of '//object)
+   end subroutine attribute_integers
 
    subroutine attribute_real(file, object, name, value)
       type(hdf5_file_t), intent(inout) :: file

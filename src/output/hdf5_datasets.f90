@@ -10,9 +10,10 @@ module hdf5_datasets
    use hdf5_attributes, only: hdf5_describe, hdf5_space
    implicit none
    private
-   public :: hdf5_write, hdf5_overwrite, hdf5_text_type, padded
+   public :: hdf5_write, hdf5_write_data, hdf5_overwrite, hdf5_text_type, padded
 
-   integer(hsize_t), parameter :: part_of_row = 2048_hsize_t !! [integers] chunk length of the datasets of hdf5_overwrite
+   integer(hsize_t), parameter :: few_integers = 64_hsize_t, part_of_row = 2048_hsize_t !! smallest and largest chunk length of the
+   !! datasets of hdf5_overwrite
 
    !> hdf5_write(file, name, value, units, description): a dataset of fixed size. `name` is its full path,
    !> the group must exist.
@@ -50,7 +51,7 @@ contains
       real(wp), intent(in) :: value
       real(wp), target :: copy
       copy = value
-      call write_data(file, name, h5t_native_double, [integer(hsize_t) ::], c_loc(copy), units, description)
+      call hdf5_write_data(file, name, h5t_native_double, [integer(hsize_t) ::], c_loc(copy), units, description)
    end subroutine write_real_0
 
    subroutine write_real_1(file, name, value, units, description)
@@ -106,7 +107,7 @@ contains
       data = c_loc(text)
       call hdf5_text_type(length, text_type, status)
       if (status >= 0) then
-         call write_data(file, name, text_type, shape(value, hsize_t), data, units, description)
+         call hdf5_write_data(file, name, text_type, shape(value, hsize_t), data, units, description)
          call h5tclose_f(text_type, status)
       end if
       if (status < 0) call hdf5_failed(file, 'write '//name)
@@ -118,7 +119,7 @@ contains
       integer, intent(in) :: n
       real(wp), intent(in), target :: value(n)
       integer(hsize_t), intent(in) :: dims(:)
-      call write_data(file, name, h5t_native_double, dims, c_loc(value), units, description)
+      call hdf5_write_data(file, name, h5t_native_double, dims, c_loc(value), units, description)
    end subroutine write_reals
 
    subroutine write_integers(file, name, n, value, dims, units, description)
@@ -127,7 +128,7 @@ contains
       integer, intent(in) :: n
       integer, intent(in), target :: value(n)
       integer(hsize_t), intent(in) :: dims(:)
-      call write_data(file, name, h5t_native_integer, dims, c_loc(value), units, description)
+      call hdf5_write_data(file, name, h5t_native_integer, dims, c_loc(value), units, description)
    end subroutine write_integers
 
    !> Writes a row of integers whose length may change if it is written again; the dataset keeps its place and leaves no gaps in the
@@ -144,7 +145,7 @@ contains
          if (status >= 0) call h5dset_extent_f(dataset, shape(value, hsize_t), status)
       else
          call h5pcreate_f(h5p_dataset_create_f, layout, status)
-         call h5pset_chunk_f(layout, 1, [part_of_row], status)
+         call h5pset_chunk_f(layout, 1, [max(few_integers, min(part_of_row, size(value, kind=hsize_t)))], status)
          call h5screate_simple_f(1, shape(value, hsize_t), space, status, [h5s_unlimited_f])
          call h5dcreate_f(file%handle, name, h5t_native_integer, space, dataset, status, layout)
          if (status >= 0) call hdf5_describe(dataset, '1', description, status)
@@ -165,12 +166,12 @@ contains
    end subroutine hdf5_overwrite
 
    !> Dataset of any type and rank; a dataset with an empty dimension is created without data.
-   subroutine write_data(file, name, data_type, dims, data, units, description)
+   subroutine hdf5_write_data(file, name, data_type, dims, data, units, description)
       type(hdf5_file_t), intent(inout) :: file
       character(*), intent(in) :: name, units, description
-      integer(hid_t), intent(in) :: data_type
-      integer(hsize_t), intent(in) :: dims(:)
-      type(c_ptr), intent(in) :: data
+      integer(hid_t), intent(in) :: data_type   !! of the file and of the memory
+      integer(hsize_t), intent(in) :: dims(:)   !! extents, as Fortran orders them; none: a single value
+      type(c_ptr), intent(in) :: data           !! the values
       integer(hid_t) :: space, dataset
       integer :: status, close_status
       call hdf5_remove(file, name)
@@ -186,5 +187,5 @@ contains
          call h5dclose_f(dataset, close_status)
       end if
       if (status < 0) call hdf5_failed(file, 'write '//name)
-   end subroutine write_data
+   end subroutine hdf5_write_data
 end module hdf5_datasets

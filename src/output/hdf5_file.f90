@@ -14,7 +14,7 @@ module hdf5_file
    use hdf5, only: hid_t, size_t, h5dont_atexit_f, h5open_f, h5eset_auto_f, h5f_acc_trunc_f, h5f_close_strong_f, &
       & h5f_scope_global_f, h5fcreate_f, h5fclose_f, h5fflush_f, h5fget_file_image_f, h5p_file_access_f, h5p_group_create_f, &
       & h5pcreate_f, h5pset_fclose_degree_f, h5pset_fapl_core_f, h5pset_link_creation_order_f, h5p_crt_order_tracked_f, &
-      & h5p_crt_order_indexed_f, h5pclose_f, h5gcreate_f, h5gclose_f, h5fopen_f, h5f_acc_rdwr_f, &
+      & h5p_crt_order_indexed_f, h5pset_link_phase_change_f, h5pclose_f, h5gcreate_f, h5gclose_f, h5fopen_f, h5f_acc_rdwr_f, &
       & h5lexists_f, h5ldelete_f
    use kinds, only: wp
    use errors, only: error_t, fail
@@ -29,6 +29,7 @@ module hdf5_file
 
    integer(hid_t), parameter :: no_handle = -1_hid_t
    integer(size_t), parameter :: memory_step = 131072_size_t  !! bytes by which the file grows in memory
+   integer, parameter :: most_compact = 64  !! members of a group up to which their names take the least room
    real(wp), parameter :: little_memory = 16.0e6_wp   !! bytes: if this memory is not available, the library fails
 
    !> An open result file. With its default values it is closed and not ok: calls on it do nothing.
@@ -196,6 +197,7 @@ contains
       call h5pcreate_f(h5p_group_create_f, layout, status)
       if (status >= 0) then
          call h5pset_link_creation_order_f(layout, ior(h5p_crt_order_tracked_f, h5p_crt_order_indexed_f), status)
+         if (status >= 0) call h5pset_link_phase_change_f(layout, most_compact, most_compact - 1, status)
          if (status >= 0) call h5gcreate_f(file%handle, name, group, status, gcpl_id=layout)
          if (status >= 0) call h5gclose_f(group, status)
          call h5pclose_f(layout, close_status)

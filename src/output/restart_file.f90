@@ -1,7 +1,7 @@
 !> The group /restart of a result file: the checkpoint of a run, from which another run can continue.
 !>
 !>    state    bytes of the checkpoint (path/following/checkpoint), compressed by without_zeros, as integers
-!>    rows     numbers of rows, at the checkpoint, of the series named in the attribute series; later rows are newer than the
+!>    rows     numbers of rows, at the checkpoint, of the tables named in the attribute tables; later rows are newer than the
 !>             checkpoint. Three more numbers: branch being followed, branches so far, bytes of the state
 !>    attribute layout: layout of the types of which the bytes consist
 module restart_file
@@ -27,7 +27,7 @@ module restart_file
       character(:), allocatable :: path           !! name of the file
       character(:), allocatable :: deck           !! text of the deck
       character(1), allocatable :: state(:)
-      character(:), allocatable :: series         !! names of the series, see series_rows
+      character(:), allocatable :: tables         !! names of the tables, see series_rows
       character(:), allocatable :: written        !! names already in the file
       integer, allocatable :: rows(:)
       integer :: on_branch = 0                    !! branch that the run was following; 0: none
@@ -46,14 +46,14 @@ contains
       if (.not. allocated(restart%written)) restart%written = ''
       call hdf5_group(file, '/restart')
       ! Overwriting a text leaves a gap of its length in the file.
-      if (restart%series /= restart%written) then
+      if (restart%tables /= restart%written) then
          call hdf5_attribute(file, '/restart', 'layout', archive_layout)
-         call hdf5_attribute(file, '/restart', 'series', restart%series)
-         restart%written = restart%series
+         call hdf5_attribute(file, '/restart', 'tables', restart%tables)
+         restart%written = restart%tables
       end if
       bytes = without_zeros(restart%state)
       call hdf5_overwrite(file, '/restart/rows', [restart%rows, restart%on_branch, restart%branches, size(bytes)], &
-         & 'rows of the series that belong to the state; the branch that the run stands on, 0: none; branches so far; bytes')
+         & 'rows of the tables that belong to the state; the branch that the run stands on, 0: none; branches so far; bytes')
       call hdf5_overwrite(file, '/restart/state', transfer([bytes, (char(0), i=1, packed)], [1], size(bytes) / packed + 1), &
          & 'where the run stands, for unilat --restart; only the version that wrote it can read it')
       restart%kind = 0
@@ -87,8 +87,8 @@ contains
          call fail(error, path//' does not say where its run stood: run its deck again')
       else
          call h5oopen_f(file, '/restart', place, status)
-         restart%series = text_attribute(place, 'series')
-         if (text_attribute(place, 'layout') /= archive_layout) &
+         restart%tables = text_attribute(place, 'tables')
+         if (text_attribute(place, 'layout') /= archive_layout .or. restart%tables == '') &
             & call fail(error, path//' was written by another version of unilat, which has to go on with it: run its deck again')
          call h5oclose_f(place, status)
          call read_integers(file, '/restart/rows', numbers)

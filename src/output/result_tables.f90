@@ -14,7 +14,7 @@ module result_tables
    use model_words, only: side_name, kind_name, points_name
    use path_record, only: branch_start_t, buckling_t
    use error_text, only: stored_bar, stored_correction, bar_description, corrected_description
-   use run_accuracy, only: accuracy_t, worst_t
+   use run_accuracy, only: accuracy_t, check_t, checks_of
    use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_attributes, only: hdf5_attribute
@@ -222,12 +222,8 @@ contains
       type(branch_start_t), intent(in) :: start
       call hdf5_group(file, branch_group(start))
       call hdf5_attribute(file, branch_group(start), 'name', start%name)
-      call hdf5_attribute(file, branch_group(start), 'step', start%step)
-      call hdf5_attribute(file, branch_group(start), 'of', start%of)
-      call hdf5_attribute(file, branch_group(start), 'bifurcation', start%bifurcation)
-      call hdf5_attribute(file, branch_group(start), 'mode', start%mode)
-      call hdf5_attribute(file, branch_group(start), 'side', start%side)
-      call hdf5_attribute(file, branch_group(start), 'point', start%point)
+      call hdf5_attribute(file, branch_group(start), [character(11) :: 'step', 'of', 'bifurcation', 'mode', 'side', 'point'], &
+         & [start%step, start%of, start%bifurcation, start%mode, start%side, start%point])
    end subroutine write_branch
 
    !> Full path of the group of a branch.
@@ -277,43 +273,20 @@ contains
    subroutine write_accuracy(file, accuracy)
       type(hdf5_file_t), intent(inout) :: file
       type(accuracy_t), intent(in) :: accuracy
+      type(check_t), allocatable :: check(:)
+      character(:), allocatable :: dataset
+      integer :: i
       call hdf5_group(file, '/accuracy')
-      call put('residual', accuracy%residual, 'largest relative residual of all points')
-      call put('penetration', accuracy%penetration, 'largest penetration of a rigid obstacle over the size of the structure')
-      call put('tension', accuracy%tension, 'largest tensile reaction over the largest reaction')
-      call put('complementarity', accuracy%complementarity, &
-         & 'largest |reaction * gap| over largest reaction * size of the structure')
-      call put('force_balance', accuracy%force_balance, 'largest |loads + supports + contact| over the force scale')
-      call put('moment_balance', accuracy%moment_balance, &
-         & 'largest sum of all moments about the middle of the structure over the moment scale')
-      call put('node_balance', accuracy%node_balance, &
-         & 'largest force, or moment over the size, that is left at a node without its supports, over the force scale')
-      call put('foundation', accuracy%foundation, &
-         & 'largest difference between a reaction of a foundation at a node and that of its gap over the largest reaction')
-      call put('mesh', accuracy%mesh, &
-         & 'longest element beside or in contact: N h^2/EI, or the error that it makes, over what the mesh can carry')
-      call put('rounding', accuracy%rounding, &
-         & 'largest part of the stiffness along the path that is rounding')
-      call put('error_bar', accuracy%error_bar, &
-         & 'widest error bar of a critical load over the largest load factor of its step so far; point 0: none was told')
-      call put('rolling', accuracy%rolling, 'largest way over the size of the structure that a rod may roll about its clamp, '// &
-         & 'either way, as the loads do not tell; displacements are those in the middle; point 0: it may not')
-
-   contains
-
-      subroutine put(name, worst, description)
-         character(*), intent(in) :: name, description
-         type(worst_t), intent(in) :: worst
-         character(:), allocatable :: dataset
-         dataset = '/accuracy/'//name
-         call hdf5_write(file, dataset, worst%value, '1', description)
-         call hdf5_attribute(file, dataset, 'branch', worst%at%branch)
-         call hdf5_attribute(file, dataset, 'step', worst%at%step)
-         call hdf5_attribute(file, dataset, 'point', worst%at%point)
-         call hdf5_attribute(file, dataset, 'load_factor', worst%at%load_factor)
-         call hdf5_attribute(file, dataset, 'node', worst%at%node)
-         call hdf5_attribute(file, dataset, 'element', worst%at%element)
-      end subroutine put
+      check = checks_of(accuracy)
+      do i = 1, size(check)
+         dataset = '/accuracy/'//trim(check(i)%name)
+         call hdf5_write(file, dataset, check(i)%worst%value, '1', check(i)%description)
+         associate (at => check(i)%worst%at)
+            call hdf5_attribute(file, dataset, [character(7) :: 'branch', 'step', 'point', 'node', 'element'], &
+               & [at%branch, at%step, at%point, at%node, at%element])
+            call hdf5_attribute(file, dataset, 'load_factor', at%load_factor)
+         end associate
+      end do
    end subroutine write_accuracy
 
    !> A count as an integer of the file; a larger value is replaced by the largest integer.

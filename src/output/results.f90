@@ -68,7 +68,7 @@ contains
       if (present(restart)) goes_on = restart%kind > 0
       if (goes_on) then
          call hdf5_create(results%file, path, force, restart%path)
-         call series_keep(results%set, restart%series, restart%rows)
+         call series_keep(results%set, restart%tables, restart%rows)
       else
          call hdf5_create(results%file, path, force)
       end if
@@ -125,7 +125,7 @@ contains
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
       results%standing%kind = 1
       results%standing%state = bytes
-      call series_rows(results%set, results%standing%series, results%standing%rows)
+      call series_rows(results%set, results%standing%tables, results%standing%rows)
       results%standing%on_branch = merge(results%n_branches, 0, results%current == 1)
       results%standing%branches = results%n_branches
       call write_when_due(results, error, .true.)
@@ -163,10 +163,7 @@ contains
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
       associate (path => results%path(results%current))
          call append_critical(path, results%set, critical)
-         if (allocated(critical%null_vector)) then
-            call series_write(results%set, results%file)
-            call write_null_vectors(path, results%file, critical%null_vector)
-         end if
+         if (allocated(critical%null_vector)) call write_null_vectors(path, results%file, critical%null_vector)
          call write_when_due(results, error, .false.)
       end associate
    end subroutine results_critical
@@ -176,7 +173,6 @@ contains
       type(results_t), intent(inout) :: results
       type(branch_start_t), intent(in) :: start   !! a branch not yet started, or branch 0
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      call series_write(results%set, results%file)
       results%current = min(start%branch, 1)
       results%n_branches = max(results%n_branches, start%branch)
       if (start%branch > 0) then
@@ -193,7 +189,6 @@ contains
       type(results_t), intent(inout) :: results
       type(buckling_t), intent(in) :: buckling
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      call series_write(results%set, results%file)
       call write_buckling(results%file, results%model, buckling)
       call write_when_due(results, error, .false.)
    end subroutine results_buckling
@@ -211,7 +206,7 @@ contains
    subroutine results_leave(results, error)
       type(results_t), intent(inout) :: results
       type(error_t), allocatable, intent(out) :: error !! data could not be written; the file is closed nevertheless
-      call series_write(results%set, results%file)
+      call series_write(results%set, results%file, last=.true.)
       call hdf5_flush(results%file)
       call write_status(results%file, 'model')
       call hdf5_close(results%file)
@@ -224,7 +219,7 @@ contains
       character(*), intent(in) :: status          !! 'complete', or 'stopped: reason'
       type(accuracy_t), intent(in) :: accuracy
       type(error_t), allocatable, intent(out) :: error !! data could not be written; the file is closed nevertheless
-      call series_write(results%set, results%file)
+      call series_write(results%set, results%file, last=.true.)
       call write_performance(results%file)
       call write_accuracy(results%file, accuracy)
       call write_restart(results%file, results%standing)
@@ -256,13 +251,13 @@ contains
       due = max(results%flush_ticks, rest_of_flush * results%last_took)
       if (results%has_states .and. .not. with_state) due = patience * due
       if (now - results%flushed >= due) then
-         call series_write(results%set, results%file)
+         call series_write(results%set, results%file, last=.false.)
          call write_restart(results%file, results%standing)
          call hdf5_flush(results%file)
          call system_clock(results%flushed)
          results%last_took = results%flushed - now
       else if (series_buffered(results%set) > flush_bytes) then
-         call series_write(results%set, results%file)
+         call series_write(results%set, results%file, last=.false.)
       end if
       call hdf5_error(results%file, error)
    end subroutine write_when_due

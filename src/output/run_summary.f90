@@ -3,7 +3,7 @@ module run_summary
    use kinds, only: wp
    use timing, only: timing_seconds, timing_calls, timing_total, counted, n_phases, phase_name, n_counters, &
       & counter_name
-   use run_accuracy, only: accuracy_t
+   use run_accuracy, only: accuracy_t, check_t, checks_of
    use columns, only: scientific, fixed, whole, left, right
    implicit none
    private
@@ -16,27 +16,15 @@ contains
       integer, intent(in) :: unit                 !! open for formatted writing
       logical, intent(in) :: has_contact          !! false: nothing is written about contact
       type(accuracy_t), intent(in) :: accuracy
+      type(check_t), allocatable :: check(:)
+      integer :: i
+      check = checks_of(accuracy)
       write (unit, '(/a)') 'Accuracy: worst of all points'
-      call write_value('relative residual', accuracy%residual%value)
-      if (has_contact) then
-         call write_value('penetration / size of the structure', accuracy%penetration%value)
-         call write_value('tension / largest reaction', accuracy%tension%value)
-         call write_value('complementarity violation', accuracy%complementarity%value)
-         call write_value('reactions and law of foundations', accuracy%foundation%value)
-         call write_value('mesh: longest element / allowed', accuracy%mesh%value)
-      end if
-      call write_value('rounding / stiffness along the path', accuracy%rounding%value)
-      if (accuracy%error_bar%at%point > 0) call write_value('error bar of a critical load / load', accuracy%error_bar%value)
-      if (accuracy%rolling%at%point > 0) call write_value('roll left open / size of the structure', accuracy%rolling%value)
-      call write_value('balance of forces', accuracy%force_balance%value)
-      call write_value('balance of moments', accuracy%moment_balance%value)
-      call write_value('balance of every node', accuracy%node_balance%value)
-   contains
-      subroutine write_value(name, value)
-         character(*), intent(in) :: name
-         real(wp), intent(in) :: value
-         write (unit, '(a)') '   '//left(name, 38)//right(scientific(value, 2), 9)
-      end subroutine write_value
+      do i = 1, size(check)
+         if (check(i)%of_contact .and. .not. has_contact) cycle
+         if (check(i)%if_found .and. check(i)%worst%at%point == 0) cycle
+         write (unit, '(a)') '   '//left(check(i)%head, 38)//right(scientific(check(i)%worst%value, 2), 9)
+      end do
    end subroutine write_accuracy
 
    !> Reasons not to trust the results, other than those that end a step (own_checks), in words; '' if there are none.

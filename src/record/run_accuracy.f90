@@ -3,7 +3,7 @@ module run_accuracy
    use kinds, only: wp
    implicit none
    private
-   public :: accuracy_t, worst_t, place_t, note_worst, begin_point, take_point
+   public :: accuracy_t, worst_t, place_t, check_t, checks_of, note_worst, begin_point, take_point
 
    !> Place of a measured value. Labels are the deck's; 0: the whole structure.
    type :: place_t
@@ -48,7 +48,66 @@ module run_accuracy
       character(:), allocatable :: rounding_words !! words on rounding, as mesh_words
    end type accuracy_t
 
+   !> One check of a run, for listing and result file.
+   type :: check_t
+      character(15) :: name = ''              !! in the result file
+      character(38) :: head = ''              !! in the listing
+      character(:), allocatable :: description
+      type(worst_t) :: worst
+      logical :: of_contact = .false.         !! true: structures without contact do not need it
+      logical :: if_found = .false.           !! true: it is of interest only if some point has a value
+   end type check_t
+
 contains
+
+   !> All checks with their worst values, in the order of the listing.
+   function checks_of(accuracy) result(list)
+      type(accuracy_t), intent(in) :: accuracy
+      type(check_t) :: list(12)
+      integer :: n
+      n = 0
+      call add('residual', 'relative residual', 'largest relative residual of all points', accuracy%residual)
+      call add('penetration', 'penetration / size of the structure', &
+         & 'largest penetration of a rigid obstacle over the size of the structure', accuracy%penetration, of_contact=.true.)
+      call add('tension', 'tension / largest reaction', 'largest tensile reaction over the largest reaction', accuracy%tension, &
+         & of_contact=.true.)
+      call add('complementarity', 'complementarity violation', &
+         & 'largest |reaction * gap| over largest reaction * size of the structure', accuracy%complementarity, of_contact=.true.)
+      call add('foundation', 'reactions and law of foundations', 'largest difference between a reaction of a foundation at a ' &
+         & //'node and that of its gap over the largest reaction', accuracy%foundation, of_contact=.true.)
+      call add('mesh', 'mesh: longest element / allowed', 'longest element beside or in contact: N h^2/EI, or the error that it ' &
+         & //'makes, over what the mesh can carry', accuracy%mesh, of_contact=.true.)
+      call add('rounding', 'rounding / stiffness along the path', &
+         & 'largest part of the stiffness along the path that is rounding', accuracy%rounding)
+      call add('error_bar', 'error bar of a critical load / load', 'widest error bar of a critical load over the largest load ' &
+         & //'factor of its step so far; point 0: none was told', accuracy%error_bar, if_found=.true.)
+      call add('rolling', 'roll left open / size of the structure', 'largest way over the size of the structure that a rod may ' &
+         & //'roll about its clamp, either way, as the loads do not tell; displacements are those in the middle; point 0: it may ' &
+         & //'not', accuracy%rolling, if_found=.true.)
+      call add('force_balance', 'balance of forces', 'largest |loads + supports + contact| over the force scale', &
+         & accuracy%force_balance)
+      call add('moment_balance', 'balance of moments', &
+         & 'largest sum of all moments about the middle of the structure over the moment scale', accuracy%moment_balance)
+      call add('node_balance', 'balance of every node', 'largest force, or moment over the size, that is left at a node without ' &
+         & //'its supports, over the force scale', accuracy%node_balance)
+
+   contains
+
+      subroutine add(name, head, description, worst, of_contact, if_found)
+         character(*), intent(in) :: name, head, description
+         type(worst_t), intent(in) :: worst
+         logical, intent(in), optional :: of_contact, if_found
+         n = n + 1
+         list(n)%name = name
+         list(n)%head = head
+         list(n)%description = description
+         list(n)%worst = worst
+         list(n)%of_contact = .false.
+         list(n)%if_found = .false.
+         if (present(of_contact)) list(n)%of_contact = of_contact
+         if (present(if_found)) list(n)%if_found = if_found
+      end subroutine add
+   end function checks_of
 
    !> Keeps a value that is worse than those before.
    pure subroutine note_worst(worst, value, place, node, element)

@@ -259,21 +259,20 @@ contains
       type(region_t), intent(in) :: regions(:)   !! regions of `from`
       type(region_t) :: moved(size(regions))
       real(wp), allocatable :: place(:), way(:)  !! places of the nodes of a contact and their displacements along the chain
-      integer :: c, k
+      integer :: c, k, n
       moved = regions
-      if (.not. problem%moves_nodes()) return
+      if (.not. problem%moves_nodes() .or. size(regions) == 0) return
+      allocate (place(problem%ground%chain%n), way(problem%ground%chain%n))
       do k = 1, size(regions)
-         place = [real(wp) ::]
-         way = [real(wp) ::]
+         n = 0
          do c = 1, problem%ground%chain%n
             if (problem%ground%chain%contact(c) /= regions(k)%contact) cycle
-            if (problem%ground%chain%element(2, c) > 0) then
-               place = [place, chain_place(problem, from, c)]
-               way = [way, chain_place(problem, to, c) - place(size(place))]
-            else
-               place = [place, problem%ground%chain%s(c)]
-               way = [way, 0.0_wp]
-            end if
+            n = n + 1
+            place(n) = problem%ground%chain%s(c)
+            way(n) = 0.0_wp
+            if (problem%ground%chain%element(2, c) == 0) cycle
+            place(n) = chain_place(problem, from, c)
+            way(n) = chain_place(problem, to, c) - place(n)
          end do
          moved(k)%start = regions(k)%start + way_at(regions(k)%start)
          moved(k)%end = regions(k)%end + way_at(regions(k)%end)
@@ -291,7 +290,7 @@ contains
             if (round > 0.0_wp) at = modulo(s, round)
          end associate
          way_at = 0.0_wp
-         do i = 1, size(place) - 1
+         do i = 1, n - 1
             if (at < place(i) .or. at > place(i + 1) .or. .not. place(i + 1) > place(i)) cycle
             way_at = way(i) + (way(i + 1) - way(i)) * (at - place(i)) / (place(i + 1) - place(i))
             return

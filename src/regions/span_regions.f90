@@ -13,7 +13,7 @@ module span_regions
    use error_bar, only: error_bars_t, new_error_bar
    implicit none
    private
-   public :: find_span_regions, beginning_region, chain_coordinate, tell_places
+   public :: find_span_regions, beginning_region, chain_coordinate, lengths_before, tell_places
 
 contains
 
@@ -168,12 +168,13 @@ contains
    end function beginning_region
 
    !> Stress-free arc length of a candidate along the chain of its contact.
-   pure real(wp) function chain_coordinate(problem, state, candidate, side) result(s)
+   pure real(wp) function chain_coordinate(problem, state, candidate, side, before) result(s)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       integer, intent(in) :: side           !! side of the candidate whose element gives the coordinate, relevant where a chain
       !! closes: 1 before the candidate, 2 after it
+      real(wp), intent(in), optional :: before(:) !! lengths_before of the state, for coordinates of many candidates
       integer :: e, tried, at
       ! If the contact does not cover the rod beyond a segment boundary, the element on the other side is used.
       at = side
@@ -185,10 +186,29 @@ contains
          at = 3 - at
       end do
       associate (rod_segment => problem%rod_segment(e))
-         s = problem%chain_start(rod_segment, problem%candidates%contact(candidate)) + &
-            & sum(state%geometry%element(problem%element_first(rod_segment):e - at + 1)%length)
+         if (present(before)) then
+            s = before(e)
+            if (at == 1) s = s + state%geometry%element(e)%length
+         else
+            s = sum(state%geometry%element(problem%element_first(rod_segment):e - at + 1)%length)
+         end if
+         s = problem%chain_start(rod_segment, problem%candidates%contact(candidate)) + s
       end associate
    end function chain_coordinate
+
+   !> (elements) Stress-free length of each element's rod segment before the element.
+   pure function lengths_before(problem, state) result(before)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: before(problem%model%mesh%n_elements)
+      integer :: j, e
+      do j = 1, size(problem%element_first)
+         do e = problem%element_first(j), problem%element_last(j)
+            before(e) = 0.0_wp
+            if (e > problem%element_first(j)) before(e) = before(e - 1) + state%geometry%element(e - 1)%length
+         end do
+      end do
+   end function lengths_before
 
    !> Stress-free length of all rod segments that a contact covers; for a closed chain its length.
    pure real(wp) function whole_length(problem, state, contact) result(length)

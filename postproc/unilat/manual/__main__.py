@@ -11,12 +11,15 @@ import sys
 from . import book, grammars
 from .card_table import read_cards
 from .cards_page import cards_page
+from .columns_table import with_columns
 
 
 def generated(root: pathlib.Path, program: str) -> dict[pathlib.Path, str]:
-    """Every file of the repository that the card table makes, and its text."""
+    """Every file of the repository that the program's tables of cards and of columns make, and its text."""
     cards = read_cards(program)
+    output = root / "input/manual/output.md"
     return {root / "input/manual/cards.md": cards_page(cards, root / "input"),
+            output: with_columns(output.read_text(encoding="utf-8"), program, root / "input"),
             **{root / ".editors" / name: text for name, text in grammars.files(cards, version(root)).items()}}
 
 
@@ -28,7 +31,7 @@ def version(root: pathlib.Path) -> str:
 def main(argv=None) -> int:
     """The exit code: 0, or 2 when something fails."""
     parser = argparse.ArgumentParser("python3 -m unilat.manual", description=__doc__)
-    parser.add_argument("what", choices=("pages", "book"), help="pages: the page of cards and the grammars; book: site and PDF")
+    parser.add_argument("what", choices=("pages", "book"), help="pages: the page of cards, the table of columns and the grammars; book: site and PDF")
     parser.add_argument("--root", type=pathlib.Path, required=True, help="the repository")
     parser.add_argument("--program", help="unilat, for pages")
     parser.add_argument("--folder", type=pathlib.Path, help="where site and PDF go")
