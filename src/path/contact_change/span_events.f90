@@ -10,7 +10,7 @@ module span_events
       & place_here, &
       & place_ahead
    use next_spans, only: next_t, copy_next
-   use span_location, only: locate, locate_flat_point
+   use span_location, only: locate_test_zero, locate_flat_point
    use predicted_contact_set, only: look_beyond
    use reachability, only: turns, reach_of
    use vanishing_span, only: locate_vanishing, locate_lost_line, is_gone, closes
@@ -57,7 +57,7 @@ contains
          if (fails) then
             call tell_places_apart(problem, interval)
             change%which = steepest(interval)
-            call locate(problem, step, run, interval, change)
+            call locate_test_zero(problem, step, run, interval, change)
          else if (round == 0 .and. .not. turns(run, interval)) then
             call look_ahead(problem, run, interval, change)
             if (change%kind == change_none) return

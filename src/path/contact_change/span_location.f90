@@ -20,12 +20,12 @@ module span_location
    use corrector, only: increment_t
    implicit none
    private
-   public :: locate, locate_flat_point
+   public :: locate_test_zero, locate_flat_point
 
 contains
 
    !> Locates the zero of the test `change%which` on the interval, whose ends enclose it.
-   subroutine locate(problem, step, run, interval, change)
+   subroutine locate_test_zero(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -57,7 +57,7 @@ contains
          if (.not. found) call locate_by_parts(problem, step, run, interval, tolerance, change, found)
          if (.not. found) change%kind = change_missed
       end associate
-   end subroutine locate
+   end subroutine locate_test_zero
 
    !> True if the test increases from the present point by more than the tolerance over the increment, by its slope at the present
    !> point.

@@ -5,6 +5,7 @@ module event_location
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
+   use displacement_functional, only: monitor_change
    use path_control, only: path_length, is_arc_length, can_be_held, holding_value
    use path_continuity, only: between, lies_between, alike, largest_distance
    use increment_points, only: division_t, new_division, point_within, chord_fraction, part_of_increment
@@ -22,13 +23,13 @@ module event_location
    use force_law, only: segment_open, segment_unknown
    implicit none
    private
-   public :: locate
+   public :: locate_event
 
 contains
 
    !> Finds the zero of the event function between the last accepted point and the trial. The event counts as located if the zero is
    !> within tolerance, lies on the path between the two points, and has the properties of its kind.
-   subroutine locate(problem, step, run, trial, located_event)
+   subroutine locate_event(problem, step, run, trial, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
@@ -64,11 +65,12 @@ contains
          ! Load and displacement increments keep the fraction of their controlled quantity, which exists even if nothing moves.
          located_event%fraction = chord_fraction(problem, run, division, located_event%point%state)
       end if
-   end subroutine locate
+   end subroutine locate_event
 
-   !> Locates a value by prescribing it: one correction, with the value as its constraint, from a point interpolated between the
-   !> ends
-   !> of the increment. The event stays unlocated if its function cannot be prescribed, or if no such point lies between the ends.
+   !> Locates a value by prescribing it: correction with the value as the constraint, from a point interpolated between the ends of
+   !> the
+   !> increment. The event stays unlocated if the value cannot be prescribed, if it does not change steadily on the increment (then
+   !> two points may have it), or if no such point lies between the ends.
    subroutine locate_by_holding(problem, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -80,10 +82,15 @@ contains
       associate (event => located_event%event, from => run%last, report => located_event%report)
          if (.not. (division%smooth .and. any(event%kind == [event_value_reached, event_stop]))) return
          if (.not. (can_be_held(problem, event%monitor) .and. event%before * event%after < 0.0_wp)) return
+         if (any(event%before * [value_rate(problem, event%monitor, from), value_rate(problem, event%monitor, trial)] >= 0.0_wp)) &
+            & return
          part = event%before / (event%before - event%after)
          here%state = between(problem, from%state, trial%state, from%tangent, trial%tangent, part)
          here%system = from%system
          call correct(problem, from%state, holding_value(event%monitor, -event%before), .false., here%state, here%system, report)
+         ! A second correction: where the value hardly changes with the load, the residual is small before the load is exact.
+         if (report%converged) call correct(problem, from%state, holding_value(event%monitor, -event%before), .false., here%state, &
+            & here%system, report)
          if (.not. report%converged) return
          if (.not. alike(problem, from%state, here%state)) return
          if (.not. lies_between(problem, from%state, trial%state, from%tangent, trial%tangent, here%state)) return
@@ -95,6 +102,15 @@ contains
          event%held = .true.
       end associate
    end subroutine locate_by_holding
+
+   !> Derivative of the load factor or of a monitored displacement by arc length.
+   real(wp) function value_rate(problem, monitor, point) result(rate)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: monitor               !! 0: the load factor
+      type(path_point_t), intent(in) :: point
+      rate = point%tangent%load
+      if (monitor > 0) rate = rate * monitor_change(problem, monitor, point%state, point%system, point%system%tangent, 1.0_wp)
+   end function value_rate
 
    !> Locates the zero of the event function by points of the increment.
    subroutine locate_by_function(problem, step, run, trial, division, located_event)

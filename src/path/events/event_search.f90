@@ -8,7 +8,7 @@ module event_search
    use branch_closure, only: check_parent_path
    use path_events, only: test_values_t, event_t, detect_events, value_events, event_limit
    use located_events, only: located_event_t
-   use event_location, only: locate
+   use event_location, only: locate_event
    use error_bar, only: error_bars_t
    implicit none
    private
@@ -107,7 +107,7 @@ contains
       allocate (found(size(wanted)))
       do k = 1, size(wanted)
          found(k)%event = wanted(k)
-         call locate(problem, step, from, to, found(k))
+         call locate_event(problem, step, from, to, found(k))
       end do
       if (size(seen) > 0) found = [seen, found]
       call move_alloc(found, seen)
