@@ -15,7 +15,7 @@ module located_zero
    use ground_segments, only: told_gap
    use element_gap, only: element_gap_t, gap_value, gap_look
    use rod_profile, only: profile_error
-   use state_functional, only: functional_t
+   use state_functional, only: functional_t, new_functional
    use gap_functional, only: new_place_gap_functional
    use tangent_modes, only: modes_t, lowest_modes, apply_tangent, mode_tolerance
    use axial_rigidity, only: shrinking_forces
@@ -94,7 +94,7 @@ contains
       end associate
    end function left_of_zero
 
-   !> Event function of the end of contact with a foundation, a gap, linearised by the nodal displacements.
+   !> Event function of the end of contact with a foundation, a gap, as a functional.
    subroutine find_event_gap(problem, zero, state, system, number)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
@@ -107,8 +107,9 @@ contains
       call ground_event_place(problem, state, zero%event%ground, candidate, tau, factor)
       if (candidate == 0) return
       call gap_look(problem, told_gap(problem, state, candidate), tau, x, gap, normal, bend)
-      number = new_place_gap_functional(problem, state, system, problem%ground%chain%element(2, candidate), tau, &
-         & factor / zero%event%gap_scale * normal)
+      number = new_functional(system%n)
+      call number%add(factor / zero%event%gap_scale, new_place_gap_functional(problem, state, system, &
+         & problem%ground%chain%contact(candidate), problem%ground%chain%element(2, candidate), tau, gap, normal))
    end subroutine find_event_gap
 
    !> Difference of the event function between the enriched problem and the problem, less the part due to nodal values: the smallest

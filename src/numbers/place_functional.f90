@@ -96,6 +96,7 @@ contains
       associate (beside => problem%candidates%element(:, candidate))
          place%element = pack(beside, beside > 0)
          number = linearised(problem, state, system, place)
+         ! The error bar of a place does not count the misfit that the iteration left.
          number%defect = 0.0_wp
          slope = touchdown_slope(problem, state, candidate)
          if (.not. abs(slope) > 0.0_wp) return
