@@ -45,6 +45,9 @@ module mesh_request
    !> Rounding error of a position over the structure's size: the largest value in runs of a prototype. No accuracy is required
    !> below it.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
+   !> Rounding of a displacement that symmetry holds, over the structure's size: on unstable parts of a path it is larger than that
+   !> of positions, and other libraries of LAPACK give other values (1e-13 in the deep arch).
+   real(wp), parameter :: idle_rounding = 10.0_wp * place_rounding
    real(wp), parameter :: enough_progress = 0.7_wp !! largest ratio of errors that counts as progress, on a mesh finer by `least`
    real(wp), parameter :: most = 4.0_wp !! largest factor on the number of elements at once; beyond it the predicted error is
    !! unreliable
@@ -409,7 +412,7 @@ contains
       rounding_of = 0.0_wp
       associate (monitor => problem%deck%monitor(m))
          if (monitor%quantity /= quantity_displacement) return
-         rounding_of = place_rounding * abs(monitor%factor) * merge(1.0_wp, problem%size, monitor%component == 3)
+         rounding_of = idle_rounding * abs(monitor%factor) * merge(1.0_wp, problem%size, monitor%component == 3)
       end associate
    end function rounding_of
 
