@@ -10,7 +10,7 @@ module force_series
    private
    public :: force_series_t, open_forces, append_forces
 
-   !> Numbers of the two tables; 0: the file has none.
+   !> Handles of the tables of contact forces and of contact pressures in the result file; 0: the file has no such table.
    type :: force_series_t
       private
       integer :: force = 0, pressure = 0

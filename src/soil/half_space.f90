@@ -58,7 +58,7 @@ contains
       integral = 0.0_wp
       if (.not. a > 0.0_wp) return
       s = hypot(a, b)
-      ! s^3 - a^3 - b^3 without cancellation
+      ! cubes = s^3 - a^3 - b^3 with s = sqrt(a^2 + b^2), in a form in which the largest terms do not cancel.
       if (a < b) then
          cubes = a**2 * (s**2 + s * b + b**2) / (s + b) - a**3
       else

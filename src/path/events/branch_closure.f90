@@ -115,7 +115,8 @@ contains
       end function is_that
    end subroutine check_parent_path
 
-   !> False for a bifurcation that the path has just passed and leaves on a straight line.
+   !> True if the path has come to a bifurcation again after having left it: on a branch always, else if it has gone more than twice
+   !> its distance from the bifurcation since it passed there. False: the path is still leaving it.
    pure logical function comes_back(run, critical_point, distance)
       type(path_state_t), intent(in) :: run
       type(critical_point_t), intent(in) :: critical_point

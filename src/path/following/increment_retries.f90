@@ -1,6 +1,5 @@
 !> Repetition of an increment from the last accepted point: on another mesh, with a smaller residual, with the contact set found
-!> from
-!> the nodes, or half as long.
+!> from contact at the nodes, or half as long.
 module increment_retries
    use kinds, only: wp
    use model, only: step_t

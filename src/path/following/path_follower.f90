@@ -1,4 +1,4 @@
-!> Follows a path point by point. The method is the loop of follow_path_points:
+!> Follows a path point by point. The method is the loop of follow_points:
 !>
 !>   predict       controlled quantity, increment and path tangent (set_control)
 !>   correct       Newton's method with the constraint of the control (increment_trials)
@@ -108,9 +108,8 @@ contains
       call note_slopes(problem, run)
    end subroutine set_control
 
-   !> Makes the contact change on the way to the trial, if there is one, or else accepts the trial as a point of the path; the
-   !> request
-   !> says what is required first.
+   !> Makes the contact change on the way to the trial, if there is one; otherwise the trial is accepted as a point of the path. If
+   !> anything is required first, it is in attempt%request.
    subroutine take_trial(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step

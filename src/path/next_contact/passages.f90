@@ -39,8 +39,9 @@ contains
       integer, intent(in) :: which                   !! index of a length or crossing test
       real(wp), intent(in) :: fall(:)                !! (tests) decrease of each along the path
       type(contact_span_t), allocatable, intent(inout) :: set(:)
-      integer, allocatable, intent(out) :: passes(:, :) !! (2, passages) contact spans on both sides of a free span that opens
-      !! behind a boundary (indices), 0: the boundary itself; the last passage comes first
+      integer, allocatable, intent(out) :: passes(:, :) !! (2, passages) for each segment boundary that a contact crosses, indices
+      !! of the contact spans on both sides of the free span that opens behind it; 0: that side ends at the boundary itself. The
+      !! boundary crossed last comes first
       logical, intent(out) :: passed                 !! false: the test is that of a line contact that shrinks and does not continue
       logical, intent(out) :: meets                  !! another line contact arrives at the boundary from the other side
       type(passage_t) :: passage(size(tests))

@@ -32,8 +32,8 @@ contains
       turns = run%last%tangent%load * interval%to%tangent%load < 0.0_wp
    end function turns
 
-   !> Path direction at a place: the tangent, or the chord if the tangent does not continue the path. The latter occurs if the set
-   !> of the next increment has a neutral span, so that the present tangent is a null vector.
+   !> Direction of the path at a point: the path tangent there, or the chord from the last accepted point if this tangent does not
+   !> continue the path. The chord is needed where the tangent stiffness is singular, so that its solution is a null vector.
    function arrival(problem, run, point) result(heading)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
