@@ -204,8 +204,8 @@ contains
          beside = 0
       end function other_part
 
-      !> Appends the event at which a free span opens between two regions of contact that were one region before. The search interval
-      !> is wider than the free span, which may move along the rod while it grows.
+      !> Appends the event at which a free span opens between two regions of contact that were one region before. The search
+      !> interval is wider than the free span, which may move along the rod while it grows.
       subroutine open_between(before, after, round)
          type(region_t), intent(in) :: before, after
          real(wp), intent(in) :: round         !! added to the positions of `after`

@@ -136,8 +136,8 @@ contains
       end do
    end function pushes
 
-   !> Path distance within which the equilibrium behind a vanished length is searched for: the arc length of the path on which a line
-   !> contact's length, or a contact's distance to a segment boundary, changes by the shortest length that a mesh resolves
+   !> Path distance within which the equilibrium behind a vanished length is searched for: the arc length of the path on which a
+   !> line contact's length, or a contact's distance to a segment boundary, changes by the shortest length that a mesh resolves
    !> (contact_spans%shortest), at its mean rate on the interval, times reach_of. 0 for tests that are no lengths.
    real(wp) function least_reach(problem, interval, which) result(reach)
       type(problem_t), intent(in) :: problem
