@@ -119,10 +119,10 @@ contains
       real(wp) :: slope(n_by, max_stages) ! m'/C at the stages: derivatives by the columns, and m'/C itself in the residual's column
       real(wp) :: moved(n_by, 2), dphi(n_by), dend(n_by, 3), dtail(n_by, 3), flexibility(3, 3), end_weight(3)
       real(wp), dimension(ge_columns + 2, 3) :: ends, tails
-      real(wp) :: t(2), nu(2), axial, shear, beta, end_defect(3), tail(3), hc, he, span(2), more(2), along, across
-      real(wp) :: free, heat(2, max_stages), g_heat(max_stages), half, largest, rounding
+      real(wp) :: beta, end_defect(3), tail(3), hc, he, span(2)
+      real(wp) :: free, heat(2, max_stages), g_heat(max_stages), largest, rounding
       real(wp) :: moved_direction(2, max_stages) ! rho less rho of the stress-free element
-      integer :: s, i, j, l, q, stored_by, unknowns
+      integer :: s, stored_by, unknowns
       logical :: stored, founded, singular
 
       s = tab%stages
@@ -136,226 +136,248 @@ contains
       if (present(inner)) founded = inner%n > 0
       turn(:s, :s) = he * transpose(tab%a(:s, :s))
 
-      ! Stage values.
-      m(:s) = z(4:3 + s)
-      do i = 1, s
-         phi(i) = u(3) + he * dot_product(tab%a(i, :s), m(:s)) + (tab%c(i) * h) * load%curvature
-         if (stored) then
-            nn(:, i) = z(2 + s + 2 * i:3 + s + 2 * i)
-         else
-            nn(:, i) = z(1:2) - (tab%c(i) * h) * load%line
-         end if
-         half = 0.5_wp * phi(i)
-         t = tangent(:, i)
-         moved_direction(:, i) = (2.0_wp * sin(half)) * (cos(half) * [-t(2), t(1)] - sin(half) * t)
-         t = t + moved_direction(:, i)
-         nu = [-t(2), t(1)]
-         axial = dot_product(nn(:, i), t)
-         shear = dot_product(nn(:, i), nu)
-         largest = max(largest, abs(nn(1, i)), abs(nn(2, i)))
-         moved_direction(:, i) = moved_direction(:, i) + (load%strain + axial * compliance%axial) * t + &
-            & (shear * compliance%shear) * nu
-         rho(:, i) = (free + axial * compliance%axial) * t + (shear * compliance%shear) * nu
-         g(i) = -free * shear - axial * shear * beta
-         g_phi(i) = free * axial + beta * (axial**2 - shear**2)
-         d(:, i) = (beta * shear) * t + (free + beta * axial) * nu
-         if (present(more_force)) then
-            ! The strains do not change, but a shear-flexible section shears when it rotates under an axial force (Haringx).
-            more = [dot_product(more_force(:, i), t), dot_product(more_force(:, i), nu)]
-            across = free + beta * axial - compliance%shear * more(1)
-            along = beta * shear
-            d(:, i) = along * t + across * nu
-            g_phi(i) = across * (axial + more(1)) - along * (shear + more(2))
-         end if
-         ! Derivatives of r'/C and m'/C by the load factor through heat.
-         heat(:, i) = load%strain_rate * t + (tab%c(i) * h * load%curvature_rate) * d(:, i)
-         g_heat(i) = -load%strain_rate * shear + (tab%c(i) * h * load%curvature_rate) * g_phi(i)
-         slope(:, i) = 0.0_wp
-         slope(by_rotation, i) = g_phi(i)
-         slope(by_residual, i) = g(i)
-         slope(by_load, i) = g_heat(i)
-         if (.not. stored) slope(by_nx:by_ny, i) = -d(:, i)
-         bnn(1, i) = compliance%axial * t(1) * t(1) + compliance%shear * nu(1) * nu(1)
-         bnn(2, i) = compliance%axial * t(1) * t(2) + compliance%shear * nu(1) * nu(2)
-         bnn(3, i) = compliance%axial * t(2) * t(2) + compliance%shear * nu(2) * nu(2)
-      end do
-
-      ! Linearised stage equations for the increments of m (and n) at the stages.
-      stored_by = s
-      if (stored) stored_by = 3 * s
-      unknowns = stored_by
-      if (founded) unknowns = unknowns + inner%n
-      allocate (system(unknowns, unknowns), rhs(n_by, unknowns), row_weight(unknowns))
-      defect = 0.0_wp
-      ! The rounding error of products of force and length appears in moments and would rotate a taut rod of very small EI by much.
-      ! The defect is reduced by this rounding error, and by no other.
-      rounding = moment_rounding * largest * h
-      system = 0.0_wp
-      rhs = 0.0_wp
-      do i = 1, s
-         system(i, i) = 1.0_wp
-         rhs(by_m, i) = 1.0_wp
-         rhs(by_residual, i) = z(3) - m(i)
-         do j = 1, s
-            rhs(:, i) = rhs(:, i) + (hc * tab%a(i, j)) * slope(:, j)
-            system(:s, i) = system(:s, i) - (hc * tab%a(i, j) * g_phi(j)) * turn(:s, j)
-            if (stored) then
-               system(s + 2 * j - 1:s + 2 * j, i) = hc * tab%a(i, j) * d(:, j)
-            else
-               rhs(by_load, i) = rhs(by_load, i) + hc * tab%a(i, j) * (tab%c(j) * h) * dot_product(d(:, j), load%line_rate)
-            end if
-         end do
-         defect(1) = max(defect(1), (abs(rhs(by_residual, i)) - rounding) * he)
-      end do
-      if (stored) call add_force_rows()
-      ! Weight of force equations against moment equations: a force times h is a moment.
-      row_weight(:s) = 1.0_wp
-      row_weight(s + 1:) = h
-      if (founded) call add_pressure_rows()
+      call find_stage_values()
+      call set_up_stage_equations()
       call solve_small(unknowns, system, rhs, singular, row_weight)
-      ok = .not. singular
-      if (singular) then
-         f = 0.0_wp; raw = 0.0_wp; k = 0.0_wp; fl = 0.0_wp; op = 0.0_wp
-         if (present(shift)) shift = 0.0_wp
-         return
+      if (.not. singular) then
+         call go_to_second_end()
+         call set_up_end_conditions()
+         end_weight = [1.0_wp, 1.0_wp, h]
+         call solve_small(3, flexibility, ends, singular, end_weight)
       end if
-
-      ! Increments of position and rotation (dend) and of n and m (dtail) at the second end, as linear functions of the columns:
-      ! (increments of the rotation, n and m at the first end, 1, load factor).
-      dend = 0.0_wp
-      dtail = 0.0_wp
-      dend(by_rotation, 3) = 1.0_wp
-      dtail(by_nx, 1) = 1.0_wp
-      dtail(by_ny, 2) = 1.0_wp
-      dtail(by_m, 3) = 1.0_wp
-      dtail(by_load, 1:2) = -h * load%line_rate
-      dend(by_load, 3) = h * load%curvature_rate
-      ! Differences of displacements instead of positions have a smaller rounding error, and C closes the stress-free element.
-      end_defect = [u(4:5) - u(1:2), u(6) - u(3) - h * load%curvature]
-      span = 0.0_wp
-      tail = z(1:3)
-      tail(1:2) = tail(1:2) - h * load%line
-      do i = 1, s
-         dphi = 0.0_wp
-         dphi(by_rotation) = 1.0_wp
-         do l = 1, s
-            dphi = dphi + turn(l, i) * rhs(:, l)
-         end do
-         rate(:, 1, i) = d(1, i) * dphi
-         rate(:, 2, i) = d(2, i) * dphi
-         rate(:, 3, i) = g_phi(i) * dphi
-         if (stored) then
-            associate (dn => rhs(:, s + 2 * i - 1:s + 2 * i))
-               rate(:, 1, i) = rate(:, 1, i) + bnn(1, i) * dn(:, 1) + bnn(2, i) * dn(:, 2)
-               rate(:, 2, i) = rate(:, 2, i) + bnn(2, i) * dn(:, 1) + bnn(3, i) * dn(:, 2)
-               rate(:, 3, i) = rate(:, 3, i) - d(1, i) * dn(:, 1) - d(2, i) * dn(:, 2)
-            end associate
-         else
-            associate (dn => -(tab%c(i) * h) * load%line_rate)
-               rate(by_nx:by_ny, 1, i) = rate(by_nx:by_ny, 1, i) + bnn(1:2, i)
-               rate(by_nx:by_ny, 2, i) = rate(by_nx:by_ny, 2, i) + bnn(2:3, i)
-               rate(by_nx:by_ny, 3, i) = rate(by_nx:by_ny, 3, i) - d(:, i)
-               rate(by_load, 1, i) = rate(by_load, 1, i) + bnn(1, i) * dn(1) + bnn(2, i) * dn(2)
-               rate(by_load, 2, i) = rate(by_load, 2, i) + bnn(2, i) * dn(1) + bnn(3, i) * dn(2)
-               rate(by_load, 3, i) = rate(by_load, 3, i) - d(1, i) * dn(1) - d(2, i) * dn(2)
-            end associate
-         end if
-         dend(:, 1) = dend(:, 1) + (hc * tab%b(i)) * rate(:, 1, i)
-         dend(:, 2) = dend(:, 2) + (hc * tab%b(i)) * rate(:, 2, i)
-         dend(:, 3) = dend(:, 3) + (he * tab%b(i)) * rhs(:, i)
-         dtail(:, 3) = dtail(:, 3) + (hc * tab%b(i)) * rate(:, 3, i)
-         dend(by_load, 1:2) = dend(by_load, 1:2) + (hc * tab%b(i)) * heat(:, i)
-         dtail(by_load, 3) = dtail(by_load, 3) + (hc * tab%b(i)) * g_heat(i)
-         end_defect(1:2) = end_defect(1:2) - (hc * tab%b(i)) * moved_direction(:, i)
-         span = span + (hc * tab%b(i)) * rho(:, i)
-         end_defect(3) = end_defect(3) - (he * tab%b(i)) * m(i)
-         tail(3) = tail(3) + (hc * tab%b(i)) * g(i)
-      end do
-      if (stored) then
-         tail(1:2) = tail(1:2) - load%pressure * [-span(2), span(1)]
-         dtail(:, 1) = dtail(:, 1) + load%pressure * dend(:, 2)
-         dtail(:, 2) = dtail(:, 2) - load%pressure * dend(:, 1)
-         dtail(by_load, 1:2) = dtail(by_load, 1:2) - load%pressure_rate * [-span(2), span(1)]
-      end if
-      if (founded) then
-         do q = 1, inner%n
-            call point_increment(q)
-            tail(1:2) = tail(1:2) - (h * inner%weight(q)) * inner%force(:, q)
-            do i = 1, 2
-               dtail(:, i) = dtail(:, i) + (h * inner%weight(q)) * (matmul(moved, inner%sway(i, :, q)) - &
-                  & inner%normal(i, q) * rhs(:, stored_by + q))
-            end do
-            dtail(by_load, 1:2) = dtail(by_load, 1:2) - (h * inner%weight(q)) * inner%rate(:, q)
-         end do
-      end if
-      defect(1) = max(defect(1), abs(end_defect(3)))
-      defect(2) = max(abs(end_defect(1)), abs(end_defect(2)))
-
-      ! Condensation: the end conditions give the increments of n and m at the first end.
-      flexibility = dend(by_nx:by_m, :)
-      if (compliance%give > 0.0_wp) then
-         do i = 1, s
-            t = [cos(angle(i) + phi(i)), sin(angle(i) + phi(i))]
-            flexibility(1, 1:2) = flexibility(1, 1:2) + (hc * tab%b(i) * compliance%give * t(1)) * t
-            flexibility(2, 1:2) = flexibility(2, 1:2) + (hc * tab%b(i) * compliance%give * t(2)) * t
-         end do
-      end if
-      ends = 0.0_wp
-      do i = 1, 3
-         ends(i, i) = -1.0_wp
-         ends(i + 3, i) = 1.0_wp
-      end do
-      ! dend(by_rotation, 3) contains the rotation of the first end itself; the difference of the end rotations needs the rest only.
-      ends(3, 1:2) = ends(3, 1:2) - dend(by_rotation, 1:2)
-      ends(3, 3) = -dend(by_rotation, 3)
-      ends(7, :) = end_defect - dend(by_residual, :)
-      ends(8, :) = -dend(by_load, :)
-      if (founded) then
-         ! Columns of a translation of the first node, and of the whole element.
-         ends(1:2, :) = ends(1:2, :) - dend(by_x:by_y, :)
-         ends(ge_columns + 1:, :) = -dend(by_x:by_y, :)
-      end if
-      end_weight = [1.0_wp, 1.0_wp, h]
-      call solve_small(3, flexibility, ends, singular, end_weight)
       ok = .not. singular
       if (present(shift)) shift = 0.0_wp
-      if (singular) then
+      if (ok) then
+         call condense()
+      else
          f = 0.0_wp; raw = 0.0_wp; k = 0.0_wp; fl = 0.0_wp; op = 0.0_wp
-         return
       end if
-
-      op(1:3, :) = transpose(ends(:ge_columns, :))
-      do l = 1, stored_by
-         op(3 + l, :) = rhs(by_nx, l) * ends(:ge_columns, 1) + rhs(by_ny, l) * ends(:ge_columns, 2) + &
-            & rhs(by_m, l) * ends(:ge_columns, 3)
-         op(3 + l, 3) = op(3 + l, 3) + rhs(by_rotation, l)
-         if (founded) op(3 + l, 1:2) = op(3 + l, 1:2) + rhs(by_x:by_y, l)
-         op(3 + l, 7:8) = op(3 + l, 7:8) + rhs(by_residual:by_load, l)
-      end do
-      do i = 1, 3
-         tails(:, i) = dtail(by_nx, i) * ends(:, 1) + dtail(by_ny, i) * ends(:, 2) + dtail(by_m, i) * ends(:, 3)
-      end do
-
-      k(1:3, :) = -transpose(ends(:6, :))
-      k(4:6, :) = transpose(tails(:6, :))
-      k(4:6, 3) = k(4:6, 3) + dtail(by_rotation, :)
-      if (founded) then
-         k(4:6, 1:2) = k(4:6, 1:2) + transpose(dtail(by_x:by_y, :))
-         if (present(shift)) then
-            shift(1:3, :) = -transpose(ends(ge_columns + 1:, :))
-            shift(4:6, :) = transpose(tails(ge_columns + 1:, :) + dtail(by_x:by_y, :))
-         end if
-      end if
-      raw(1:3) = -z(1:3)
-      raw(4:6) = tail
-      f(1:3) = -z(1:3) - ends(7, :)
-      f(4:6) = tail + tails(7, :) + dtail(by_residual, :)
-      fl(1:3) = ends(8, :)
-      fl(4:6) = -tails(8, :) - dtail(by_load, :)
-      ! Pressure gives a skew part that cancels between neighbouring elements; without it the band is symmetric.
-      if (stored) k = 0.5_wp * (k + transpose(k))
 
    contains
+
+      !> Strains, section forces and their derivatives at the stages.
+      subroutine find_stage_values()
+         real(wp) :: t(2), nu(2), axial, shear, more(2), along, across, half
+         integer :: i
+         m(:s) = z(4:3 + s)
+         do i = 1, s
+            phi(i) = u(3) + he * dot_product(tab%a(i, :s), m(:s)) + (tab%c(i) * h) * load%curvature
+            if (stored) then
+               nn(:, i) = z(2 + s + 2 * i:3 + s + 2 * i)
+            else
+               nn(:, i) = z(1:2) - (tab%c(i) * h) * load%line
+            end if
+            half = 0.5_wp * phi(i)
+            t = tangent(:, i)
+            moved_direction(:, i) = (2.0_wp * sin(half)) * (cos(half) * [-t(2), t(1)] - sin(half) * t)
+            t = t + moved_direction(:, i)
+            nu = [-t(2), t(1)]
+            axial = dot_product(nn(:, i), t)
+            shear = dot_product(nn(:, i), nu)
+            largest = max(largest, abs(nn(1, i)), abs(nn(2, i)))
+            moved_direction(:, i) = moved_direction(:, i) + (load%strain + axial * compliance%axial) * t + &
+               & (shear * compliance%shear) * nu
+            rho(:, i) = (free + axial * compliance%axial) * t + (shear * compliance%shear) * nu
+            g(i) = -free * shear - axial * shear * beta
+            g_phi(i) = free * axial + beta * (axial**2 - shear**2)
+            d(:, i) = (beta * shear) * t + (free + beta * axial) * nu
+            if (present(more_force)) then
+               ! The strains do not change, but a shear-flexible section shears when it rotates under an axial force (Haringx).
+               more = [dot_product(more_force(:, i), t), dot_product(more_force(:, i), nu)]
+               across = free + beta * axial - compliance%shear * more(1)
+               along = beta * shear
+               d(:, i) = along * t + across * nu
+               g_phi(i) = across * (axial + more(1)) - along * (shear + more(2))
+            end if
+            ! Derivatives of r'/C and m'/C by the load factor through heat.
+            heat(:, i) = load%strain_rate * t + (tab%c(i) * h * load%curvature_rate) * d(:, i)
+            g_heat(i) = -load%strain_rate * shear + (tab%c(i) * h * load%curvature_rate) * g_phi(i)
+            slope(:, i) = 0.0_wp
+            slope(by_rotation, i) = g_phi(i)
+            slope(by_residual, i) = g(i)
+            slope(by_load, i) = g_heat(i)
+            if (.not. stored) slope(by_nx:by_ny, i) = -d(:, i)
+            bnn(1, i) = compliance%axial * t(1) * t(1) + compliance%shear * nu(1) * nu(1)
+            bnn(2, i) = compliance%axial * t(1) * t(2) + compliance%shear * nu(1) * nu(2)
+            bnn(3, i) = compliance%axial * t(2) * t(2) + compliance%shear * nu(2) * nu(2)
+         end do
+      end subroutine find_stage_values
+
+      !> Linearised stage equations for the increments of m (and n) at the stages.
+      subroutine set_up_stage_equations()
+         integer :: i, j
+         stored_by = s
+         if (stored) stored_by = 3 * s
+         unknowns = stored_by
+         if (founded) unknowns = unknowns + inner%n
+         allocate (system(unknowns, unknowns), rhs(n_by, unknowns), row_weight(unknowns))
+         defect = 0.0_wp
+         ! The rounding error of products of force and length appears in moments and would rotate a taut rod of very small EI by
+         ! much.
+         ! The defect is reduced by this rounding error, and by no other.
+         rounding = moment_rounding * largest * h
+         system = 0.0_wp
+         rhs = 0.0_wp
+         do i = 1, s
+            system(i, i) = 1.0_wp
+            rhs(by_m, i) = 1.0_wp
+            rhs(by_residual, i) = z(3) - m(i)
+            do j = 1, s
+               rhs(:, i) = rhs(:, i) + (hc * tab%a(i, j)) * slope(:, j)
+               system(:s, i) = system(:s, i) - (hc * tab%a(i, j) * g_phi(j)) * turn(:s, j)
+               if (stored) then
+                  system(s + 2 * j - 1:s + 2 * j, i) = hc * tab%a(i, j) * d(:, j)
+               else
+                  rhs(by_load, i) = rhs(by_load, i) + hc * tab%a(i, j) * (tab%c(j) * h) * dot_product(d(:, j), load%line_rate)
+               end if
+            end do
+            defect(1) = max(defect(1), (abs(rhs(by_residual, i)) - rounding) * he)
+         end do
+         if (stored) call add_force_rows()
+         ! Weight of force equations against moment equations: a force times h is a moment.
+         row_weight(:s) = 1.0_wp
+         row_weight(s + 1:) = h
+         if (founded) call add_pressure_rows()
+      end subroutine set_up_stage_equations
+
+      !> Increments of position and rotation (dend) and of n and m (dtail) at the second end, as linear functions of the columns:
+      !> (increments of the rotation, n and m at the first end, 1, load factor).
+      subroutine go_to_second_end()
+         integer :: i, l, q
+         dend = 0.0_wp
+         dtail = 0.0_wp
+         dend(by_rotation, 3) = 1.0_wp
+         dtail(by_nx, 1) = 1.0_wp
+         dtail(by_ny, 2) = 1.0_wp
+         dtail(by_m, 3) = 1.0_wp
+         dtail(by_load, 1:2) = -h * load%line_rate
+         dend(by_load, 3) = h * load%curvature_rate
+         ! Differences of displacements instead of positions have a smaller rounding error, and C closes the stress-free element.
+         end_defect = [u(4:5) - u(1:2), u(6) - u(3) - h * load%curvature]
+         span = 0.0_wp
+         tail = z(1:3)
+         tail(1:2) = tail(1:2) - h * load%line
+         do i = 1, s
+            dphi = 0.0_wp
+            dphi(by_rotation) = 1.0_wp
+            do l = 1, s
+               dphi = dphi + turn(l, i) * rhs(:, l)
+            end do
+            rate(:, 1, i) = d(1, i) * dphi
+            rate(:, 2, i) = d(2, i) * dphi
+            rate(:, 3, i) = g_phi(i) * dphi
+            if (stored) then
+               associate (dn => rhs(:, s + 2 * i - 1:s + 2 * i))
+                  rate(:, 1, i) = rate(:, 1, i) + bnn(1, i) * dn(:, 1) + bnn(2, i) * dn(:, 2)
+                  rate(:, 2, i) = rate(:, 2, i) + bnn(2, i) * dn(:, 1) + bnn(3, i) * dn(:, 2)
+                  rate(:, 3, i) = rate(:, 3, i) - d(1, i) * dn(:, 1) - d(2, i) * dn(:, 2)
+               end associate
+            else
+               associate (dn => -(tab%c(i) * h) * load%line_rate)
+                  rate(by_nx:by_ny, 1, i) = rate(by_nx:by_ny, 1, i) + bnn(1:2, i)
+                  rate(by_nx:by_ny, 2, i) = rate(by_nx:by_ny, 2, i) + bnn(2:3, i)
+                  rate(by_nx:by_ny, 3, i) = rate(by_nx:by_ny, 3, i) - d(:, i)
+                  rate(by_load, 1, i) = rate(by_load, 1, i) + bnn(1, i) * dn(1) + bnn(2, i) * dn(2)
+                  rate(by_load, 2, i) = rate(by_load, 2, i) + bnn(2, i) * dn(1) + bnn(3, i) * dn(2)
+                  rate(by_load, 3, i) = rate(by_load, 3, i) - d(1, i) * dn(1) - d(2, i) * dn(2)
+               end associate
+            end if
+            dend(:, 1) = dend(:, 1) + (hc * tab%b(i)) * rate(:, 1, i)
+            dend(:, 2) = dend(:, 2) + (hc * tab%b(i)) * rate(:, 2, i)
+            dend(:, 3) = dend(:, 3) + (he * tab%b(i)) * rhs(:, i)
+            dtail(:, 3) = dtail(:, 3) + (hc * tab%b(i)) * rate(:, 3, i)
+            dend(by_load, 1:2) = dend(by_load, 1:2) + (hc * tab%b(i)) * heat(:, i)
+            dtail(by_load, 3) = dtail(by_load, 3) + (hc * tab%b(i)) * g_heat(i)
+            end_defect(1:2) = end_defect(1:2) - (hc * tab%b(i)) * moved_direction(:, i)
+            span = span + (hc * tab%b(i)) * rho(:, i)
+            end_defect(3) = end_defect(3) - (he * tab%b(i)) * m(i)
+            tail(3) = tail(3) + (hc * tab%b(i)) * g(i)
+         end do
+         if (stored) then
+            tail(1:2) = tail(1:2) - load%pressure * [-span(2), span(1)]
+            dtail(:, 1) = dtail(:, 1) + load%pressure * dend(:, 2)
+            dtail(:, 2) = dtail(:, 2) - load%pressure * dend(:, 1)
+            dtail(by_load, 1:2) = dtail(by_load, 1:2) - load%pressure_rate * [-span(2), span(1)]
+         end if
+         if (founded) then
+            do q = 1, inner%n
+               call point_increment(q)
+               tail(1:2) = tail(1:2) - (h * inner%weight(q)) * inner%force(:, q)
+               do i = 1, 2
+                  dtail(:, i) = dtail(:, i) + (h * inner%weight(q)) * (matmul(moved, inner%sway(i, :, q)) - &
+                     & inner%normal(i, q) * rhs(:, stored_by + q))
+               end do
+               dtail(by_load, 1:2) = dtail(by_load, 1:2) - (h * inner%weight(q)) * inner%rate(:, q)
+            end do
+         end if
+         defect(1) = max(defect(1), abs(end_defect(3)))
+         defect(2) = max(abs(end_defect(1)), abs(end_defect(2)))
+      end subroutine go_to_second_end
+
+      !> End conditions, of which the increments of n and m at the first end are the solution.
+      subroutine set_up_end_conditions()
+         real(wp) :: t(2)
+         integer :: i
+         flexibility = dend(by_nx:by_m, :)
+         if (compliance%give > 0.0_wp) then
+            do i = 1, s
+               t = [cos(angle(i) + phi(i)), sin(angle(i) + phi(i))]
+               flexibility(1, 1:2) = flexibility(1, 1:2) + (hc * tab%b(i) * compliance%give * t(1)) * t
+               flexibility(2, 1:2) = flexibility(2, 1:2) + (hc * tab%b(i) * compliance%give * t(2)) * t
+            end do
+         end if
+         ends = 0.0_wp
+         do i = 1, 3
+            ends(i, i) = -1.0_wp
+            ends(i + 3, i) = 1.0_wp
+         end do
+         ! dend(by_rotation, 3) contains the rotation of the first end itself; the difference of the end rotations needs the rest
+         ! only.
+         ends(3, 1:2) = ends(3, 1:2) - dend(by_rotation, 1:2)
+         ends(3, 3) = -dend(by_rotation, 3)
+         ends(7, :) = end_defect - dend(by_residual, :)
+         ends(8, :) = -dend(by_load, :)
+         if (founded) then
+            ! Columns of a translation of the first node, and of the whole element.
+            ends(1:2, :) = ends(1:2, :) - dend(by_x:by_y, :)
+            ends(ge_columns + 1:, :) = -dend(by_x:by_y, :)
+         end if
+      end subroutine set_up_end_conditions
+
+      !> End forces, tangent and the operator of the stored unknowns, from the increments at the first end.
+      subroutine condense()
+         integer :: i, l
+         op(1:3, :) = transpose(ends(:ge_columns, :))
+         do l = 1, stored_by
+            op(3 + l, :) = rhs(by_nx, l) * ends(:ge_columns, 1) + rhs(by_ny, l) * ends(:ge_columns, 2) + &
+               & rhs(by_m, l) * ends(:ge_columns, 3)
+            op(3 + l, 3) = op(3 + l, 3) + rhs(by_rotation, l)
+            if (founded) op(3 + l, 1:2) = op(3 + l, 1:2) + rhs(by_x:by_y, l)
+            op(3 + l, 7:8) = op(3 + l, 7:8) + rhs(by_residual:by_load, l)
+         end do
+         do i = 1, 3
+            tails(:, i) = dtail(by_nx, i) * ends(:, 1) + dtail(by_ny, i) * ends(:, 2) + dtail(by_m, i) * ends(:, 3)
+         end do
+
+         k(1:3, :) = -transpose(ends(:6, :))
+         k(4:6, :) = transpose(tails(:6, :))
+         k(4:6, 3) = k(4:6, 3) + dtail(by_rotation, :)
+         if (founded) then
+            k(4:6, 1:2) = k(4:6, 1:2) + transpose(dtail(by_x:by_y, :))
+            if (present(shift)) then
+               shift(1:3, :) = -transpose(ends(ge_columns + 1:, :))
+               shift(4:6, :) = transpose(tails(ge_columns + 1:, :) + dtail(by_x:by_y, :))
+            end if
+         end if
+         raw(1:3) = -z(1:3)
+         raw(4:6) = tail
+         f(1:3) = -z(1:3) - ends(7, :)
+         f(4:6) = tail + tails(7, :) + dtail(by_residual, :)
+         fl(1:3) = ends(8, :)
+         fl(4:6) = -tails(8, :) - dtail(by_load, :)
+         ! Pressure gives a skew part that cancels between neighbouring elements; without it the band is symmetric.
+         if (stored) k = 0.5_wp * (k + transpose(k))
+      end subroutine condense
 
       !> Increment of the position of a quadrature point, as a linear function of the columns.
       subroutine point_increment(number)
@@ -374,7 +396,7 @@ contains
 
       !> n_i = n_1 - q c_i h - p J (r_i - r_1) - foundation at every stage, linearised.
       subroutine add_force_rows()
-         integer :: row, a, b
+         integer :: row, a, b, q
          real(wp) :: w, residual(2), share, k_d(2), along(max_stages, 2), swing(2), heated(2), k_dn(2, 2, max_stages)
          position = 0.0_wp
          do a = 1, s
@@ -448,7 +470,7 @@ contains
       !> foundation, would be lost to cancellation.
       subroutine add_pressure_rows()
          real(wp) :: stiff, lever
-         integer :: row, b
+         integer :: row, b, q
          do q = 1, inner%n
             row = stored_by + q
             ! Weight: a pressure times h**2 is a moment.
