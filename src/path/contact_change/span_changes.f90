@@ -5,12 +5,13 @@ module span_changes
    use model, only: step_t, method_load
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
+   use linear_system, only: new_system
    use bordered_system, only: linearise
    use span_regions, only: find_span_regions
-   use test_kinds, only: span_test_t, any_crosses, test_words, test_curvature
+   use test_kinds, only: span_test_t, any_crosses, test_words, test_slack, well_below, test_curvature
    use reachability, only: turns
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_by_rule, &
-      & change_opening, change_vanishing, place_within, place_here, place_ahead
+      & change_mended, change_opening, change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t
    use span_events, only: find_change
    use minima_of_tests, only: look_between
@@ -19,10 +20,11 @@ module span_changes
    use answer_trials, only: take_answer
    use entering_contact_set, only: go_to_next, come_nearer
    use span_mesh, only: ask_for_twice
+   use contact_trials, only: try_sets
    use contact_in_doubt, only: ask_nodes
    use path_continuity, only: path_tangent_t
    use path_events, only: event_t, new_test_values, value_events, event_stop
-   use path_state, only: path_state_t, copy_path_state
+   use path_state, only: path_state_t, copy_path_state, forget_mesh
    use path_acceptance, only: arrival_t, accept
    use corner_limit, only: look_whether_back
    use remeshing, only: wants_another
@@ -63,9 +65,12 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(step_interval_t) :: interval
       type(change_t) :: change
+      logical :: mended
       finished = .false.
       interval = new_interval(problem, run, trial, ahead, stuck)
       call find_change(problem, step, run, interval, change)
+      call mend_last_change(problem, step, run, interval, change, recorder, mended, finished, outcome)
+      if (mended) change%kind = change_mended
       select case (change%kind)
       case (change_none)
          call keep_set(problem, step, run, interval, result)
@@ -77,6 +82,8 @@ contains
          call pass_by_rule(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
       case (change_opening)
          call pass_opening(problem, step, run, interval, tries, change, recorder, result, finished, outcome)
+      case (change_mended)
+         result = set_changed
       end select
       if (result == set_changed) run%since_change%at = run%arc_length
       if (result == set_changed .and. .not. (finished .or. allocated(outcome%why) .or. allocated(run%stuck))) &
@@ -96,6 +103,8 @@ contains
       call linearise(problem, interval%to, run%state, run%system)
       if (.not. interval%stuck) call look_between(problem, step, run, interval, 0, shorter)
       result = merge(go_nearer, set_holds, shorter)
+      ! The set of the last change is right.
+      if (result == set_holds .and. .not. interval%stuck .and. allocated(run%before_change)) deallocate (run%before_change)
    end subroutine keep_set
 
    !> Closes a free span. The set without this span is known only at its onset, and events before the onset would be missed: the
@@ -186,6 +195,8 @@ contains
          result = merge(other_mesh, set_changed, asked)
          if (asked) return
       end if
+      call keep_for_trials(problem, run)
+      on%before_change = run%before_change
       call go_on(problem, step, run, next, on, recorder, finished, outcome)
    end subroutine pass_by_rule
 
@@ -239,26 +250,109 @@ contains
       run%since_change%arrives = on%since_change%arrives
    end subroutine go_on
 
-   !> Fallback if no increment converges and no test explains why: contact at nodes finds the next set ahead.
+   !> Fallback if no increment converges or no rule gives the next set: contact at nodes finds the next set ahead; if it finds none,
+   !> neighbours of the present set are tried.
    subroutine pass_doubt(problem, step, run, reach, recorder, changed, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! system factored at the run's point
       real(wp), intent(in) :: reach              !! size of the increment that failed
       class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: changed            !! false: contact at nodes found no other set
+      logical, intent(out) :: changed            !! false: no other set was found
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(next_t) :: next
+      type(next_t) :: first, next
       finished = .false.
       call ask_nodes(problem, run, reach, next, changed)
       if (changed) then
          call go_to_next(problem, step, run, next, recorder, finished, outcome)
+      else
+         call linearise(problem, run%state, run%state, run%system)
+         call try_at_change(problem, run, first, next, changed)
+         if (.not. changed) call try_sets(problem, run, first, next, changed)
+         if (changed) call begin_set(problem, step, run, first, next, recorder, finished, outcome)
+      end if
+      if (changed) then
          if (.not. (finished .or. allocated(outcome%why))) call look_whether_back(problem, step, run, outcome)
       else
          call linearise(problem, run%state, run%state, run%system)
       end if
    end subroutine pass_doubt
+
+   !> Keeps the run's point, at a contact change, with the contact set before the change.
+   subroutine keep_for_trials(problem, run)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run
+      if (.not. allocated(run%before_change)) allocate (run%before_change)
+      call copy_problem(problem, run%before_change%problem)
+      run%before_change%state = run%state
+      run%before_change%heading = run%heading
+      run%before_change%test_values = run%test_values
+   end subroutine keep_for_trials
+
+   !> Replaces the set of the last contact change if it was wrong from its beginning: no point was accepted since, and a test is far
+   !> below zero at the run's point already.
+   subroutine mend_last_change(problem, step, run, interval, change, recorder, mended, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: interval
+      type(change_t), intent(in) :: change
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: mended
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(next_t) :: first, next
+      finished = .false.
+      ! A point contact that begins where the rod is more curved than the obstacle spreads at once, and has a rule.
+      mended = any(change%kind == [change_missed, change_opening]) .and. change%where == place_here .and. change%which > 0
+      if (.not. mended) return
+      associate (test => interval%before(change%which))
+         mended = test%value < -well_below * test_slack(test%kind)
+      end associate
+      if (mended) call try_at_change(problem, run, first, next, mended)
+      if (mended) call begin_set(problem, step, run, first, next, recorder, finished, outcome)
+   end subroutine mend_last_change
+
+   !> Neighbours of the set before the last contact change, if no point was accepted since: the rule's set is not the right one.
+   subroutine try_at_change(problem, run, first, next, found)
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run       !! if a set is found: at the place of the change
+      type(next_t), intent(out) :: first, next       !! as from try_sets
+      logical, intent(out) :: found
+      type(path_state_t) :: before
+      found = allocated(run%before_change) .and. run%arc_length <= run%since_change%at
+      if (.not. found) return
+      call copy_path_state(run, before)
+      call forget_mesh(before)
+      associate (change => run%before_change)
+         before%state = change%state
+         before%heading = change%heading
+         before%test_values = change%test_values
+         before%system = new_system(change%problem)
+         call linearise(change%problem, before%state, before%state, before%system)
+         found = before%system%ok
+         if (found) call try_sets(change%problem, before, first, next, found)
+         if (.not. found) return
+         call copy_problem(change%problem, problem)
+      end associate
+      call copy_path_state(before, run)
+   end subroutine try_at_change
+
+   !> Continues with a set found by trials: to its first equilibrium, and from there to a point at which all its tests are
+   !> satisfied.
+   subroutine begin_set(problem, step, run, first, next, recorder, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(next_t), intent(inout) :: first, next     !! as from try_sets
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      call go_to_next(problem, step, run, first, recorder, finished, outcome)
+      if (finished .or. allocated(outcome%why)) return
+      call go_to_next(problem, step, run, next, recorder, finished, outcome)
+   end subroutine begin_set
 
    !> Moves the run to the place of a change and records it, unless another event comes first.
    subroutine record_change(problem, step, run, interval, tries, change, recorder, result, finished, outcome)

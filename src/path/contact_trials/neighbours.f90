@@ -11,7 +11,7 @@ module neighbours
       & test_slope, test_leaving, test_couple
    implicit none
    private
-   public :: doubt_t, neighbour_t, neighbours_at, edit_words
+   public :: doubt_t, neighbour_t, neighbours_at
    public :: edit_remove, edit_add, edit_spread, edit_part, edit_leave, edit_shrink, edit_ends, edit_open, edit_end_off, &
       & edit_lie_down, edit_merge, edit_pass, edit_jump
 
@@ -30,9 +30,6 @@ module neighbours
    integer, parameter :: edit_pass = 12      !! a contact comes to a segment boundary, or moves to its other side
    integer, parameter :: edit_jump = 13      !! the end of a line contact jumps over a segment boundary and leaves a free span there
    integer, parameter :: n_edits = 13
-
-   character(*), parameter :: edit_words(n_edits) = [character(12) :: 'remove', 'add', 'spread', 'part', 'leave', 'shrink', &
-      & 'ends remain', 'open', 'end off', 'lie down', 'merge', 'pass', 'jump']
 
    !> The edits in the order in which they are tried, by the kind of the failing test; the last row is for a place without failing
    !> test. Edits that are not in a row come after it, in the order of their numbers; 0: none.

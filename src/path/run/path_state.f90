@@ -34,7 +34,7 @@ module path_state
 
    integer, parameter :: trail_length = 3        !! number of parts kept: a path that turns round meets its most recent points first
 
-   !> State before the mesh was coarsened, to return to if the coarser mesh fails.
+   !> State before the mesh was coarsened, to return to if the coarser mesh fails; or before a contact change.
    type :: finer_mesh_t
       type(problem_t) :: problem
       type(state_t) :: state
@@ -111,6 +111,8 @@ module path_state
       type(mesh_density_t), allocatable :: spare(:) !! (rod segments) coarser mesh that is accurate enough for the last point
       logical :: behind_flat = .false. !! on the new mesh a point contact becomes a line contact before the last accepted point
       type(finer_mesh_t), allocatable :: before_coarsening !! state to return to until a point is accepted on the coarser mesh
+      type(finer_mesh_t), allocatable :: before_change !! the last contact change that a rule made: the contact set before it, see
+      !! contact_trials
       integer :: kept_meshes = 0                 !! number of further points for which the mesh is not coarsened
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load change of the last increment
       type(arrived_t) :: arrived                 !! arrival at the last accepted point
