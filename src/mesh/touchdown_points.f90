@@ -17,8 +17,8 @@ module touchdown_points
    use ground_following, only: keep_to_ground, keep_layers
    implicit none
    private
-   public :: misfit, with_held, opening_misfit, move_touchdown_points, touchdown_travel, touchdown_steps, touchdown_step, &
-      & touchdown_slope, shift_touchdown_points, point_force, carry_forces, excess_ahead
+   public :: misfit, with_held, opening_misfit, touchdown_errors, move_touchdown_points, touchdown_travel, touchdown_steps, &
+      & touchdown_step, touchdown_slope, shift_touchdown_points, point_force, carry_forces, excess_ahead
 
    real(wp), parameter :: most = 0.5_wp     !! largest part of a span's length by which the ends of the span may approach each other
    !! in one move, so that the nodes keep their order
@@ -119,6 +119,24 @@ contains
          end if
       end do
    end function opening_misfit
+
+   !> Errors of the conditions of all touchdown points, as angles: for an end of a line contact the jump of the moment, as a
+   !> curvature times the structure's size; for a point contact the rotation relative to the obstacle. 0 for other candidates.
+   function touchdown_errors(problem, state) result(error)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: error(problem%candidates%n)
+      real(wp) :: slope
+      integer :: c
+      error = 0.0_wp
+      do c = 1, size(error)
+         if (.not. problem%candidates%moves(c)) cycle
+         associate (follows => problem%candidates%follows(c))
+            call measure_error(problem, state, c, follows, error(c), slope)
+            if (follows) error(c) = error(c) * problem%compliance(problem%candidates%element(1, c))%bending * problem%size
+         end associate
+      end do
+   end function touchdown_errors
 
    !> (N, Q, M) at a candidate of the elements on both sides, zero for a side without element.
    function forces_beside(problem, state, candidate) result(local)

@@ -8,7 +8,7 @@ module span_changes
    use test_kinds, only: span_test_t, any_crosses, test_words, test_curvature
    use reachability, only: turns
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_by_rule, &
-      & change_opening, change_vanishing, place_within, place_here, place_ahead
+      & change_mended, change_opening, change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t
    use span_events, only: find_change
    use minima_of_tests, only: look_between
@@ -17,7 +17,7 @@ module span_changes
    use answer_trials, only: take_answer
    use entering_contact_set, only: go_to_next, come_nearer
    use span_mesh, only: ask_for_twice
-   use contact_in_doubt, only: ask_nodes
+   use set_mending, only: mend_last_change, keep_set_before
    use path_events, only: event_t, new_test_values, value_events, event_stop
    use path_point, only: path_point_t
    use path_state, only: path_state_t, copy_path_state
@@ -31,7 +31,7 @@ module span_changes
    use error_report, only: bars_at_point
    implicit none
    private
-   public :: pass_change, pass_doubt
+   public :: pass_change
 
    integer, parameter :: most_meshes = 4         !! remeshings to determine which of two changes comes first
    real(wp), parameter :: likely = 10.0_wp       !! factor on one change's error bar; other changes' bars are rarely wider
@@ -57,6 +57,8 @@ contains
       call request%begin_trial()
       interval = new_interval(problem, run, trial, stuck)
       call find_change(problem, step, run, interval, change)
+      call mend_last_change(problem, step, run, interval, change, recorder, request%set_changed, finished, outcome)
+      if (request%set_changed) change%kind = change_mended
       select case (change%kind)
       case (change_none)
          call look_inside(problem, step, run, interval, request)
@@ -82,7 +84,10 @@ contains
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
       type(request_t), intent(inout) :: request
-      if (.not. interval%stuck) call look_between(problem, step, run, interval, 0, request%shorter)
+      if (interval%stuck) return
+      call look_between(problem, step, run, interval, 0, request%shorter)
+      ! The set of the last change is right.
+      if (.not. request%shorter .and. allocated(run%before_change)) deallocate (run%before_change)
    end subroutine look_inside
 
    !> Closes a free span. The set without this span is known only at its onset, and events before the onset would be missed: the
@@ -175,7 +180,10 @@ contains
             return
          end if
       end if
-      if (.not. allocated(request%no_set)) call go_on(problem, step, run, next, on, recorder, finished, outcome)
+      call keep_set_before(problem, run)
+      if (allocated(request%no_set)) return
+      on%before_change = run%before_change
+      call go_on(problem, step, run, next, on, recorder, finished, outcome)
    end subroutine pass_by_rule
 
    !> Makes the change at which a free span opens in a line contact; the next set is known. If contact remains on both sides, the
@@ -224,25 +232,6 @@ contains
       call go_to_next(problem, step, run, ahead, recorder, finished, outcome)
       run%since_change%arrives = on%since_change%arrives
    end subroutine go_on
-
-   !> Fallback if no increment converges and no test explains why: contact at nodes finds the next set ahead.
-   subroutine pass_doubt(problem, step, run, reach, recorder, changed, finished, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      real(wp), intent(in) :: reach              !! size of the increment that failed
-      class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: changed            !! false: contact at nodes found no other set
-      logical, intent(out) :: finished
-      type(outcome_t), intent(inout) :: outcome
-      type(next_t) :: next
-      finished = .false.
-      call ask_nodes(problem, run, reach, next, changed)
-      if (changed) then
-         call go_to_next(problem, step, run, next, recorder, finished, outcome)
-         if (.not. (finished .or. allocated(outcome%why))) call look_whether_back(problem, step, run, outcome)
-      end if
-   end subroutine pass_doubt
 
    !> Moves the run to the place of a change and records it, unless another event comes first.
    subroutine record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)

@@ -23,7 +23,7 @@ module span_mesh
    use path_continuity, only: path_tangent_t, path_tangent_at, normal_plane, angle_between, largest_turn
    use path_point, only: path_point_t, point_at, move_to, evaluate_tests
    use trial_request, only: request_t
-   use path_state, only: path_state_t, copy_path_state, finer_mesh_t, forget_mesh, rest_of_mesh
+   use path_state, only: path_state_t, copy_path_state, point_on_mesh_t, forget_mesh, rest_of_mesh
    use corrector, only: increment_t, correct
    use mesh_request, only: stays_within
    use timing, only: count_up, counter_remeshed
@@ -72,7 +72,7 @@ contains
       logical, intent(out) :: done                   !! false: no equilibrium was found, nothing has changed. The new mesh may be
       !! the one before the last coarsening
       type(problem_t) :: asked, here
-      type(finer_mesh_t), allocatable :: finer
+      type(point_on_mesh_t), allocatable :: finer
       type(cut_t), allocatable :: cut(:)
       integer :: k
       taken = .false.
@@ -183,7 +183,7 @@ contains
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       type(problem_t) :: asked
-      type(finer_mesh_t), allocatable :: before
+      type(point_on_mesh_t), allocatable :: before
       logical :: done
       call copy_problem(problem, asked)
       asked%demand = run%mesh%coarser
@@ -195,7 +195,7 @@ contains
          run%mesh%points_to_keep = rest_of_mesh
          return
       end if
-      before = finer_mesh_t(problem, run%last)
+      before = point_on_mesh_t(problem, run%last)
       call stand_on(asked, problem, run, done)
       if (.not. done) return
       ! The coarser mesh is rejected if the rate of the load changes sign on it.
@@ -209,7 +209,7 @@ contains
 
    !> Returns the run to the checkpoint before its mesh was coarsened; the mesh is not coarsened again for some points.
    subroutine step_back(finer, problem, run)
-      type(finer_mesh_t), intent(in) :: finer
+      type(point_on_mesh_t), intent(in) :: finer
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
       call copy_problem(finer%problem, problem)

@@ -24,7 +24,7 @@ module contact_in_doubt
    use corrector, only: increment_t, correct
    implicit none
    private
-   public :: ask_nodes
+   public :: ask_nodes, tell_differences
 
    real(wp), parameter :: turning = 2.0_wp      !! largest rate of displacement, over the path's own rate, at a contact change
 
@@ -75,21 +75,23 @@ contains
       if (path_length(next%problem, here, ahead) <= 0.0_wp) here = carried(problem, run%last%state, next%problem)
       next%tangent = path_tangent_at(next%problem, next%system, displacement_between(next%problem, here, ahead), &
          & ahead%load_factor - here%load_factor)
-      call tell_differences(problem, run, nodes, next)
+      call tell_differences(problem, run, present_contact_spans(problem, run%last%state), nodes%layout%rod_segment%length / &
+         & (nodes%element_last - nodes%element_first + 1), nodes%candidates%chain_length, next)
+      ! The changes are between the present point and this one, and there may be other sets between.
+      next%located = next%times == 0
    end subroutine ask_nodes
 
-   !> Contacts lost or gained with the next set, reported at its first point; the changes themselves are between the present point
-   !> and this point. There may be other sets between, so the first point of the next set does not locate the first change.
-   subroutine tell_differences(problem, run, nodes, next)
+   !> Contacts lost or gained with the next set, reported at its first point.
+   subroutine tell_differences(problem, run, before, spacing, round, next)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(problem_t), intent(in) :: nodes         !! problem with the nodes that detected the contact
-      type(next_t), intent(inout) :: next
+      type(contact_span_t), intent(in) :: before(:) !! the present contact spans
+      real(wp), intent(in) :: spacing(:)           !! (rod segments) distance within which a contact continues
+      real(wp), intent(in) :: round(:)             !! (contacts) length of a closed chain, 0 for an open chain
+      type(next_t), intent(inout) :: next          !! its contacts get their numbers
       type(differences_t) :: differences
       integer :: begun, ended
-      call compare_sets(present_contact_spans(problem, run%last%state), run%spans_begun, &
-         & nodes%layout%rod_segment%length / (nodes%element_last - &
-         & nodes%element_first + 1), problem%chain_start, nodes%candidates%chain_length, &
+      call compare_sets(before, run%spans_begun, spacing, problem%chain_start, round, &
          & present_contact_spans(next%problem, next%state), next%problem%contact_span, differences)
       begun = differences%gained + differences%merged
       ended = differences%lost + differences%divided
@@ -97,7 +99,6 @@ contains
       if (ended > 0) next%label = 'C-'
       next%times = begun + ended
       next%divides = differences%divided > 0 .and. differences%lost == 0
-      next%located = begun + ended == 0
    end subroutine tell_differences
 
    !> True if the distance to the next equilibrium agrees with the path's rate over the change of load, apart from the difference of

@@ -6,7 +6,7 @@ module increment_retries
    use problem, only: problem_t
    use path_state, only: path_state_t
    use path_outcome, only: outcome_t
-   use span_changes, only: pass_doubt
+   use set_mending, only: find_other_set
    use span_mesh, only: refine_mesh
    use attempt, only: attempt_t
    use path_record, only: recorder_t
@@ -52,7 +52,7 @@ contains
       attempt%changed = problem%has_spans() .and. run%arc_length - run%left_at > attempt%asked_at
       if (.not. attempt%changed) return
       attempt%asked_at = place()
-      call pass_doubt(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome)
+      call find_other_set(problem, step, run, attempt%first_increment, recorder, attempt%changed, attempt%finished, outcome)
       ! Contact at nodes is not tried again at the place where the new set was found.
       attempt%asked_at = place()
       if (.not. attempt%changed) return

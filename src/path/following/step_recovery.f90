@@ -7,7 +7,7 @@ module step_recovery
    use problem, only: problem_t
    use corner_ahead, only: part_before, differ
    use corner_turning, only: turn_corner
-   use path_state, only: path_state_t, finer_mesh_t
+   use path_state, only: path_state_t, point_on_mesh_t
    use step_control, only: smallest
    use path_outcome, only: outcome_t
    use span_changes, only: pass_change
@@ -76,7 +76,7 @@ contains
       type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(inout) :: attempt
       logical, intent(out) :: done
-      type(finer_mesh_t), allocatable :: finer
+      type(point_on_mesh_t), allocatable :: finer
       done = attempt%cuts > cuts_before_change .and. allocated(run%mesh%before_coarsening)
       if (.not. done) return
       call move_alloc(run%mesh%before_coarsening, finer)

@@ -18,7 +18,7 @@ module path_state
    use path_point, only: path_point_t
    implicit none
    private
-   public :: path_state_t, recent_path_t, slopes_t, onset_t, since_change_t, finer_mesh_t, mesh_history_t, arrived_t
+   public :: path_state_t, recent_path_t, slopes_t, onset_t, since_change_t, point_on_mesh_t, mesh_history_t, arrived_t
    public :: copy_path_state
    public :: path_tangent_of, keep_critical_point, leave_trail, turned_back, forget_mesh, rest_of_mesh
 
@@ -33,18 +33,18 @@ module path_state
 
    integer, parameter :: trail_length = 3        !! number of parts kept: a path that turns round meets its most recent points first
 
-   !> State before the mesh was coarsened, to return to if the coarser mesh fails.
-   type :: finer_mesh_t
+   !> A point of the path, and the problem with the mesh and the contact set on which it is.
+   type :: point_on_mesh_t
       type(problem_t) :: problem
-      type(path_point_t) :: point                !! the last accepted point on that mesh
-   end type finer_mesh_t
+      type(path_point_t) :: point
+   end type point_on_mesh_t
 
    !> The mesh at the last accepted point: its error estimates, and the meshes before and after it.
    type :: mesh_history_t
       type(enriched_problem_t) :: enriched       !! enriched problem, from which error estimates are computed
       type(refinement_t) :: refinement           !! results of the refinements tried for the present point
       type(mesh_density_t), allocatable :: coarser(:) !! (rod segments) coarser mesh that is accurate enough for the last point
-      type(finer_mesh_t), allocatable :: before_coarsening !! state to return to until a point is accepted on the coarser mesh
+      type(point_on_mesh_t), allocatable :: before_coarsening !! state to return to until a point is accepted on the coarser mesh
       integer :: points_to_keep = 0              !! number of further points for which the mesh is not coarsened
       logical :: change_behind = .false. !! on the new mesh a point contact becomes a line contact before the last accepted point
    end type mesh_history_t
@@ -97,6 +97,7 @@ module path_state
       type(onset_t) :: onset                     !! point contact that begins at the next point
       logical :: on_bifurcation = .false.        !! the last point is a recorded bifurcation: its pivots have the sign of rounding
       type(since_change_t) :: since_change       !! consequences of the last contact change that are still active
+      type(point_on_mesh_t), allocatable :: before_change !! the last contact change that a rule made, with the set before it
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
       type(mesh_history_t) :: mesh
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load change of the last increment

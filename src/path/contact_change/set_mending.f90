@@ -1,0 +1,114 @@
+!> Contact sets beside those that the rules give: the set of the last change is replaced if it was wrong from its beginning, and
+!> another set is searched for where no increment converges or no rule gives the next set. Contact at nodes is asked first; if it
+!> finds no set, neighbours of the present set are tried (contact_trials).
+module set_mending
+   use kinds, only: wp
+   use model, only: step_t
+   use problem, only: problem_t, copy_problem
+   use test_kinds, only: test_slack, well_below
+   use contact_change_types, only: step_interval_t, change_t, change_missed, change_opening, place_here
+   use next_spans, only: next_t
+   use contact_trials, only: try_sets
+   use contact_in_doubt, only: ask_nodes
+   use entering_contact_set, only: go_to_next
+   use path_state, only: path_state_t, copy_path_state, forget_mesh
+   use corner_limit, only: look_whether_back
+   use path_outcome, only: outcome_t
+   use path_record, only: recorder_t
+   implicit none
+   private
+   public :: keep_set_before, mend_last_change, find_other_set
+
+contains
+
+   !> Keeps the run's point, at a contact change, with the contact set before the change.
+   subroutine keep_set_before(problem, run)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run
+      if (.not. allocated(run%before_change)) allocate (run%before_change)
+      call copy_problem(problem, run%before_change%problem)
+      run%before_change%point = run%last
+   end subroutine keep_set_before
+
+   !> Replaces the set of the last contact change if it was wrong from its beginning: no point was accepted since, and a test is far
+   !> below zero at the run's point already.
+   subroutine mend_last_change(problem, step, run, interval, change, recorder, mended, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: interval
+      type(change_t), intent(in) :: change
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: mended
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(next_t) :: first, next
+      finished = .false.
+      ! A point contact that begins where the rod is more curved than the obstacle spreads at once, and has a rule.
+      mended = any(change%kind == [change_missed, change_opening]) .and. change%where == place_here .and. change%which > 0
+      if (.not. mended) return
+      associate (test => interval%before(change%which))
+         mended = test%value < -well_below * test_slack(test%kind)
+      end associate
+      if (mended) call try_at_change(problem, run, first, next, mended)
+      if (mended) call begin_set(problem, step, run, first, next, recorder, finished, outcome)
+   end subroutine mend_last_change
+
+   !> Searches for another contact set if no increment converges or no rule gives the next set, and continues with it.
+   subroutine find_other_set(problem, step, run, reach, recorder, changed, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      real(wp), intent(in) :: reach              !! size of the increment that failed
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: changed            !! false: no other set was found
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(next_t) :: first, next
+      finished = .false.
+      call ask_nodes(problem, run, reach, next, changed)
+      if (changed) then
+         call go_to_next(problem, step, run, next, recorder, finished, outcome)
+      else
+         call try_at_change(problem, run, first, next, changed)
+         if (.not. changed) call try_sets(problem, run, first, next, changed)
+         if (.not. changed) return
+         call begin_set(problem, step, run, first, next, recorder, finished, outcome)
+      end if
+      if (.not. (finished .or. allocated(outcome%why))) call look_whether_back(problem, step, run, outcome)
+   end subroutine find_other_set
+
+   !> Neighbours of the set before the last contact change, if no point was accepted since: the rule's set is not the right one.
+   subroutine try_at_change(problem, run, first, next, found)
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run   !! if a set is found: at the place of the change
+      type(next_t), intent(out) :: first, next   !! as from try_sets
+      logical, intent(out) :: found
+      type(path_state_t) :: before
+      found = allocated(run%before_change) .and. run%arc_length <= run%since_change%at
+      if (.not. found) return
+      call copy_path_state(run, before)
+      call forget_mesh(before)
+      before%last = run%before_change%point
+      found = before%last%system%ok
+      if (found) call try_sets(run%before_change%problem, before, first, next, found)
+      if (.not. found) return
+      call copy_problem(run%before_change%problem, problem)
+      call copy_path_state(before, run)
+   end subroutine try_at_change
+
+   !> Continues with a set found by trials: to its first equilibrium, and from there to a point at which all its tests are
+   !> satisfied.
+   subroutine begin_set(problem, step, run, first, next, recorder, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(next_t), intent(inout) :: first, next !! as from try_sets
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      call go_to_next(problem, step, run, first, recorder, finished, outcome)
+      if (finished .or. allocated(outcome%why)) return
+      call go_to_next(problem, step, run, next, recorder, finished, outcome)
+   end subroutine begin_set
+end module set_mending

@@ -1,0 +1,305 @@
+!> Next contact set by trials: neighbours of the present set (neighbours) are solved with a prescribed size of what is new
+!> (set_trial) and followed a short way onward (step_off); sets whose tests are all satisfied there remain. No rule connects a test
+!> with a set.
+!>
+!> If no set remains after one edit, a second edit is made where the tests of the first one's set fail. If several sets remain, they
+!> are followed ten times further until one is left: near a degenerate change their tests differ by less than their slack.
+module contact_trials
+   use kinds, only: wp
+   use problem, only: problem_t, copy_problem
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use contact_spans, only: contact_span_t, shortest
+   use span_candidates, only: present_contact_spans
+   use bordered_system, only: linearise
+   use state_transfer, only: carried, carried_field
+   use path_control, only: displacement_between, metric
+   use path_continuity, only: path_tangent_t
+   use test_kinds, only: span_test_t, any_fails, test_length, test_crossing
+   use span_tests, only: run_span_tests
+   use next_spans, only: next_t, copy_next, go_to_load
+   use reachability, only: leads_to_next
+   use path_state, only: path_state_t
+   use contact_in_doubt, only: tell_differences
+   use rod_strips, only: strip_t, find_strips, on_strips
+   use neighbours, only: doubt_t, neighbour_t, neighbours_at
+   use doubts, only: doubts_of, all_doubts
+   use set_trial, only: solve_neighbour
+   use step_off, only: tangent_along, step_by, failing
+   implicit none
+   private
+   public :: try_sets
+
+   ! Lengths over that of the rod strip:
+   real(wp), parameter :: first_size(3) = [2.0e-3_wp, 5.0e-4_wp, 1.0e-2_wp] !! of a new contact or free span
+   real(wp), parameter :: nearby = 2.0e-3_wp      !! contacts within this distance belong to a place in doubt
+   real(wp), parameter :: part_of_segment = 0.25_wp !! largest such length over that of a rod segment
+   ! Displacements:
+   real(wp), parameter :: another = 3.0e-3_wp     !! over the structure's size: an equilibrium farther away is another one
+   ! Path lengths over the whole displacement and the whole load (step_off):
+   real(wp), parameter :: step_ahead(2) = [1.0e-3_wp, 1.0e-4_wp] !! at which the tests of a set decide
+   real(wp), parameter :: farthest = 0.2_wp       !! up to which several sets are followed
+   real(wp), parameter :: farther = 10.0_wp       !! factor between the lengths at which several sets are compared
+
+   real(wp), parameter :: shorter = 0.1_wp        !! at the change itself: part of the least length of contacts and free spans
+   integer, parameter :: most_halvings = 20       !! of the load interval in which a set begins
+
+   !> A set all of whose tests are satisfied a short way along its path.
+   type :: way_t
+      type(next_t) :: base                        !! equilibrium with the prescribed size
+      type(path_tangent_t) :: heading             !! path tangent there, onward
+      type(next_t) :: next                        !! equilibrium a step further
+      logical :: sized = .false.                  !! something new has a prescribed size: the set begins before that equilibrium
+   end type way_t
+
+   !> The search, for the procedures that add to it.
+   type :: search_t
+      type(strip_t), allocatable :: strip(:)
+      type(way_t), allocatable :: way(:)          !! all sets found
+   end type search_t
+
+contains
+
+   !> The contact set with which the path continues from the run's point, with its first equilibrium.
+   subroutine try_sets(problem, run, first, next, found)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(next_t), intent(out) :: first          !! the set where it begins, labelled as a change of contact
+      type(next_t), intent(out) :: next           !! the same set at a point further on, where all its tests are satisfied
+      logical, intent(out) :: found
+      type(search_t) :: search
+      type(next_t) :: here
+      type(doubt_t), allocatable :: doubt(:)
+      type(contact_span_t), allocatable :: before(:)
+      integer :: k, best
+      search%strip = find_strips(problem%layout)
+      allocate (search%way(0))
+      call copy_problem(problem, here%problem)
+      here%path_point_t = run%last
+      doubt = places_in_doubt(here, run, search%strip)
+      do k = 1, size(first_size)
+         call look_at(run, here, here, doubt, first_size(k), 1, search)
+         if (size(search%way) > 0) exit
+      end do
+      call follow_further(search, best)
+      found = best > 0
+      if (.not. found) return
+      call copy_next(search%way(best)%next, next)
+      if (search%way(best)%sized) then
+         call begin_earlier(problem, run, next, first)
+      else
+         call copy_next(search%way(best)%base, first)
+         first%tangent = search%way(best)%heading
+      end if
+      before = present_contact_spans(problem, run%last%state)
+      ! Contact that begins next to a contact is part of it: the contact divides.
+      do k = 1, size(before)
+         before(k)%at = before(k)%at + [-nearby, nearby] * problem%layout%rod_segment(before(k)%rod_segment)%length
+      end do
+      call tell_differences(problem, run, before, 0.0_wp * problem%layout%rod_segment%length, spread(0.0_wp, 1, &
+         & size(problem%deck%contact)), first)
+      next%problem%contact_span%number = first%problem%contact_span%number
+   end subroutine try_sets
+
+   !> First equilibrium of a set, between the run's point and a point at which the set is valid: by halving the load interval. What
+   !> is new has no length at the change itself, so shorter contacts and free spans than elsewhere are accepted there.
+   subroutine begin_earlier(problem, run, next, first)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      type(next_t), intent(in) :: next            !! with its path tangent
+      type(next_t), intent(out) :: first
+      type(next_t) :: there
+      type(span_test_t), allocatable :: tests(:)
+      real(wp) :: before, load
+      integer :: k
+      call copy_next(next, first)
+      before = run%last%state%load_factor
+      do k = 1, most_halvings
+         load = 0.5_wp * (before + first%state%load_factor)
+         call copy_next(first, there)
+         call go_to_load(there, load, tests)
+         if (allocated(tests)) then
+            where (tests%kind == test_length .or. tests%kind == test_crossing) tests%value = tests%value + (1.0_wp - shorter) * &
+               & shortest * minval(problem%layout%rod_segment%length) / problem%size
+            if (.not. any_fails(tests) .and. there%system%negative_pivots == next%system%negative_pivots) then
+               call copy_next(there, first)
+               cycle
+            end if
+         end if
+         before = load
+      end do
+      ! The tangent of a short span is spoilt by rounding, and the path has one direction only here.
+      first%tangent = next%tangent
+      call linearise(first%problem, first%state, first%state, first%system)
+   end subroutine begin_earlier
+
+   !> Places of the tests that fail at the run's point or just ahead; if none fails, or no equilibrium is found there, those of all
+   !> contacts.
+   function places_in_doubt(here, run, strip) result(doubt)
+      type(next_t), intent(in) :: here            !! the present set
+      type(path_state_t), intent(in) :: run
+      type(strip_t), intent(in) :: strip(:)
+      type(doubt_t), allocatable :: doubt(:)
+      type(state_t) :: ahead
+      type(system_t) :: system
+      type(span_test_t), allocatable :: tests(:)
+      integer :: k
+      tests = run_span_tests(here%problem, here%state, max(here%system%force_scale, tiny(1.0_wp)))
+      doubt = doubts_of(here%problem, here%state, strip, failing(tests))
+      do k = 1, size(step_ahead)
+         if (size(doubt) > 0) return
+         system = here%system
+         call step_by(here, run%last%tangent, step_ahead(k), ahead, system, tests)
+         if (allocated(tests)) doubt = doubts_of(here%problem, ahead, strip, failing(tests))
+      end do
+      if (size(doubt) == 0) doubt = all_doubts(here%problem, here%state, strip)
+   end function places_in_doubt
+
+   !> Tries the neighbours of a set at places in doubt, and adds the sets found to the search.
+   recursive subroutine look_at(run, here, from, doubt, part, depth, search)
+      type(path_state_t), intent(in) :: run
+      type(next_t), intent(in) :: here            !! the present set, at the run's point
+      type(next_t), intent(in) :: from            !! the set to be edited, at an equilibrium
+      type(doubt_t), intent(in) :: doubt(:)
+      real(wp), intent(in) :: part                !! first size of something new over the strip's length
+      integer, intent(in) :: depth                !! number of edits, with those made here
+      type(search_t), intent(inout) :: search
+      type(neighbour_t), allocatable :: neighbour(:)
+      type(doubt_t), allocatable :: fails(:)
+      type(next_t) :: next
+      real(wp) :: whole
+      integer :: d, k
+      logical :: found
+      do d = 1, size(doubt)
+         if (doubt(d)%strip == 0) cycle
+         associate (start => search%strip(doubt(d)%strip)%start)
+            whole = min(start(size(start)), part_of_segment / part * minval(start(2:) - start(:size(start) - 1)))
+            neighbour = neighbours_at(on_strips(search%strip, present_contact_spans(from%problem, from%state)), doubt(d), start, &
+               & part * whole, nearby * start(size(start)))
+         end associate
+         do k = 1, size(neighbour)
+            call solve_neighbour(from%problem, from%state, run, search%strip, neighbour(k), next, found)
+            if (.not. found) cycle
+            if (.not. is_near(here, next, abs(run%last_load))) cycle
+            call step_onward(run, here, next, any(neighbour(k)%held > 0) .or. depth > 1, search, fails)
+            if (depth < 2 .and. size(fails) > 0) call look_at(run, here, next, fails, part, depth + 1, search)
+         end do
+      end do
+   end subroutine look_at
+
+   !> True if the material points and the load of an equilibrium are near those of the run's point.
+   logical function is_near(here, next, least)
+      type(next_t), intent(in) :: here, next
+      real(wp), intent(in) :: least               !! load factor that is taken for the whole load at least
+      real(wp), allocatable :: u(:, :)
+      u = displacement_between(next%problem, carried(here%problem, here%state, next%problem), next%state)
+      is_near = maxval(abs(u(1:2, :))) <= another * next%problem%size .and. &
+         & abs(next%state%load_factor - here%state%load_factor) <= farthest * max(abs(here%state%load_factor), least)
+   end function is_near
+
+   !> Steps off from the equilibrium of a set in the sense in which the material points and the load move as on the path that
+   !> arrives, and adds the set if all tests are satisfied there.
+   subroutine step_onward(run, here, next, sized, search, fails)
+      type(path_state_t), intent(in) :: run
+      type(next_t), intent(in) :: here
+      type(next_t), intent(in) :: next            !! of another set
+      logical, intent(in) :: sized                !! as in way_t
+      type(search_t), intent(inout) :: search
+      type(doubt_t), allocatable, intent(out) :: fails(:) !! places of failing tests; empty if the set was added
+      type(way_t) :: way
+      type(span_test_t), allocatable :: tests(:)
+      integer :: k
+      allocate (fails(0))
+      if (same_kind(here%problem, next%problem)) return
+      call copy_next(next, way%base)
+      call copy_next(next, way%next)
+      way%sized = sized
+      way%heading = tangent_along(next, carried_field(here%problem, here%state, run%last%tangent%u, next%problem, &
+         & carried(here%problem, here%state, next%problem)), run%last%tangent%load)
+      do k = 1, size(step_ahead)
+         call step_by(way%base, way%heading, step_ahead(k), way%next%state, way%next%system, tests)
+         if (.not. allocated(tests)) cycle
+         if (.not. any_fails(tests)) then
+            ! Newton's method may have found another path.
+            if (.not. leads_to_next(here%problem, run, way%next)) return
+            ! A set of the path behind the run's point leads to this point.
+            if (distance_from(here, way%next%problem, way%next%state) < distance_from(here, next%problem, next%state)) return
+            way%next%tangent = tangent_along(way%next, way%heading%u, way%heading%load)
+            call append(search%way, way)
+            return
+         end if
+         if (size(fails) == 0) fails = doubts_of(next%problem, way%next%state, search%strip, failing(tests))
+      end do
+   end subroutine step_onward
+
+   !> Distance of an equilibrium from the run's point, by displacements and load: both are measured by their present values.
+   real(wp) function distance_from(here, problem, state) result(distance)
+      type(next_t), intent(in) :: here
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state          !! of `problem`
+      real(wp), allocatable :: u(:, :)
+      real(wp) :: whole
+      u = displacement_between(problem, carried(here%problem, here%state, problem), state)
+      whole = max(metric(here%problem, here%state%u, here%state%u), epsilon(whole))
+      distance = metric(problem, u, u) / whole + &
+         & ((state%load_factor - here%state%load_factor) / max(abs(here%state%load_factor), tiny(whole)))**2
+      distance = sqrt(distance)
+   end function distance_from
+
+   !> True if two problems have the same contacts, whatever the places of the ends that move.
+   pure logical function same_kind(one, other) result(same)
+      type(problem_t), intent(in) :: one, other
+      integer :: k
+      same = size(one%contact_span) == size(other%contact_span)
+      if (.not. same) return
+      do k = 1, size(one%contact_span)
+         associate (a => one%contact_span(k), b => other%contact_span(k))
+            same = same .and. a%contact == b%contact .and. a%rod_segment == b%rod_segment .and. (a%line .eqv. b%line) .and. &
+               & all(one%candidates%moves(a%candidate) .eqv. other%candidates%moves(b%candidate))
+         end associate
+      end do
+   end function same_kind
+
+   !> Follows the sets of a search further until one is left, and returns its index, 0: none.
+   subroutine follow_further(search, best)
+      type(search_t), intent(in) :: search
+      integer, intent(out) :: best
+      logical :: left(size(search%way)), goes(size(search%way))
+      type(state_t) :: state
+      type(system_t) :: system
+      type(span_test_t), allocatable :: tests(:)
+      real(wp) :: distance
+      integer :: k
+      best = 0
+      if (size(left) == 0) return
+      left = .true.
+      distance = step_ahead(1)
+      do
+         best = findloc(left, .true., 1)
+         if (all([(same_kind(search%way(k)%next%problem, search%way(best)%next%problem) .or. &
+            & .not. left(k), k=1, size(left))])) return
+         distance = farther * distance
+         if (distance > farthest) return
+         goes = .false.
+         do k = 1, size(left)
+            if (.not. left(k)) cycle
+            system = search%way(k)%base%system
+            call step_by(search%way(k)%base, search%way(k)%heading, distance, state, system, tests)
+            if (allocated(tests)) goes(k) = .not. any_fails(tests)
+         end do
+         if (.not. any(goes)) return
+         left = goes
+      end do
+   end subroutine follow_further
+
+   !> Appends a set found.
+   subroutine append(all, new)
+      type(way_t), allocatable, intent(inout) :: all(:)
+      type(way_t), intent(in) :: new
+      type(way_t), allocatable :: longer(:)
+      allocate (longer(size(all) + 1))
+      longer(:size(all)) = all
+      longer(size(longer)) = new
+      call move_alloc(longer, all)
+   end subroutine append
+end module contact_trials

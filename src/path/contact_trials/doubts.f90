@@ -1,0 +1,93 @@
+!> Places at which a contact set is in doubt: those of its failing tests, or all of its contacts.
+module doubts
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use contact_spans, only: contact_span_t
+   use span_candidates, only: present_contact_spans, touch_place
+   use line_pressure, only: pressure_t, sample_line
+   use test_kinds, only: span_test_t, test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, &
+      & test_crossing, test_slope, test_leaving, test_couple
+   use rod_strips, only: strip_t, on_strips, strip_place
+   use neighbours, only: doubt_t
+   implicit none
+   private
+   public :: doubts_of, all_doubts
+
+contains
+
+   !> The places of tests of a state.
+   function doubts_of(problem, state, strip, tests) result(doubt)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(strip_t), intent(in) :: strip(:)
+      type(span_test_t), intent(in) :: tests(:)  !! the failing tests
+      type(doubt_t) :: doubt(size(tests))
+      type(contact_span_t), allocatable :: now(:)
+      integer :: k
+      real(wp) :: at
+      now = present_contact_spans(problem, state)
+      do k = 1, size(tests)
+         associate (test => tests(k))
+            doubt(k)%kind = test%kind
+            select case (test%kind)
+            case (test_gap)
+               doubt(k)%contact = test%contact
+               call strip_place(strip, test%rod_segment, test%at, doubt(k)%strip, doubt(k)%at)
+            case (test_vanishing)
+               doubt(k)%contact = test%contact
+               call strip_place(strip, test%rod_segment, 0.5_wp * sum(test%ends), doubt(k)%strip, doubt(k)%at)
+            case (test_force, test_curvature, test_slope, test_leaving, test_couple)
+               at = touch_place(problem, state, test%candidate)
+               call strip_place(strip, now(test%contact_span)%rod_segment, at, doubt(k)%strip, doubt(k)%at)
+            case (test_pressure)
+               call strip_place(strip, now(test%contact_span)%rod_segment, test%at, doubt(k)%strip, doubt(k)%at)
+               doubt(k)%width = 0.5_wp * pulled_length(problem, state, now(test%contact_span), test%at)
+            case (test_length)
+               call strip_place(strip, test%rod_segment, test%at, doubt(k)%strip, doubt(k)%at)
+            case (test_crossing)
+               at = now(test%contact_span)%at(merge(2, 1, test%sense > 0.0_wp))
+               call strip_place(strip, now(test%contact_span)%rod_segment, at, doubt(k)%strip, doubt(k)%at)
+            end select
+         end associate
+      end do
+   end function doubts_of
+
+   !> The ends of all contacts of a state.
+   function all_doubts(problem, state, strip) result(doubt)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(strip_t), intent(in) :: strip(:)
+      type(doubt_t), allocatable :: doubt(:)
+      type(contact_span_t), allocatable :: set(:)
+      integer :: k
+      set = on_strips(strip, present_contact_spans(problem, state))
+      allocate (doubt(0))
+      do k = 1, size(set)
+         doubt = [doubt, doubt_t(contact=set(k)%contact, strip=set(k)%rod_segment, at=set(k)%at(1))]
+         if (set(k)%line) doubt = [doubt, doubt_t(contact=set(k)%contact, strip=set(k)%rod_segment, at=set(k)%at(2))]
+      end do
+   end function all_doubts
+
+   !> Length of the zone around a place of a line contact in which the obstacle's force is tensile.
+   real(wp) function pulled_length(problem, state, line, at) result(length)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(contact_span_t), intent(in) :: line   !! at the present state
+      real(wp), intent(in) :: at                 !! coordinate along the rod segment
+      type(pressure_t) :: pressure
+      integer :: first, last
+      pressure = sample_line(problem, state, line)
+      first = minloc(abs(pressure%at - at), 1)
+      last = first
+      do while (first > 1)
+         if (pressure%density(first) >= 0.0_wp) exit
+         first = first - 1
+      end do
+      do while (last < size(pressure%at))
+         if (pressure%density(last) >= 0.0_wp) exit
+         last = last + 1
+      end do
+      length = pressure%at(last) - pressure%at(first)
+   end function pulled_length
+end module doubts

@@ -1,0 +1,314 @@
+!> Neighbours of a contact set: the sets that differ from it by one edit at a place where a test of the set fails.
+!>
+!> The grammar knows neither which sign a force needs nor in which sense the path continues: the tests of a neighbour's equilibrium
+!> decide (contact_trials). Each edit states which ends of contacts have a prescribed place, so that the new contact or free span
+!> has a prescribed size (set_trial). Sets are in coordinates along strips (rod_strips).
+module neighbours
+   use kinds, only: wp
+   use contact_spans, only: contact_span_t
+   use contact_set_edits, only: begun, lost, spread_out, parted, shrunk, laid_down, merged, end_moved, extended, opened
+   use test_kinds, only: test_gap
+   implicit none
+   private
+   public :: doubt_t, neighbour_t, neighbours_at
+   public :: edit_remove, edit_add, edit_spread, edit_part, edit_leave, edit_shrink, edit_ends, edit_open, edit_end_off, &
+      & edit_lie_down, edit_merge, edit_pass, edit_jump
+
+   ! Edits.
+   integer, parameter :: edit_remove = 1     !! a contact ends
+   integer, parameter :: edit_add = 2        !! a point contact begins
+   integer, parameter :: edit_spread = 3     !! a point contact becomes a line contact
+   integer, parameter :: edit_part = 4       !! a point contact becomes two
+   integer, parameter :: edit_leave = 5      !! a point contact leaves the end of a rod or a segment boundary
+   integer, parameter :: edit_shrink = 6     !! a line contact becomes a point contact
+   integer, parameter :: edit_ends = 7       !! point contacts at the ends of a line contact remain
+   integer, parameter :: edit_open = 8       !! a free span opens inside a line contact
+   integer, parameter :: edit_end_off = 9    !! a free span opens behind the end of a line contact
+   integer, parameter :: edit_lie_down = 10  !! a free span becomes part of a line contact
+   integer, parameter :: edit_merge = 11     !! two contacts become one
+   integer, parameter :: edit_pass = 12      !! a contact comes to a segment boundary, or moves to its other side
+   integer, parameter :: edit_jump = 13      !! the end of a line contact jumps over a segment boundary and leaves a free span there
+   integer, parameter :: n_edits = 13
+
+   !> The edits in the order in which they are tried, by the kind of the failing test; the last row is for a place without failing
+   !> test. Edits that are not in a row come after it, in the order of their numbers; 0: none.
+   integer, parameter :: order(5, 0:10) = reshape([ &
+      & edit_lie_down, edit_merge, edit_pass, edit_jump, 0, &             ! no test
+      & edit_add, edit_lie_down, 0, 0, 0, &                               ! gap
+      & edit_remove, edit_open, edit_jump, edit_ends, 0, &                ! force
+      & edit_spread, edit_part, edit_lie_down, edit_leave, edit_merge, &  ! curvature
+      & edit_open, edit_end_off, edit_ends, edit_remove, 0, &             ! pressure
+      & edit_shrink, edit_remove, edit_pass, 0, 0, &                      ! length
+      & edit_lie_down, edit_merge, 0, 0, 0, &                             ! vanishing
+      & edit_pass, edit_jump, edit_lie_down, edit_leave, 0, &             ! crossing
+      & edit_leave, edit_spread, edit_part, edit_lie_down, 0, &           ! slope
+      & edit_leave, edit_pass, edit_spread, 0, 0, &                       ! leaving
+      & edit_open, edit_jump, edit_end_off, edit_pass, 0], [5, 11])       ! couple
+
+   !> A place at which the contact set is in doubt.
+   type :: doubt_t
+      integer :: kind = 0                    !! kind of the failing test (test_kinds), 0: none
+      integer :: contact = 0                 !! index into model%contact, 0: any
+      integer :: strip = 0
+      real(wp) :: at = 0.0_wp                !! coordinate along the strip
+      real(wp) :: width = 0.0_wp             !! half the length of a zone in which the test fails, 0: a point
+   end type doubt_t
+
+   !> A contact set with the ends of contacts that have prescribed places.
+   type :: neighbour_t
+      integer :: edit = 0
+      type(contact_span_t), allocatable :: set(:) !! on strips, new contact spans without number
+      integer :: held(2) = 0                 !! contacts of the set with a held end, 0: none
+      integer :: side(2) = 1                 !! this end: 1 first, 2 last
+   end type neighbour_t
+
+   ! Sizes of a free span that opens, in zones of failing tests: the gap's shape differs inside a line, at its end, and at a load.
+   real(wp), parameter :: zones(4) = [1.0_wp, 0.5_wp, 2.0_wp, 4.0_wp]
+   real(wp), parameter :: behind = 0.1_wp     !! first guess of the part of such a free span that lies behind the boundary
+   real(wp), parameter :: at_load(3) = [1.0_wp, 4.0_wp, 16.0_wp] !! as `zones`, for free spans at segment boundaries
+
+contains
+
+   !> Neighbours of a set at one place, in the order in which they are tried.
+   function neighbours_at(set, doubt, boundary, size_of_new, near) result(found)
+      type(contact_span_t), intent(in) :: set(:)  !! on strips, sorted
+      type(doubt_t), intent(in) :: doubt
+      real(wp), intent(in) :: boundary(:)    !! boundaries of the doubt's strip: its beginning, segment boundaries, its end
+      real(wp), intent(in) :: size_of_new    !! length with which something new begins
+      real(wp), intent(in) :: near           !! distance within which contacts belong to the place
+      type(neighbour_t), allocatable :: found(:)
+      type(neighbour_t), allocatable :: all(:)
+      integer :: rank(n_edits), k, r, n
+      allocate (all(0))
+      do k = 1, size(set)
+         if (set(k)%rod_segment /= doubt%strip) cycle
+         if (doubt%at < set(k)%at(1) - near .or. doubt%at > set(k)%at(2) + near) cycle
+         if (set(k)%line) then
+            call edit_line(set, k, doubt, boundary, size_of_new, near, all)
+         else
+            call edit_point(set, k, boundary, size_of_new, near, all)
+         end if
+      end do
+      call edit_free_spans(set, doubt, boundary, near, all)
+      if (doubt%contact > 0 .and. doubt%kind == test_gap) &
+         & call add(all, edit_add, begun(set, doubt%contact, doubt%strip, doubt%at))
+      rank = ranks(doubt%kind)
+      allocate (found(size(all)))
+      n = 0
+      do r = 1, n_edits
+         do k = 1, size(all)
+            if (rank(all(k)%edit) /= r) cycle
+            n = n + 1
+            found(n) = all(k)
+         end do
+      end do
+   end function neighbours_at
+
+   !> Rank of each edit for a kind of test.
+   pure function ranks(kind) result(rank)
+      integer, intent(in) :: kind
+      integer :: rank(n_edits)
+      integer :: k, n
+      rank = 0
+      n = 0
+      do k = 1, size(order, 1)
+         if (order(k, kind) == 0) cycle
+         n = n + 1
+         rank(order(k, kind)) = n
+      end do
+      do k = 1, n_edits
+         if (rank(k) > 0) cycle
+         n = n + 1
+         rank(k) = n
+      end do
+   end function ranks
+
+   !> Edits of a point contact.
+   subroutine edit_point(set, k, boundary, e, near, all)
+      type(contact_span_t), intent(in) :: set(:)
+      integer, intent(in) :: k
+      real(wp), intent(in) :: boundary(:), e, near
+      type(neighbour_t), allocatable, intent(inout) :: all(:)
+      integer :: b, way
+      real(wp) :: whole
+      whole = boundary(size(boundary))
+      associate (at => set(k)%at(1))
+         call add(all, edit_remove, lost(set, k))
+         call add(all, edit_spread, spread_out(set, k, 0.5_wp * e, whole), [k, k], [1, 2])
+         if (at - 0.5_wp * e > 0.0_wp .and. at + 0.5_wp * e < whole) &
+            & call add(all, edit_part, parted(set, k, e), [k, size(set) + 1], [1, 1])
+         do b = 1, size(boundary)
+            if (abs(at - boundary(b)) > near) cycle
+            if (abs(at - boundary(b)) > 0.0_wp) call add(all, edit_pass, end_moved(set, k, 1, boundary(b)))
+            do way = -1, 1, 2
+               associate (to => boundary(b) + way * e)
+                  if (to <= 0.0_wp .or. to >= whole) cycle
+                  call add(all, edit_leave, end_moved(set, k, 1, to), [k, 0])
+                  call add(all, edit_spread, extended(end_moved(set, k, 1, boundary(b)), k, to), [k, 0], &
+                     & spread(merge(1, 2, way < 0), 1, 2))
+               end associate
+            end do
+         end do
+      end associate
+   end subroutine edit_point
+
+   !> Edits of a line contact.
+   subroutine edit_line(set, k, doubt, boundary, e, near, all)
+      type(contact_span_t), intent(in) :: set(:)
+      integer, intent(in) :: k
+      type(doubt_t), intent(in) :: doubt
+      real(wp), intent(in) :: boundary(:), e, near
+      type(neighbour_t), allocatable, intent(inout) :: all(:)
+      real(wp) :: whole, g, zone, middle
+      integer :: i
+      whole = boundary(size(boundary))
+      zone = max(doubt%width, e)
+      associate (a => set(k)%at(1), b => set(k)%at(2), s => doubt%at)
+         call add(all, edit_remove, lost(set, k))
+         middle = 0.5_wp * (a + b)
+         if (a <= 0.0_wp) middle = 0.0_wp
+         if (b >= whole) middle = whole
+         call add(all, edit_shrink, shrunk(set, k, middle))
+         if (a > 0.0_wp .and. b < whole) call add(all, edit_ends, begun(shrunk(set, k, a), set(k)%contact, set(k)%rod_segment, b))
+         if (a > 0.0_wp) call add(all, edit_ends, shrunk(set, k, a))
+         if (b < whole) call add(all, edit_ends, shrunk(set, k, b))
+         do i = 1, size(zones)
+            g = zones(i) * zone
+            if (a < s - g .and. s + g < b) call add(all, edit_open, opened(set, k, s - g, s + g), [k, size(set) + 1], [2, 1])
+            if (b - a <= g) cycle
+            call end_off(1, a + g, a > 0.0_wp)
+            call end_off(2, b - g, b < whole)
+         end do
+         do i = 2, size(boundary) - 1
+            call at_boundary(boundary(i))
+         end do
+      end associate
+
+   contains
+
+      !> Moves an end of the line to `to`; a point contact remains at the former end, unless the rod ends there.
+      subroutine end_off(side, to, remains)
+         integer, intent(in) :: side
+         real(wp), intent(in) :: to
+         logical, intent(in) :: remains
+         type(contact_span_t), allocatable :: new(:)
+         new = end_moved(set, k, side, to)
+         if (remains) then
+            call add(all, edit_end_off, begun(new, set(k)%contact, set(k)%rod_segment, set(k)%at(side)), [k, size(set) + 1], &
+               & [side, 1])
+         else
+            call add(all, edit_end_off, new, [k, 0], [side, side])
+         end if
+      end subroutine end_off
+
+      !> The line at a segment boundary: its end comes to the boundary, passes it, or leaves a free span there.
+      subroutine at_boundary(s)
+         real(wp), intent(in) :: s
+         type(contact_span_t), allocatable :: new(:)
+         integer :: side, way, j
+         real(wp) :: g
+         if (s < set(k)%at(1) - near .or. s > set(k)%at(2) + near) return
+         do side = 1, 2
+            if (abs(s - set(k)%at(side)) > near) cycle
+            way = merge(-1, 1, side == 1)
+            ! Ends on the far side of the boundary go back before it as well.
+            if (way * (s - set(k)%at(3 - side)) > 0.0_wp) then
+               call add(all, edit_pass, end_moved(set, k, side, s))
+               call add(all, edit_pass, end_moved(set, k, side, s - way * e), [k, 0], [side, side])
+            end if
+            call add(all, edit_pass, end_moved(set, k, side, s + way * e), [k, 0], [side, side])
+            do j = 1, size(at_load)
+               g = at_load(j) * e
+               if (way * (s - set(k)%at(3 - side)) <= g) cycle
+               ! The free span is mostly on the side of the line; the point takes the force of the line's end.
+               new = begun(end_moved(set, k, side, s - way * g), set(k)%contact, set(k)%rod_segment, s + way * behind * g)
+               call add(all, edit_jump, new, [k, size(set) + 1], [side, 1])
+            end do
+         end do
+         do j = 1, size(at_load)
+            g = at_load(j) * e
+            if (set(k)%at(1) < s - g .and. s + g < set(k)%at(2)) &
+               & call add(all, edit_open, opened(set, k, s - g, s + g), [k, size(set) + 1], [2, 1])
+         end do
+      end subroutine at_boundary
+   end subroutine edit_line
+
+   !> Edits of free spans at a place: they lie down, or the contacts beside them become one.
+   subroutine edit_free_spans(set, doubt, boundary, near, all)
+      type(contact_span_t), intent(in) :: set(:)
+      type(doubt_t), intent(in) :: doubt
+      real(wp), intent(in) :: boundary(:), near
+      type(neighbour_t), allocatable, intent(inout) :: all(:)
+      integer :: k, next
+      real(wp) :: ends(2)
+      do k = 1, size(set)
+         if (set(k)%rod_segment /= doubt%strip) cycle
+         next = following(k)
+         ends = [set(k)%at(2), boundary(size(boundary))]
+         if (next > 0) ends(2) = set(next)%at(1)
+         call look_at([k, next])
+         if (any([(following(next) == k, next=1, size(set))])) cycle
+         ends = [0.0_wp, set(k)%at(1)]
+         call look_at([0, k])
+      end do
+
+   contains
+
+      !> Next contact of the same obstacle along the strip, 0: none.
+      pure integer function following(k) result(next)
+         integer, intent(in) :: k
+         integer :: j
+         next = 0
+         do j = 1, size(set)
+            if (set(j)%rod_segment /= set(k)%rod_segment .or. set(j)%contact /= set(k)%contact) cycle
+            if (set(j)%at(1) <= set(k)%at(2) .or. j == k) cycle
+            if (next > 0) then
+               if (set(next)%at(1) <= set(j)%at(1)) cycle
+            end if
+            next = j
+         end do
+      end function following
+
+      subroutine look_at(beside)
+         integer, intent(in) :: beside(2)
+         integer :: one, other
+         real(wp) :: end
+         if (.not. ends(2) > ends(1) .or. doubt%at < ends(1) - near .or. doubt%at > ends(2) + near) return
+         call add(all, edit_lie_down, laid_down(set, beside, ends))
+         if (ends(2) - ends(1) > 10.0_wp * near) return
+         if (any(beside == 0)) then
+            one = maxval(beside)
+            end = merge(ends(1), ends(2), beside(1) == 0)
+            if (.not. set(one)%line) call add(all, edit_pass, end_moved(set, one, 1, end))
+            return
+         end if
+         one = beside(1)
+         other = beside(2)
+         if (.not. (set(one)%line .or. set(other)%line)) then
+            call add(all, edit_merge, merged(set, one, other))
+         else if (set(one)%line .and. .not. set(other)%line) then
+            call add(all, edit_merge, lost(end_moved(set, one, 2, set(other)%at(1)), other))
+         else if (set(other)%line .and. .not. set(one)%line) then
+            call add(all, edit_merge, lost(end_moved(set, other, 1, set(one)%at(1)), one))
+         end if
+      end subroutine look_at
+   end subroutine edit_free_spans
+
+   !> Appends a neighbour.
+   subroutine add(all, edit, set, held, side)
+      type(neighbour_t), allocatable, intent(inout) :: all(:)
+      integer, intent(in) :: edit
+      type(contact_span_t), intent(in) :: set(:)
+      integer, intent(in), optional :: held(2), side(2)
+      type(neighbour_t), allocatable :: longer(:)
+      allocate (longer(size(all) + 1))
+      longer(:size(all)) = all
+      associate (new => longer(size(longer)))
+         new%edit = edit
+         new%set = set
+         if (present(held)) new%held = held
+         if (present(side)) new%side = side
+      end associate
+      call move_alloc(longer, all)
+   end subroutine add
+end module neighbours

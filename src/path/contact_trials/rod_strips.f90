@@ -1,0 +1,168 @@
+!> Contact sets in coordinates along whole rods. A contact set of a problem is cut at segment boundaries, at which loads and
+!> supports act; its contact spans are joined here to contacts of a strip, a sequence of rod segments that continue one another. The
+!> edits of contact sets (contact_set_edits) then need no rule for contacts that cross a boundary: in a set on strips the
+!> `rod_segment` of a contact span is the index of its strip, and `at` are coordinates along the strip.
+module rod_strips
+   use kinds, only: wp
+   use rod_layout, only: layout_t
+   use contact_spans, only: contact_span_t, sort_contact_spans, line_share
+   implicit none
+   private
+   public :: strip_t, find_strips, on_strips, on_segments, strip_place
+
+   !> Rod segments that continue one another.
+   type :: strip_t
+      integer, allocatable :: rod_segment(:)   !! indices into layout%rod_segment, in order
+      real(wp), allocatable :: start(:)        !! (segments + 1) coordinates of the boundaries; the last is the strip's length
+   end type strip_t
+
+contains
+
+   !> All strips. A closed rod is cut at the beginning of its first segment.
+   function find_strips(layout) result(strip)
+      type(layout_t), intent(in) :: layout
+      type(strip_t), allocatable :: strip(:)
+      logical :: taken(size(layout%rod_segment))
+      integer :: k
+      allocate (strip(0))
+      taken = .false.
+      ! Open strips begin at nodes where no segment ends.
+      do k = 1, size(taken)
+         if (.not. any(layout%rod_segment%node(2) == layout%rod_segment(k)%node(1))) call follow(k)
+      end do
+      do k = 1, size(taken)
+         if (.not. taken(k)) call follow(k)
+      end do
+
+   contains
+
+      subroutine follow(first)
+         integer, intent(in) :: first
+         type(strip_t) :: new
+         integer :: at
+         allocate (new%rod_segment(0), new%start(1))
+         new%start = 0.0_wp
+         at = first
+         do while (at > 0)
+            taken(at) = .true.
+            new%rod_segment = [new%rod_segment, at]
+            new%start = [new%start, new%start(size(new%start)) + layout%rod_segment(at)%length]
+            at = findloc(.not. taken .and. layout%rod_segment%node(1) == layout%rod_segment(at)%node(2), .true., 1)
+         end do
+         strip = [strip, new]
+      end subroutine follow
+   end function find_strips
+
+   !> Strip and coordinate along it of a place on a rod segment.
+   pure subroutine strip_place(strip, rod_segment, at, which, along)
+      type(strip_t), intent(in) :: strip(:)
+      integer, intent(in) :: rod_segment
+      real(wp), intent(in) :: at               !! coordinate along the rod segment
+      integer, intent(out) :: which            !! index of the strip
+      real(wp), intent(out) :: along           !! coordinate along the strip
+      integer :: k
+      along = at
+      do which = 1, size(strip)
+         k = findloc(strip(which)%rod_segment, rod_segment, 1)
+         if (k == 0) cycle
+         along = strip(which)%start(k) + at
+         return
+      end do
+   end subroutine strip_place
+
+   !> The contact set on strips, sorted: line contacts of one obstacle that meet at a segment boundary are one.
+   pure function on_strips(strip, contact_span) result(set)
+      type(strip_t), intent(in) :: strip(:)
+      type(contact_span_t), intent(in) :: contact_span(:) !! set on rod segments
+      type(contact_span_t), allocatable :: set(:)
+      type(contact_span_t) :: all(size(contact_span))
+      integer :: k, i, n
+      real(wp) :: along(2)
+      do k = 1, size(all)
+         all(k) = contact_span(k)
+         do i = 1, 2
+            call strip_place(strip, contact_span(k)%rod_segment, contact_span(k)%at(i), all(k)%rod_segment, along(i))
+         end do
+         all(k)%at = along
+      end do
+      call sort_contact_spans(all)
+      allocate (set(0))
+      do k = 1, size(all)
+         n = 0
+         do i = 1, size(set)
+            if (continues(set(i), all(k))) n = i
+         end do
+         if (n > 0) then
+            set(n)%at(2) = all(k)%at(2)
+         else
+            set = [set, all(k)]
+         end if
+      end do
+
+   contains
+
+      !> True for a line contact that begins where another one ends.
+      pure logical function continues(one, other)
+         type(contact_span_t), intent(in) :: one, other
+         continues = one%contact == other%contact .and. one%rod_segment == other%rod_segment .and. one%line .and. other%line
+         if (continues) continues = abs(other%at(1) - one%at(2)) <= sqrt(epsilon(1.0_wp)) * strip_length(strip(one%rod_segment))
+      end function continues
+   end function on_strips
+
+   !> The contact set on rod segments. A piece of a line contact behind a segment boundary that is shorter than the least length
+   !> with which a contact continues there is left out.
+   subroutine on_segments(strip, covered, set, contact_span, valid)
+      type(strip_t), intent(in) :: strip(:)
+      logical, intent(in) :: covered(:, :)     !! (rod segments, contacts) as in problem_t
+      type(contact_span_t), intent(in) :: set(:) !! on strips
+      type(contact_span_t), allocatable, intent(out) :: contact_span(:)
+      logical, intent(out) :: valid            !! false: contacts overlap, or are outside the strip or the obstacle's segments
+      type(contact_span_t) :: piece
+      integer :: k, i, n
+      allocate (contact_span(0))
+      valid = .true.
+      do k = 1, size(set)
+         n = 0
+         associate (on => strip(set(k)%rod_segment))
+            do i = 1, size(on%rod_segment)
+               piece = set(k)
+               piece%rod_segment = on%rod_segment(i)
+               associate (length => on%start(i + 1) - on%start(i))
+                  piece%at = min(max(set(k)%at - on%start(i), 0.0_wp), length)
+                  if (set(k)%line) then
+                     if (piece%at(2) - piece%at(1) < line_share * length) cycle
+                  else
+                     if (set(k)%at(1) < on%start(i) .or. set(k)%at(1) > on%start(i + 1) .or. n > 0) cycle
+                     if (.not. covered(piece%rod_segment, piece%contact)) cycle
+                  end if
+               end associate
+               valid = valid .and. covered(piece%rod_segment, piece%contact)
+               if (n > 0) piece%number = 0
+               contact_span = [contact_span, piece]
+               n = n + 1
+            end do
+            valid = valid .and. n > 0 .and. set(k)%at(1) >= 0.0_wp .and. set(k)%at(2) <= strip_length(on) .and. &
+               & set(k)%at(1) <= set(k)%at(2)
+         end associate
+      end do
+      valid = valid .and. .not. any([(overlaps(k), k=1, size(set))])
+
+   contains
+
+      !> True if contact k shares places with another contact of the same obstacle.
+      pure logical function overlaps(k)
+         integer, intent(in) :: k
+         integer :: j
+         overlaps = .false.
+         do j = 1, size(set)
+            if (j == k .or. set(j)%contact /= set(k)%contact .or. set(j)%rod_segment /= set(k)%rod_segment) cycle
+            overlaps = overlaps .or. (set(j)%at(1) <= set(k)%at(2) .and. set(k)%at(1) <= set(j)%at(2))
+         end do
+      end function overlaps
+   end subroutine on_segments
+
+   pure real(wp) function strip_length(strip) result(length)
+      type(strip_t), intent(in) :: strip
+      length = strip%start(size(strip%start))
+   end function strip_length
+end module rod_strips

@@ -1,0 +1,128 @@
+!> Equilibrium of a contact set in which the size of one contact or free span is prescribed and the load factor is unknown.
+!>
+!> Unknowns are the load factor and the places of all touchdown points, except that the ends of what has a prescribed size keep
+!> their distance, or a single end its place; equations are the conditions of all touchdown points. For given unknowns the touchdown
+!> points are held, and the equilibrium is regular: with given ends neither a free span that opens with zero length nor an
+!> osculating contact is singular, and the equilibrium is nearly linear in the unknowns. Broyden's method; its first matrix consists
+!> of differences.
+module sized_equilibrium
+   use kinds, only: wp
+   use model, only: method_load
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use path_control, only: control_t
+   use corrector, only: increment_t, correct
+   use touchdown_points, only: with_held, shift_touchdown_points, touchdown_errors
+   use small_dense, only: solve_small
+   implicit none
+   private
+   public :: solve_sized
+
+   integer, parameter :: max_iterations = 20
+   integer, parameter :: renewed_after = 6      !! iterations after which the matrix is made of differences again
+   real(wp), parameter :: small = 1.0e-8_wp     !! error [rad] up to which Newton's method with free touchdown points does the rest
+
+contains
+
+   !> Finds the equilibrium.
+   subroutine solve_sized(problem, held, system, step, state, ok)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: held(2)            !! candidates of the ends with prescribed distance, or one end with prescribed place
+      !! and 0
+      type(system_t), intent(inout) :: system
+      real(wp), intent(in) :: step(2)           !! steps of load factor and places for differences
+      type(state_t), intent(inout) :: state     !! a guess on entry
+      logical, intent(out) :: ok
+      type(problem_t) :: frozen
+      type(state_t) :: other
+      integer, allocatable :: ends(:)
+      real(wp), allocatable :: error(:), changed(:), slope(:, :), matrix(:, :), move(:, :)
+      integer :: c, k, n, try
+      real(wp) :: whole
+      logical :: singular
+      ends = pack([(c, c=1, problem%candidates%n)], problem%candidates%contact_span > 0 .and. problem%candidates%moves)
+      n = size(ends)
+      frozen = with_held(problem, ends)
+      allocate (error(n), changed(n), slope(n, n), matrix(n, n), move(1, n))
+      other = state
+      call go_by(spread(0.0_wp, 1, n), other, state, error)
+      do try = 0, max_iterations
+         if (.not. ok) return
+         if (maxval(abs(error)) <= small) return
+         if (modulo(try, renewed_after) == 0) then
+            do k = 1, n
+               call go_by(merge(merge(step(1), step(2), k == n), 0.0_wp, [(c, c=1, n)] == k), state, other, changed)
+               if (.not. ok) return
+               slope(k, :) = (changed - error) / merge(step(1), step(2), k == n)
+            end do
+         end if
+         matrix = slope
+         move(1, :) = -error
+         call solve_small(n, matrix, move, singular)
+         ok = .not. singular .and. all(abs(move) < huge(move))
+         if (.not. ok) return
+         whole = min(1.0_wp, longest_move() / max(maxval(abs(move(1, :n - 1))), tiny(whole)))
+         move = whole * move
+         other = state
+         call go_by(move(1, :), other, state, changed)
+         if (.not. ok) return
+         ! Broyden's update: what the step has changed beyond the matrix's prediction.
+         error = (changed - (1.0_wp - whole) * error) / max(dot_product(move(1, :), move(1, :)), tiny(whole))
+         do k = 1, n
+            slope(k, :) = slope(k, :) + error * move(1, k)
+         end do
+         error = changed
+      end do
+      ok = .false.
+
+   contains
+
+      !> Equilibrium after a change of the unknowns; the load factor comes last.
+      subroutine go_by(change, from, to, error)
+         real(wp), intent(in) :: change(:)
+         type(state_t), intent(in) :: from
+         type(state_t), intent(out) :: to
+         real(wp), intent(out) :: error(:)      !! of the touchdown points' conditions
+         type(control_t) :: control
+         type(increment_t) :: report
+         real(wp) :: distance(problem%candidates%n), all(problem%candidates%n)
+         integer :: i, k
+         distance = 0.0_wp
+         k = 0
+         do i = 1, n
+            if (ends(i) == held(1) .or. ends(i) == held(2)) cycle
+            k = k + 1
+            distance(ends(i)) = change(k)
+         end do
+         if (all_held()) distance(held) = change(k + 1)
+         to = from
+         call shift_touchdown_points(problem, to, distance)
+         control%method = method_load
+         control%increment = change(n)
+         control%whole = from%load_factor
+         call correct(frozen, from, control, .true., to, system, report)
+         ok = report%converged
+         if (.not. ok) return
+         all = touchdown_errors(problem, to)
+         error = all(ends)
+      end subroutine go_by
+
+      !> Longest move of a touchdown point: half of an element beside it, so that spans, which have two elements at least, stay
+      !> open.
+      real(wp) function longest_move() result(longest)
+         integer :: i, side
+         longest = huge(longest)
+         do i = 1, n
+            do side = 1, 2
+               longest = min(longest, 0.5_wp * state%geometry%element(problem%candidates%element(side, ends(i)))%length)
+            end do
+         end do
+      end function longest_move
+
+      !> True if two ends keep their distance, false if one end keeps its place.
+      pure logical function all_held()
+         all_held = held(1) > 0 .and. held(2) > 0
+      end function all_held
+   end subroutine solve_sized
+end module sized_equilibrium
