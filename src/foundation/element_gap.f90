@@ -53,7 +53,7 @@ module element_gap
    !> distance equals the second-order change from the limit.
    real(wp), parameter :: at_root = epsilon(1.0_wp)**(1.0_wp / 3.0_wp)
 
-   real(wp), parameter :: finest_place = 1.0e-13_wp !! accuracy of places, as part of the element: places err by their rounding
+   real(wp), parameter :: finest_place = 4.0_wp * epsilon(1.0_wp) !! accuracy of places, as part of the element: their rounding
 
 contains
 
