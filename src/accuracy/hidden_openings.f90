@@ -12,7 +12,7 @@ module hidden_openings
    use path_record, only: region_t
    use element_gap, only: element_gap_t, gap_value, gap_extreme
    use rod_profile, only: profile_doubt
-   use ground_regions, only: find_ground_regions, part_of_stretch, rounds
+   use ground_regions, only: find_ground_regions, part_of_range, rounds
    use ground_segments, only: gap_uncertainty, follows, told_gap, settled_gap, gap_rounding
    implicit none
    private
@@ -46,7 +46,7 @@ contains
          call forget()
          do round = 0, rounds(problem, regions(k)%contact)
             do c = 1, problem%ground%chain%n
-               if (.not. part_of_stretch(problem, state, regions(k)%contact, c, round, regions(k)%start, regions(k)%end, range)) &
+               if (.not. part_of_range(problem, state, regions(k)%contact, c, round, regions(k)%start, regions(k)%end, range)) &
                   & cycle
                if (problem%ground%chain%bilateral(c)) cycle
                e = problem%ground%chain%element(2, c)

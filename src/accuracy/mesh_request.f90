@@ -184,15 +184,15 @@ contains
 
    !> True if the error, extrapolated at the rate between two meshes, satisfies the tolerance before rounding dominates: rounding
    !> grows as the fourth power of the number of elements of a rod. Slope discontinuities inside elements make the rate low.
-   pure logical function comes_there(ratio, now, ratio_before, elements_before, stretches)
+   pure logical function comes_there(ratio, now, ratio_before, elements_before, segments)
       real(wp), intent(in) :: ratio              !! error over tolerance
       integer, intent(in) :: now                 !! number of elements
       real(wp), intent(in) :: ratio_before       !! error over tolerance on a coarser mesh
       integer, intent(in) :: elements_before
-      integer, intent(in) :: stretches
+      integer, intent(in) :: segments
       real(wp) :: finer, left
       finer = log(real(now, wp) / max(elements_before, 1))
-      left = log(stretches * epsilon(ratio)**(-0.25_wp) / now)
+      left = log(segments * epsilon(ratio)**(-0.25_wp) / now)
       comes_there = log(max(ratio, 1.0_wp)) * finer <= left * (log(ratio_before) - log(max(ratio, tiny(ratio))))
    end function comes_there
 

@@ -21,7 +21,7 @@ contains
       type(division_t), intent(in) :: division(:)    !! (rod segments) coordinates of the mesh nodes
       integer :: last(problem%model%mesh%n_nodes), first(size(problem%contact_span)), end(size(problem%contact_span))
       integer, allocatable :: contact(:), earlier(:), which(:)
-      integer :: k, i, c, n, before, side, e, before_all, stretch_first, stretch_last
+      integer :: k, i, c, n, before, side, e, before_all, segment_first, segment_last
       do k = 1, size(problem%contact_span)
          call touched_nodes(problem%contact_span(k), division(problem%contact_span(k)%rod_segment)%at, first(k), end(k))
       end do
@@ -51,16 +51,16 @@ contains
       n = 0
       do k = 1, size(problem%contact_span)
          associate (contact_span => problem%contact_span(k), list => problem%candidates)
-            stretch_first = problem%element_first(contact_span%rod_segment)
-            stretch_last = problem%element_last(contact_span%rod_segment)
+            segment_first = problem%element_first(contact_span%rod_segment)
+            segment_last = problem%element_last(contact_span%rod_segment)
             before = 0
-            contact_span%element = stretch_first - 1 + [first(k), end(k) - 1]
+            contact_span%element = segment_first - 1 + [first(k), end(k) - 1]
             contact_span%candidate = before_all + which(n + [1, end(k) - first(k) + 1])
             do i = first(k), end(k)
                n = n + 1
                c = before_all + which(n)
                ! Node i of the segment lies between the elements e - 1 and e.
-               e = stretch_first + i - 1
+               e = segment_first + i - 1
                if (list%contact_span(c) == 0) then
                   list%node(c) = node_of(contact_span%rod_segment, i)
                   list%contact(c) = contact_span%contact
@@ -69,12 +69,12 @@ contains
                   list%overlap(c) = problem%overlap(contact_span%contact)
                   list%bilateral(c) = .true.
                   list%contact_span(c) = k
-                  list%moves(c) = e > stretch_first .and. e <= stretch_last .and. (.not. contact_span%line .or. i == first(k) .or. &
+                  list%moves(c) = e > segment_first .and. e <= segment_last .and. (.not. contact_span%line .or. i == first(k) .or. &
                      & i == end(k))
                end if
                list%follows(c) = contact_span%line .or. list%follows(c)
-               if (e > stretch_first) list%element(1, c) = e - 1
-               if (e <= stretch_last) list%element(2, c) = e
+               if (e > segment_first) list%element(1, c) = e - 1
+               if (e <= segment_last) list%element(2, c) = e
                if (before > 0) then
                   list%neighbour(2, before) = c
                   list%neighbour(1, c) = before

@@ -4,7 +4,7 @@ module span_division
    use kinds, only: wp
    use obstacle_types, only: obstacle_line
    use problem, only: problem_t
-   use rod_layout, only: stretch_element
+   use rod_layout, only: segment_element
    use rod_state, only: state_t
    use remeshed_model, only: division_t
    use mesh_density, only: mesh_density_t, between, equal_shares, even_out
@@ -172,7 +172,7 @@ contains
       real(wp), intent(in) :: at
       integer :: low
       associate (whole => base%layout%rod_segment(rod_segment))
-         low = stretch_element(whole, at)
+         low = segment_element(whole, at)
          n = low - 1 + (at - whole%at(low)) / (whole%at(low + 1) - whole%at(low))
       end associate
    end function deck_elements

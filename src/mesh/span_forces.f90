@@ -2,7 +2,7 @@
 module span_forces
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_layout, only: stretch_element
+   use rod_layout, only: segment_element
    use rod_state, only: state_t, candidate_gap, node_position, element_load
    use ge_element, only: ge_load_t
    use section_forces, only: end_forces
@@ -98,7 +98,7 @@ contains
          associate (node => problem%deck%contact(contact)%node(i))
             share(i) = sums(node)
             density(i) = 0.0_wp
-            j = problem%layout%node_stretch(node)
+            j = problem%layout%node_rod_segment(node)
             if (j == 0) cycle
             call find_point(problem, state, j, problem%layout%node_at(node), e, tau)
             if (problem%conforms(e) == 0) cycle
@@ -116,7 +116,7 @@ contains
          integer :: low
          real(wp) :: part
          associate (whole => problem%layout%rod_segment(rod_segment))
-            low = stretch_element(whole, at)
+            low = segment_element(whole, at)
             part = min(max((at - whole%at(low)) / (whole%at(low + 1) - whole%at(low)), 0.0_wp), 1.0_wp)
             associate (node => problem%deck%mesh%node(:, whole%element(low)))
                sums(node) = sums(node) + [1.0_wp - part, part] * force

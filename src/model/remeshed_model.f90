@@ -2,7 +2,7 @@
 module remeshed_model
    use kinds, only: wp
    use model, only: model_t, curve_t, mesh_t, contact_t, imperfection_t, complete_joints
-   use rod_layout, only: layout_t, stretch_element, stretch_place
+   use rod_layout, only: layout_t, segment_element, segment_place
    use reference_curve, only: curve_point
    implicit none
    private
@@ -123,7 +123,7 @@ contains
             node = mesh_node(rod%node(1))
             do i = 1, size(at) - 1
                e = e + 1
-               k = stretch_element(rod, at(i))
+               k = segment_element(rod, at(i))
                deck_element(e) = rod%element(k)
                mesh%node(1, e) = node
                node = first(j) + i
@@ -158,7 +158,7 @@ contains
       real(wp) :: s, angle, speed, tau
       integer :: c, k, next
       associate (rod => layout%rod_segment(rod_segment))
-         k = stretch_element(rod, at)
+         k = segment_element(rod, at)
          tau = (at - rod%at(k)) / (rod%at(k + 1) - rod%at(k))
          associate (ends => deck%mesh%node(:, rod%element(k)))
             next = ends(merge(1, 2, tau < 0.5_wp))
@@ -168,7 +168,7 @@ contains
                mesh%x_nominal(:, node) = deck%mesh%x_nominal(:, next)
                return
             end if
-            call stretch_place(deck, layout, rod_segment, at, c, s)
+            call segment_place(deck, layout, rod_segment, at, c, s)
             if (c == 0) then
                mesh%x(:, node) = (1.0_wp - tau) * deck%mesh%x(:, ends(1)) + tau * deck%mesh%x(:, ends(2))
                mesh%x_nominal(:, node) = (1.0_wp - tau) * deck%mesh%x_nominal(:, ends(1)) + tau * deck%mesh%x_nominal(:, ends(2))
@@ -207,7 +207,7 @@ contains
       end if
       allocate (list(n))
       n = 0
-      j = layout%node_stretch(contact%node(1))
+      j = layout%node_rod_segment(contact%node(1))
       start = 0
       if (j > 0) then
          if (covered(j)) call begin(layout%rod_segment(j)%node, division(j)%at, layout%node_at(contact%node(1)))

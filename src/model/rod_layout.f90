@@ -10,7 +10,7 @@ module rod_layout
    use reference_curve, only: curve_goes_on
    implicit none
    private
-   public :: layout_t, rod_segment_t, new_layout, stretch_element, stretch_place
+   public :: layout_t, rod_segment_t, new_layout, segment_element, segment_place
 
    !> A rod between two segment boundaries.
    type :: rod_segment_t
@@ -26,10 +26,10 @@ module rod_layout
    !> All rod segments.
    type :: layout_t
       type(rod_segment_t), allocatable :: rod_segment(:)
-      integer, allocatable :: stretch_of(:)   !! (deck's elements) rod segment of each
+      integer, allocatable :: rod_segment_of(:)   !! (deck's elements) rod segment of each
       real(wp), allocatable :: origin(:)      !! (deck's elements) coordinate along the segment minus the nominal coordinate of the
       !! element
-      integer, allocatable :: node_stretch(:) !! (deck's nodes) a rod segment that contains the node, 0: none
+      integer, allocatable :: node_rod_segment(:) !! (deck's nodes) a rod segment that contains the node, 0: none
       real(wp), allocatable :: node_at(:)     !! (deck's nodes) coordinate of the node along that segment
       logical, allocatable :: breakpoint(:)   !! (deck's nodes) true: segment boundary
    end type layout_t
@@ -48,7 +48,7 @@ contains
       associate (mesh => model%mesh)
          call find_breakpoints(model, beside, layout%breakpoint)
          kept = elements_that_stay(model)
-         allocate (layout%stretch_of(mesh%n_elements), layout%node_stretch(mesh%n_nodes), source=0)
+         allocate (layout%rod_segment_of(mesh%n_elements), layout%node_rod_segment(mesh%n_nodes), source=0)
          allocate (layout%origin(mesh%n_elements), layout%node_at(mesh%n_nodes), source=0.0_wp)
          ! The number of elements is an upper bound, mostly far too large.
          allocate (rod_segment(count(layout%breakpoint(mesh%node(1, :))) + count(.not. layout%breakpoint)))
@@ -58,7 +58,7 @@ contains
          end do
          do node = 1, mesh%n_nodes
             if (layout%breakpoint(node)) cycle
-            if (layout%stretch_of(beside(2, node)) > 0) cycle
+            if (layout%rod_segment_of(beside(2, node)) > 0) cycle
             layout%breakpoint(node) = .true.
             call follow(beside(2, node))
          end do
@@ -96,7 +96,7 @@ contains
             do k = 1, length
                if (k > 1) at = beside(2, mesh%node(2, at))
                new%element(k) = at
-               layout%stretch_of(at) = n
+               layout%rod_segment_of(at) = n
                layout%origin(at) = new%at(k) - mesh%s(1, at)
                ! The same value all along a curve, without differences by rounding.
                if (k > 1) then
@@ -107,7 +107,7 @@ contains
                end if
                new%at(k + 1) = mesh%s(2, at) + layout%origin(at)
                new%free = new%free .and. .not. kept(at)
-               layout%node_stretch(mesh%node(:, at)) = n
+               layout%node_rod_segment(mesh%node(:, at)) = n
                layout%node_at(mesh%node(:, at)) = new%at(k:k + 1)
             end do
             new%length = new%at(length + 1)
@@ -219,7 +219,7 @@ contains
    end function elements_that_stay
 
    !> Index in a segment's list of the deck's element that contains a coordinate; at a node the element that begins there.
-   pure integer function stretch_element(rod_segment, at) result(k)
+   pure integer function segment_element(rod_segment, at) result(k)
       type(rod_segment_t), intent(in) :: rod_segment
       real(wp), intent(in) :: at              !! coordinate; beyond the ends the element at the end is returned
       integer :: last, middle
@@ -233,10 +233,10 @@ contains
             last = middle - 1
          end if
       end do
-   end function stretch_element
+   end function segment_element
 
    !> Curve of the deck's element that contains a coordinate, and the nominal coordinate there.
-   pure subroutine stretch_place(model, layout, rod_segment, at, curve, s)
+   pure subroutine segment_place(model, layout, rod_segment, at, curve, s)
       type(model_t), intent(in) :: model      !! of the deck
       type(layout_t), intent(in) :: layout
       integer, intent(in) :: rod_segment
@@ -245,7 +245,7 @@ contains
       real(wp), intent(out) :: s
       integer :: e, k
       associate (rod => layout%rod_segment(rod_segment))
-         k = stretch_element(rod, at)
+         k = segment_element(rod, at)
          e = rod%element(k)
          curve = model%mesh%curve(e)
          s = at - layout%origin(e)
@@ -253,5 +253,5 @@ contains
          if (abs(at - rod%at(k)) <= 0.0_wp) s = model%mesh%s(1, e)
          if (abs(at - rod%at(k + 1)) <= 0.0_wp) s = model%mesh%s(2, e)
       end associate
-   end subroutine stretch_place
+   end subroutine segment_place
 end module rod_layout

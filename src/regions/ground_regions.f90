@@ -6,7 +6,7 @@ module ground_regions
    use rod_state, only: state_t, rounding_steps, obstacle_shift, chain_gap
    use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
    use force_law, only: foundation_reaction
-   use rod_layout, only: stretch_element
+   use rod_layout, only: segment_element
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_place, profile_angle
    use ground_segments, only: told_gap
@@ -17,7 +17,7 @@ module ground_regions
    use path_record, only: region_t
    implicit none
    private
-   public :: find_ground_regions, smallest_ground_gap, inner_opening, part_of_stretch, rounds, ground_pressure, ground_reaction, &
+   public :: find_ground_regions, smallest_ground_gap, inner_opening, part_of_range, rounds, ground_pressure, ground_reaction, &
       & deck_ground_reaction, foundation_totals, taken_along
 
 contains
@@ -134,7 +134,7 @@ contains
       if (present(factor)) factor = 1.0_wp
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
-            if (.not. part_of_stretch(problem, state, contact, c, round, from, to, range)) cycle
+            if (.not. part_of_range(problem, state, contact, c, round, from, to, range)) cycle
             if (present(root)) then
                h = state%geometry%element(problem%ground%chain%element(2, c))%length
                there = root
@@ -173,7 +173,7 @@ contains
       n = 0
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
-            if (.not. part_of_stretch(problem, state, contact, c, round, from, to, range)) cycle
+            if (.not. part_of_range(problem, state, contact, c, round, from, to, range)) cycle
             between = told_gap(problem, state, c)
             do i = 0, between%samples
                if (i == 0 .and. n > 0) cycle
@@ -215,7 +215,7 @@ contains
    end function inner_opening
 
    !> Part of the element after a candidate that is in a range of the chain; false if no part is.
-   logical function part_of_stretch(problem, state, contact, candidate, round, from, to, range) result(lies)
+   logical function part_of_range(problem, state, contact, candidate, round, from, to, range) result(lies)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact, candidate
@@ -232,7 +232,7 @@ contains
          range = [max((from - s) / h, 0.0_wp), min((to - s) / h, 1.0_wp)]
          lies = range(2) > range(1)
       end associate
-   end function part_of_stretch
+   end function part_of_range
 
    !> Arc length along its chain of a candidate with an element after it, at the present place of its node.
    pure real(wp) function chain_place(problem, state, candidate) result(s)
@@ -366,7 +366,7 @@ contains
                if (problem%ground%chain%contact(inner%source(q)) /= contact) cycle
                share = state%geometry%element(e)%length * inner%weight(q) * inner%pressure(q)
                at = s(1) + inner%tau(q) * (s(2) - s(1)) + problem%origin(e)
-               k = stretch_element(whole, at)
+               k = segment_element(whole, at)
                part = (at - whole%at(k)) / (whole%at(k + 1) - whole%at(k))
                do i = 0, 1
                   associate (there => row(problem%deck%mesh%node(1 + i, whole%element(k))))

@@ -127,7 +127,7 @@ contains
       problem%deck = model
       problem%layout = new_layout(model)
       problem%demand = new_demands(problem%layout)
-      problem%rod_segment = problem%layout%stretch_of
+      problem%rod_segment = problem%layout%rod_segment_of
       problem%origin = problem%layout%origin
       allocate (problem%along(model%mesh%n_elements))
       allocate (problem%element_first(size(problem%layout%rod_segment)), problem%element_last(size(problem%layout%rod_segment)))

@@ -30,7 +30,7 @@ contains
       tau = 0.0_wp
       mesh_node = problem%mesh_node(node)
       if (mesh_node > 0) return
-      call find_point(problem, state, problem%layout%node_stretch(node), problem%layout%node_at(node), e, tau, near)
+      call find_point(problem, state, problem%layout%node_rod_segment(node), problem%layout%node_at(node), e, tau, near)
       if (tau > 0.0_wp .and. tau < 1.0_wp) return
       mesh_node = problem%model%mesh%node(merge(1, 2, tau <= 0.0_wp), e)
       e = 0
@@ -65,7 +65,7 @@ contains
       real(wp), intent(out) :: local(3, 2)
       real(wp) :: ends(3, 2), tau
       integer :: side, holder, known, j
-      j = problem%layout%stretch_of(e)
+      j = problem%layout%rod_segment_of(e)
       known = 0
       do side = 1, 2
          call find_point(problem, state, j, problem%deck%mesh%s(side, e) + problem%layout%origin(e), holder, tau)

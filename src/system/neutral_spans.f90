@@ -27,7 +27,7 @@ contains
       do k = 1, size(problem%contact_span)
          if (.not. problem%contact_span(k)%line) cycle
          do side = 1, 2
-            if (.not. last_of_its_stretch(problem, k, side)) cycle
+            if (.not. last_of_its_segment(problem, k, side)) cycle
             e = problem%element_first(problem%contact_span(k)%rod_segment)
             if (side == 2) e = problem%element_last(problem%contact_span(k)%rod_segment)
             node = problem%model%mesh%node(side, e)
@@ -40,7 +40,7 @@ contains
    end subroutine free_clamps
 
    !> True if only one free span lies between an end of a contact span and the end of the span's rod segment.
-   pure logical function last_of_its_stretch(problem, k, side) result(last)
+   pure logical function last_of_its_segment(problem, k, side) result(last)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: k, side              !! index of the contact span; 1: before the span, 2: after the span
       integer :: next
@@ -51,7 +51,7 @@ contains
          if (next < 1 .or. next > size(problem%contact_span)) return
          last = last .and. problem%contact_span(next)%rod_segment /= contact_span%rod_segment
       end associate
-   end function last_of_its_stretch
+   end function last_of_its_segment
 
    !> True for an end of a rod whose clamp no step rotates and no couple loads.
    pure logical function clamps(problem, node, side)

@@ -14,7 +14,7 @@ module span_start
    use corrector, only: increment_t
    use path_point, only: path_point_t
    use path_state, only: path_state_t, copy_path_state
-   use rod_layout, only: stretch_element
+   use rod_layout, only: segment_element
    use rod_geometry, only: geometry_t, new_geometry
    use obstacle_geometry, only: obstacle_gap
    implicit none
@@ -126,7 +126,7 @@ contains
             call first_gap(problem, contact_span%contact, i, first(i), normal, bend)
             if (all(problem%deck%fixed(1:2, contact%node(i)) .or. abs(normal) <= along)) first(i) = huge(gap)
          end do
-         e = whole%element(stretch_element(whole, contact_span%at(1)))
+         e = whole%element(segment_element(whole, contact_span%at(1)))
          here = lower_end(e)
          do
             next = here
@@ -148,7 +148,7 @@ contains
       logical function beside(place)
          type(contact_span_t), intent(in) :: place
          associate (whole => problem%layout%rod_segment(place%rod_segment))
-            e = whole%element(stretch_element(whole, place%at(1)))
+            e = whole%element(segment_element(whole, place%at(1)))
             beside = place%contact == contact_span%contact .and. &
                & minval(abs(whole%at - place%at(1))) > sqrt(touching_gap(problem) * problem%size)
          end associate

@@ -22,7 +22,7 @@ module flat_point_rule
    use touchdown_points, only: point_force
    use breakpoint_forces, only: stands, breakpoint_force
    use rolling_rods, only: nearly_flat
-   use span_answer, only: answer_t, stretch_length
+   use span_answer, only: answer_t, segment_length
    implicit none
    private
    public :: answer_flat_point, would_press
@@ -50,7 +50,7 @@ contains
          lifted = pulled_off(problem, state, test%candidate, test%sense)
          if (pressed) then
             call lay_down_points(problem, state, test, too, answer)
-         else if (lifted > 0.0_wp .and. lifted <= first_length * stretch_length(problem, &
+         else if (lifted > 0.0_wp .and. lifted <= first_length * segment_length(problem, &
             & answer%contact_span(test%contact_span))) then
             call lay_down_behind(problem, state, test, lifted, answer)
          else
@@ -88,7 +88,7 @@ contains
          if (problem%candidates%moves(c)) then
             point = problem%candidates%contact_span(c)
             beside = point
-            whole = stretch_length(problem, answer%contact_span(point))
+            whole = segment_length(problem, answer%contact_span(point))
             answer%contact_span = spread_out(answer%contact_span, point, 0.5_wp * line_share * whole, whole)
          else
             call go_beside(problem, c, flat, line_share, .true., answer, beside)
@@ -126,7 +126,7 @@ contains
       type(answer_t), intent(inout) :: answer
       associate (c => test%candidate, k => test%contact_span)
          if (problem%candidates%moves(c)) then
-            answer%contact_span = parted(answer%contact_span, k, share * stretch_length(problem, answer%contact_span(k)))
+            answer%contact_span = parted(answer%contact_span, k, share * segment_length(problem, answer%contact_span(k)))
             answer%between = [k, size(answer%contact_span)]
          else
             call go_beside(problem, c, flat_sides(problem, state, c, test, .false.), 0.5_wp * share, .false., answer, &

@@ -5,7 +5,7 @@ module span_answer
    use contact_spans, only: contact_span_t
    implicit none
    private
-   public :: answer_t, numbers, stretch_length
+   public :: answer_t, numbers, segment_length
 
    !> Next contact set and its properties.
    type :: answer_t
@@ -32,9 +32,9 @@ contains
    end function numbers
 
    !> Length of the rod segment of a contact span.
-   pure real(wp) function stretch_length(problem, contact_span) result(length)
+   pure real(wp) function segment_length(problem, contact_span) result(length)
       type(problem_t), intent(in) :: problem
       type(contact_span_t), intent(in) :: contact_span
       length = problem%layout%rod_segment(contact_span%rod_segment)%length
-   end function stretch_length
+   end function segment_length
 end module span_answer

@@ -17,7 +17,7 @@ module span_rules
    use breakpoint_forces, only: stands, breakpoint_force
    use span_candidates, only: present_contact_spans
    use touchdown_points, only: point_force
-   use span_answer, only: answer_t, numbers, stretch_length
+   use span_answer, only: answer_t, numbers, segment_length
    use flat_point_rule, only: answer_flat_point
    implicit none
    private
@@ -174,7 +174,7 @@ contains
       real(wp) :: left
       integer :: k
       gone = .false.
-      left = shortest * stretch_length(problem, answer%contact_span(tests(which)%contact_span)) / problem%size
+      left = shortest * segment_length(problem, answer%contact_span(tests(which)%contact_span)) / problem%size
       do k = 1, size(tests)
          if (tests(k)%kind /= test_length) cycle
          if (k /= which .and. .not. (fall(k) > 0.0_wp .and. tests(k)%value * fall(which) <= left * fall(k))) cycle
@@ -195,7 +195,7 @@ contains
       gone = any(others_touch(problem, k))
       if (gone) return
       line%line = .false.
-      whole = stretch_length(problem, line)
+      whole = segment_length(problem, line)
       if (line%at(1) <= 0.0_wp) then
          line%at = 0.0_wp
       else if (line%at(2) >= whole) then
