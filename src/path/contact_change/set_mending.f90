@@ -21,11 +21,16 @@ module set_mending
 
 contains
 
-   !> Keeps the run's point, at a contact change, with the contact set before the change.
+   !> Keeps the run's point, at a contact change, with the contact set before the change. Where several changes follow each other at one
+   !> place, this is the set before the first of them: the sets between are the rules' and may be wrong.
    subroutine keep_set_before(problem, run)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      if (.not. allocated(run%before_change)) allocate (run%before_change)
+      if (allocated(run%before_change)) then
+         if (run%arc_length <= run%since_change%at) return
+      else
+         allocate (run%before_change)
+      end if
       call copy_problem(problem, run%before_change%problem)
       run%before_change%point = run%last
    end subroutine keep_set_before
