@@ -127,22 +127,30 @@ contains
       call carry_to(from, state, to, new)
    end function carried
 
-   !> Transfer of a rate field to another mesh, by the difference of two transferred states.
+   !> Rate field, for example a path tangent, on another mesh: at the nodes of the mesh, the field at the same material points.
    function carried_field(from, state, field, to, there) result(new)
       type(problem_t), intent(in) :: from, to
       type(state_t), intent(in) :: state        !! state of `from`
       real(wp), intent(in) :: field(:, :)       !! (3, nodes of `from`)
       type(state_t), intent(in) :: there        !! `state` on the mesh of `to`
       real(wp) :: new(3, to%model%mesh%n_nodes)
-      type(state_t) :: ahead
-      real(wp) :: step
+      type(profile_t) :: profile
+      integer :: d, e, i, j, node, near
+      real(wp) :: tau
       new = 0.0_wp
-      if (.not. any(abs(field) > 0.0_wp)) return
-      step = 1.0e-6_wp / max(maxval(abs(field(1:2, :))) / from%size, maxval(abs(field(3, :))))
-      ahead = state
-      ahead%u = state%u + step * field
-      ahead = carried(from, ahead, to)
-      new = (ahead%u - there%u) / step
+      near = 0
+      do d = 1, size(to%mesh_node)
+         if (to%mesh_node(d) > 0) new(:, to%mesh_node(d)) = field(:, from%mesh_node(d))
+      end do
+      do j = 1, size(to%element_first)
+         do i = to%element_first(j), to%element_last(j) - 1
+            node = to%model%mesh%node(2, to%along(i))
+            call find_point(from, state, j, node_coordinate(to, there%geometry, node), e, tau, near)
+            if (tau > 0.0_wp .and. tau < 1.0_wp .and. from%conforms(e) == 0 .and. e /= profile%element) &
+               & profile = new_profile(from, state, e)
+            new(:, node) = point_rate(from, state, field, e, profile, tau)
+         end do
+      end do
    end function carried_field
 
    !> Transfer to a state whose geometry is set: load factor, displacements, section forces, and the contact at nodes that are
