@@ -11,6 +11,7 @@ module node_contact_functional
    use linear_system, only: system_t, to_node, reaction_weights
    use state_functional, only: functional_t, new_functional
    use reaction_functional, only: add_held_forces
+   use contact_response, only: gap_change, reaction_change
    implicit none
    private
    public :: is_stop, new_gap_functional, gap_rate, new_contact_force_functional, reaction_rate, has_node_forces, &
@@ -61,8 +62,14 @@ contains
       type(system_t), intent(in) :: system       !! factored
       integer, intent(in) :: candidate
       type(functional_t) :: number
-      number = new_gap_functional(problem, system, candidate)
-      gap_rate = number%change(system%tangent, 1.0_wp)
+      ! Only the node's own unknowns enter, unless the ground couples the candidates: rates of all candidates cost no more than the
+      ! mesh.
+      if (problem%coupling%entry(candidate) == 0) then
+         gap_rate = gap_change(problem, system, candidate, system%tangent, 1.0_wp)
+      else
+         number = new_gap_functional(problem, system, candidate)
+         gap_rate = number%change(system%tangent, 1.0_wp)
+      end if
    end function gap_rate
 
    !> Derivative of an active candidate's reaction along the path, by the load factor.
@@ -72,8 +79,14 @@ contains
       type(system_t), intent(in) :: system       !! factored at `state`
       integer, intent(in) :: candidate
       type(functional_t) :: number
-      number = new_contact_force_functional(problem, state, system, candidate)
-      reaction_rate = number%change(system%tangent, 1.0_wp)
+      if (system%unknown(candidate) > 0) then
+         reaction_rate = reaction_change(system, candidate, system%tangent, 1.0_wp)
+      else if (problem%coupling%entry(candidate) == 0) then
+         reaction_rate = -system%spring(candidate) * gap_rate(problem, system, candidate)
+      else
+         number = new_contact_force_functional(problem, state, system, candidate)
+         reaction_rate = number%change(system%tangent, 1.0_wp)
+      end if
    end function reaction_rate
 
    !> True if the obstacle acts on a node without contact span.
