@@ -1,10 +1,10 @@
 !> Equilibrium of a contact set in which the size of one contact or free span is prescribed and the load factor is unknown.
 !>
-!> Unknowns are the load factor and the places of all touchdown points, except that the ends of what has a prescribed size keep
-!> their distance, or a single end its place; equations are the conditions of all touchdown points. For given unknowns the touchdown
-!> points are held, and the equilibrium is regular: with given ends neither a free span that opens with zero length nor an
-!> osculating contact is singular, and the equilibrium is nearly linear in the unknowns. Broyden's method; its first matrix consists
-!> of differences.
+!> Unknowns are the load factor and the places of all touchdown points, except that the two ends of the contact or free span of
+!> prescribed size keep their distance, or a single end keeps its place; equations are the conditions of all touchdown points. For
+!> given unknowns the touchdown points are fixed, and the equilibrium is regular: with fixed ends neither a free span that opens
+!> with zero length nor an osculating contact is singular, and the equilibrium is nearly linear in the unknowns. The unknowns are
+!> found by Broyden's method, whose first matrix is made of finite differences.
 module sized_equilibrium
    use kinds, only: wp
    use model, only: method_load
@@ -25,7 +25,7 @@ module sized_equilibrium
 
 contains
 
-   !> Finds the equilibrium.
+   !> Finds the equilibrium and its load factor.
    subroutine solve_sized(problem, held, system, step, state, ok)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: held(2)            !! candidates of the ends with prescribed distance, or one end with prescribed place
@@ -67,7 +67,7 @@ contains
          other = state
          call go_by(move(1, :), other, state, changed)
          if (.not. ok) return
-         ! Broyden's update: what the step has changed beyond the matrix's prediction.
+         ! Broyden's update by the difference between the changed errors and those that the matrix predicted.
          error = (changed - (1.0_wp - whole) * error) / max(dot_product(move(1, :), move(1, :)), tiny(whole))
          do k = 1, n
             slope(k, :) = slope(k, :) + error * move(1, k)

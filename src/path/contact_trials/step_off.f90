@@ -31,7 +31,7 @@ contains
       heading%load = -heading%load
    end function tangent_along
 
-   !> Square of the whole displacement, at least that of the displacements which half of the digits resolve.
+   !> Square of the total displacement; at least the square of the smallest displacement that half of the digits resolve.
    real(wp) function whole_square(next)
       type(next_t), intent(in) :: next
       whole_square = max(metric(next%problem, next%state%u, next%state%u), epsilon(whole_square))
