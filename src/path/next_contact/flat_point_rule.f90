@@ -174,9 +174,9 @@ contains
       end do
    end subroutine go_beside
 
-   !> Sides (before, after) of a contact node on which an osculating contact changes its kind. Besides the test's node these are
-   !> nodes that are osculating at the same point of the path and would also be pressed (or pulled): unchanged, they would be
-   !> neutral.
+   !> (sides before, after) true: an osculating contact at the node changes its kind on this side. Besides the test's node these are
+   !> nodes that are osculating at the same point of the path and would also be pressed (or pulled): if they were left unchanged,
+   !> their positions would be in neutral equilibrium.
    function flat_sides(problem, state, c, test, pressed) result(flat)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

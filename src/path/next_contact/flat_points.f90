@@ -1,5 +1,5 @@
-!> Osculating contacts, that is, point contacts with the curvature of their obstacle: a point becomes a line or divides, a line has
-!> become a point, or two points merge.
+!> Equilibria with an osculating contact, that is, a point contact with the curvature of its obstacle. Such a contact occurs where a
+!> point contact becomes a line contact or divides, a line contact has become a point, or two points merge.
 module flat_points
    use kinds, only: wp
    use problem, only: problem_t, copy_problem

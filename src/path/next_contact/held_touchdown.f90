@@ -1,5 +1,5 @@
 !> Equilibria with touchdown points at prescribed positions and the load as an unknown. If a span opens with zero length, or a point
-!> contact is osculating, the equations of the touchdown points themselves are singular, but these are not.
+!> contact is osculating, the equations of the touchdown points are singular; with prescribed positions the equilibrium is regular.
 module held_touchdown
    use kinds, only: wp
    use model, only: method_load

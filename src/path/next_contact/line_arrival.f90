@@ -21,7 +21,8 @@ module line_arrival
 
 contains
 
-   !> Set with the ends at the segment boundary, and its equilibrium if found on the interval or within its length beyond.
+   !> Contact set with the arriving ends at the segment boundary, and its equilibrium, if found on the interval or beyond its end by
+   !> at most its length.
    subroutine find_arrival(problem, interval, test, next, found)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
@@ -39,8 +40,8 @@ contains
       call find_load(problem, interval, next%problem%contact_span(k)%candidate(3 - side), meets, next, found)
    end subroutine find_arrival
 
-   !> Set with the end of a line contact at the segment boundary, and the end of a second line contact if one arrives from the other
-   !> side. Not allocated if no line contact arrives.
+   !> Contact set with the end of a line contact at the segment boundary, and the end of a second line contact if one arrives from
+   !> the other side. Not allocated if no line contact arrives.
    subroutine set_at_breakpoint(problem, interval, test, set, k, side, meets)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval

@@ -21,7 +21,7 @@ module lost_at_support
 
 contains
 
-   !> (sides) true: the point contact on this side of a span is at a clamp on the obstacle.
+   !> (sides) true: the point contact on this side of the free span is at a clamp on the obstacle.
    function clamped_ends(problem, state, test) result(clamped)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -69,7 +69,8 @@ contains
       call lose(run, interval, next, found)
    end subroutine lose_line
 
-   !> Onset of the set without the contact, by the curvature or slope test at a support that is nearest to zero.
+   !> Finds the onset of the set without the contact: the zero of the curvature or slope test at a support. Of several such tests
+   !> the one nearest to zero is used.
    subroutine lose(run, interval, next, found)
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval

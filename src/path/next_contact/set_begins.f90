@@ -90,8 +90,9 @@ contains
       end subroutine look_at
    end subroutine find_begin
 
-   !> Goes back from a point of the next set towards a load factor, as far as the set is valid, by halving the interval. If the set
-   !> is valid up to this load factor, both sets have the same equilibrium there, and the change is further back.
+   !> Moves the next set from a point of its path back towards a load factor, as far as the set is valid, by halving the load
+   !> interval. If the set is valid up to this load factor, both sets have the same equilibrium there, and the change is further
+   !> back.
    subroutine go_back(to, next)
       real(wp), intent(in) :: to
       type(next_t), intent(inout) :: next        !! in: at a point further on; out: at the farthest point back that was found valid

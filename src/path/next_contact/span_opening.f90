@@ -1,7 +1,7 @@
-!> A line contact lifts off where its contact force would become tensile: at zero pressure a free span begins with zero length
-!> and undetermined ends. Local laws give the first ends from the zone of tensile contact force slightly further along the path. The
-!> gap w of the free span has EI w'''' = -r, with x along the rod and the density r of the line's contact force, positive in
-!> compression; r1, r2 > 0:
+!> Opening of a free span in a line contact. A line contact lifts off where its contact force would become tensile: at zero pressure
+!> a free span begins with zero length and undetermined ends. Local laws give the first ends from the zone of tensile contact force
+!> slightly further along the path. The gap w of the free span has EI w'''' = -r, with x along the rod and the density r of the
+!> line's contact force, positive in compression; r1, r2 > 0:
 !>
 !>   inside the line, tensile for |x| < x0, r = r2 (x^2 - x0^2)/2:
 !>                               w = r2 (a^2 - x^2)^3/(720 EI) for |x| < a = sqrt(5) x0;
@@ -39,8 +39,8 @@ module span_opening
 
 contains
 
-   !> Equilibrium with the span open, from a state with tensile contact force on a line contact. Not found if the tensile zone is
-   !> too long for the local laws, or if nothing of the line contact remains.
+   !> Equilibrium with the free span open, from a state with tensile contact force on a line contact. Not found if the tensile zone
+   !> is too long for the local laws, or if nothing of the line contact remains.
    subroutine open_line(problem, place, beyond, test, scale, number, next, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: place           !! state of `problem` in equilibrium at which the test is zero
@@ -64,8 +64,8 @@ contains
       if (found) found = holds(next)
    end subroutine open_line
 
-   !> Contact spans with all spans open that open at one point of the path, for instance two in a symmetric structure. Not allocated
-   !> if the local laws do not apply.
+   !> Contact spans after the opening of all free spans that open at the same point of the path, for instance two in a symmetric
+   !> structure. Not allocated if the local laws do not apply.
    subroutine opened_touches(problem, place, state, scale, number, contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: place           !! state at which the span opens
@@ -108,7 +108,7 @@ contains
       reaches = reaches .or. zone(2) >= now%at(2) .and. density_at(problem, place, before, before%at(2)) > nothing
    end function reaches_end
 
-   !> Opens one tensile zone of a line contact.
+   !> Opens a free span at one zone of a line contact with tensile contact force.
    subroutine open_zone(problem, state, line, zone, set, rest, told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -146,7 +146,7 @@ contains
       if (problem%candidates%moves(c)) then
          set = begun(set, line%contact, line%rod_segment, line%at(side))
       else if (.not. problem%model%fixed(3, problem%candidates%node(c))) then
-         ! A line contact that continues over a segment boundary, or that ends at a boundary which fixes its end: no law.
+         ! No local law exists for a line contact that continues over a segment boundary, or ends at a boundary which fixes its end.
          told = .false.
          return
       else if (free_across(c)) then
@@ -166,8 +166,8 @@ contains
       end function free_across
    end subroutine open_zone
 
-   !> Contact spans with line contacts that end before a segment boundary lifted by a force or a couple. Not allocated if the local
-   !> laws do not apply.
+   !> Contact spans after a force or a couple has lifted the ends of line contacts at a segment boundary: the line contacts then end
+   !> before the boundary. Not allocated if the local laws do not apply.
    subroutine lifted_touches(problem, state, candidate, by_couple, contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -56,13 +56,14 @@ contains
       end if
       call take_sense(problem, run, test, answer, old, leaves)
       call evaluate_tests(problem, run%last)
-      ! A line that has become a point may leave a neutral span there; the pivots of the line are definite.
+      ! Where a line contact has become a point contact, a free span beside it may be in neutral equilibrium, so that its pivot has
+      ! no certain sign; the pivot count with the line contact is kept.
       run%since_change%shrunk = test%kind == test_length
       if (run%since_change%shrunk) run%last%test_values%negative_pivots = pivots
       run%since_change%arrives = any(test%kind == [test_length, test_crossing])
    end subroutine change_set
 
-   !> Equilibrium of the run with the contact spans of an answer.
+   !> Equilibrium of the run with the next contact spans.
    subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, grows, leaves)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run          !! in: at the zero of the test
@@ -97,7 +98,7 @@ contains
       end if
    end subroutine stand_with
 
-   !> Sense of the path in which the new contact or free span grows.
+   !> Sets the path tangent to the sense in which the new contact or free span grows.
    subroutine take_sense(problem, run, test, answer, old, leaves)
       type(problem_t), intent(in) :: problem     !! with the contact spans of the answer
       type(path_state_t), intent(inout) :: run
@@ -135,7 +136,7 @@ contains
       end select
    end subroutine take_sense
 
-   !> True for an answer that opens a free span between two contact spans.
+   !> True if the next set has a new free span: between two contact spans, or between one and a segment boundary.
    pure logical function parts(answer)
       type(answer_t), intent(in) :: answer
       parts = answer%between(1) /= answer%between(2)
