@@ -43,6 +43,7 @@ module contact_change_types
       type(span_test_t), allocatable :: before(:), after(:) !! tests at both ends
    end type step_interval_t
 
+   !> The first change of the contact set on an increment, and its location.
    type :: change_t
       integer :: kind = change_none
       integer :: where = place_within

@@ -1,6 +1,6 @@
-!> Contact sets beside those that the rules give: the set of the last change is replaced if it was wrong from its beginning, and
-!> another set is searched for where no increment converges or no rule gives the next set. Contact at nodes is asked first; if it
-!> finds no set, neighbours of the present set are tried (contact_trials).
+!> Replaces a wrong contact set that a rule gave: the set of the last change if it was wrong from its beginning, or the present set
+!> where no increment converges or no rule gives the next set. Contact at nodes is tried first; if it finds no set, neighbours of
+!> the present set are tried (contact_trials).
 module set_mending
    use kinds, only: wp
    use model, only: step_t
@@ -49,7 +49,8 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(next_t) :: first, next
       finished = .false.
-      ! A point contact that begins where the rod is more curved than the obstacle spreads at once, and has a rule.
+      ! Excluded: a point contact that begins where the rod is more curved than the obstacle becomes a line contact at once, by a
+      ! rule.
       mended = any(change%kind == [change_missed, change_opening]) .and. change%where == place_here .and. change%which > 0
       if (.not. mended) return
       associate (test => interval%before(change%which))
@@ -83,7 +84,8 @@ contains
       if (.not. (finished .or. allocated(outcome%why))) call look_whether_back(problem, step, run, outcome)
    end subroutine find_other_set
 
-   !> Neighbours of the set before the last contact change, if no point was accepted since: the rule's set is not the right one.
+   !> Tries neighbours of the set before the last contact change, if no point was accepted since: the set that the rule gave is
+   !> wrong.
    subroutine try_at_change(problem, run, first, next, found)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run   !! if a set is found: at the place of the change

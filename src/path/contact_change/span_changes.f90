@@ -86,7 +86,7 @@ contains
       type(request_t), intent(inout) :: request
       if (interval%stuck) return
       call look_between(problem, step, run, interval, 0, request%shorter)
-      ! The set of the last change is right.
+      ! All tests pass: the set of the last contact change is confirmed, and the set before it is no longer needed.
       if (.not. request%shorter .and. allocated(run%before_change)) deallocate (run%before_change)
    end subroutine look_inside
 
@@ -114,7 +114,7 @@ contains
       end if
    end subroutine pass_vanishing
 
-   !> True if the next set begins beyond the end of an interval on which the present set is valid.
+   !> True if the onset of the next set lies beyond the end of an interval on which the present set is valid.
    pure logical function lies_beyond(interval, next)
       type(step_interval_t), intent(in) :: interval
       type(next_t), intent(in) :: next

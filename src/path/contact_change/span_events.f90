@@ -21,7 +21,7 @@ module span_events
 
 contains
 
-   !> First change on an increment or just beyond its end: kind, place, and properties that only the next set has.
+   !> First contact change on an increment or just beyond its end: kind, place, and properties that only the next set has.
    subroutine find_change(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -32,8 +32,8 @@ contains
       if (change%kind == change_by_rule) call look_beyond(problem, step, run, interval, change)
    end subroutine find_change
 
-   !> First change and its place. If another test fails at the place of a located change, the zero of the failing test is earlier
-   !> and is located next. A free span that closes has priority, because other tests that fail at this place fail due to the
+   !> First contact change and its place. If another test fails at the place of a located change, the zero of the failing test is
+   !> earlier and is located next. A free span that closes has priority, because other tests that fail at this place fail due to the
    !> closing.
    subroutine find_first(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
