@@ -1,9 +1,10 @@
 !> Next contact set by contact at many nodes, the last resort: used if no increment converges with the present contact spans and no
 !> test gives the next set.
 !>
-!> The nodes begin with the present contact set (at_touches), advance by unrecorded increments until their contact corresponds to
-!> points and lines that pass their tests (find_spans_ahead); the path then goes back to the first point with this contact set
-!> (go_back). This point must be near (is_near); contacts lost and gained are determined by comparison (tell_differences).
+!> Increments with contact at nodes begin with the present contact set (at_touches) and are not recorded. They continue until the
+!> contact corresponds to points and lines that pass their tests (find_spans_ahead); the path then goes back to the first point with
+!> this contact set (go_back). This point must be near (is_near); contacts lost and gained are determined by comparison
+!> (tell_differences).
 module contact_in_doubt
    use kinds, only: wp
    use model, only: method_load, method_cylindrical
@@ -52,7 +53,7 @@ contains
       control%method = method_load
       on%last%system = new_system(nodes)
       on%last%state = here
-      ! First with the present contact set, whose forces at nodes are still unknown.
+      ! First the equilibrium with the present contact set, whose forces at nodes are still unknown.
       call correct(nodes, here, control, .true., on%last%state, on%last%system, report)
       apart = 0.0_wp
       if (report%converged) apart = path_length(nodes, here, on%last%state)
@@ -81,7 +82,8 @@ contains
       next%located = next%times == 0
    end subroutine ask_nodes
 
-   !> Contacts lost or gained with the next set, reported at its first point.
+   !> Determines the contacts lost or gained by comparing the next set with the present one; they are reported at the next set's
+   !> first point.
    subroutine tell_differences(problem, run, before, spacing, round, next)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -101,8 +103,8 @@ contains
       next%divides = differences%divided > 0 .and. differences%lost == 0
    end subroutine tell_differences
 
-   !> True if the distance to the next equilibrium agrees with the path's rate over the change of load, apart from the difference of
-   !> the meshes; a farther equilibrium is on another path.
+   !> True if the next equilibrium is near enough to be on the same path: its distance agrees with the path's rate over the change
+   !> of load, apart from the difference of the meshes.
    logical function is_near(problem, run, next, apart) result(near)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -114,7 +116,7 @@ contains
       near = (jump - max(apart, sqrt(epsilon(rise)) * problem%size)) * abs(run%last%tangent%load) <= turning * abs(rise)
    end function is_near
 
-   !> Nodes on line contacts, and nodes next to point contacts.
+   !> (candidates) true: the node lies on a line contact, or next to a point contact.
    function at_touches(nodes, state, contact_span) result(active)
       type(problem_t), intent(in) :: nodes
       type(state_t), intent(in) :: state

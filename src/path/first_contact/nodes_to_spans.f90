@@ -1,4 +1,4 @@
-!> From contact at many nodes, found by the complementarity problem, to point and line contacts along the rod.
+!> Converts contact at many nodes, found by the complementarity problem, to point and line contacts along the rod.
 module nodes_to_spans
    use kinds, only: wp
    use model, only: method_cylindrical
@@ -25,7 +25,8 @@ module nodes_to_spans
 
 contains
 
-   !> Increments with contact at nodes, of growing length, until the contact corresponds to points and lines that pass their tests.
+   !> Makes increments of growing length with contact at nodes, until the contact corresponds to points and lines that pass their
+   !> tests.
    subroutine find_spans_ahead(problem, run, nodes, on, next, first, found, report, why)
       type(problem_t), intent(in) :: problem     !! present point
       type(path_state_t), intent(in) :: run
@@ -48,7 +49,7 @@ contains
          if (report%converged) then
             ahead%tangent = path_tangent_of(nodes, on, ahead)
             relation = relate(nodes, on%last%state, ahead%state, on%last%tangent, ahead%tangent, on%fresh)
-            ! A start has no direction that could be wrong.
+            ! At the start of a path there is no direction with which the increment could be compared.
             if (problem%is_sampled()) report%converged = same_path(relation) .and. .not. too_far(nodes, on%control, relation)
             if (.not. report%converged) report%message = 'what equilibrium there is ahead lies on another path'
          end if
@@ -59,7 +60,8 @@ contains
          end if
          if (.not. allocated(why)) first = ahead%state%load_factor
          call find_spans(nodes, ahead%state, next, found, why)
-         ! Close to a dead end directions are noise; farther increments have a direction.
+         ! Close to the point where no increment converged, path directions are rounding noise; increments further away have a
+         ! direction.
          if (found) found = leads_to_next(problem, run, next)
          if (found) exit
          on%last = ahead

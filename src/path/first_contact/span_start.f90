@@ -21,9 +21,10 @@ module span_start
    private
    public :: prepare_spans, begin_spans
 
-   real(wp), parameter :: small_part = 2.0_wp**(-12) !! part of the first increment for a second attempt; half of the allowed
-   !! increments with contact at nodes double it to the full increment
-   integer, parameter :: most_parts = 24        !! halvings of the first increment; earlier contact is contact at the start
+   real(wp), parameter :: small_part = 2.0_wp**(-12)  !! length of the first increment in a second attempt, as a share of the full
+   !! one; by doubling it reaches the full increment within half of the allowed increments with contact at nodes
+   integer, parameter :: most_parts = 24  !! halvings of the first increment to find the onset of contact; contact that begins still
+   !! earlier counts as contact at the start
 
 contains
 
@@ -211,7 +212,8 @@ contains
          call copy_path_state(run, on)
          call find_spans_ahead(problem, run, problem, on, next, first, found, report, why)
          if (.not. found) then
-            ! The nodes have gone beyond the first increment, which may have been too long.
+            ! Increments with contact at nodes have passed the end of the first increment without success; this increment may have
+            ! been too long.
             if (small .or. .not. allocated(why)) exit
             small = .true.
             run%control%increment = small_part * run%control%increment

@@ -30,9 +30,11 @@ module stiffness_homotopy
    ! Growth factor of the stiffness per step: squared after a success, its root after a failure.
    real(wp), parameter :: first_growth = 1.0e2_wp !! the boundary layers beside interface points are then a third as long
    real(wp), parameter :: least_growth = 1.1_wp
-   integer, parameter :: most_tries = 3           !! softer beginnings; meshes at one stiffness until no interface point is missing
+   integer, parameter :: most_tries = 3  !! largest number of softer foundations tried at the beginning, and of meshes at one
+   !! stiffness until no interface point lacks a node
 
-   !> An increment of the path, made on softer foundations.
+   !> End of the path's first increment on foundations with a part of the deck's stiffness (one step of the growth of the
+   !> stiffness).
    type :: rung_t
       type(problem_t) :: problem
       type(state_t) :: state
@@ -41,7 +43,7 @@ module stiffness_homotopy
 
 contains
 
-   !> Copy of a step as a procedure, like copy_problem.
+   !> Copies such an equilibrium; a procedure for the reason given at copy_problem.
    pure subroutine copy_rung(from, to)
       type(rung_t), intent(in) :: from
       type(rung_t), intent(inout) :: to
@@ -148,7 +150,7 @@ contains
       taken = trial%system%ok
    end subroutine take_stiff_start
 
-   !> Equilibrium of a step's state on the mesh and with the stiffness of the next step.
+   !> Equilibrium with the mesh and the stiffness of the next step, from the state of the present step of the stiffness.
    subroutine stand_there(control, here, next, system, report)
       type(control_t), intent(in) :: control
       type(rung_t), intent(in) :: here
