@@ -1,4 +1,4 @@
-!> Zero of an event function inside an increment, by points of the path on both sides.
+!> Finds the zero of an event function inside an increment, by points of the path on both sides.
 module zero_search
    use kinds, only: wp
    use model, only: step_t
@@ -19,7 +19,7 @@ module zero_search
    public :: zero_search_t, find_zero, swerve_per_force
 
    integer, parameter :: max_centres = 6
-   real(wp), parameter :: apart = 0.75_wp !! largest middle spacing over the length of all samples on a continuous path; smooth: 1/2
+   real(wp), parameter :: apart = 0.75_wp !! on a continuous path: largest distance of the middle samples / first to last
    real(wp), parameter :: reach = epsilon(1.0_wp)**0.2_wp !! spacing of the samples over the increment, see smooth_zero
 
    !> Data of the search for the zero of an event function.
