@@ -29,8 +29,8 @@ module attempt
       logical :: has_trial = .false.             !! the next trial is in equilibrium already, on another mesh
       logical :: finished = .false.              !! the step ended within the increment
       ! Counters.
-      integer :: cuts = 0                        !! increments from the point that failed
-      integer :: failures = 0                    !! increments that left the path since one succeeded at first try
+      integer :: cuts = 0                        !! failed increments from the point
+      integer :: failures = 0                    !! increments to other paths since one succeeded at first try
       integer :: searches = 0                    !! halvings made to separate events
       integer :: meshes = 0                      !! meshes made for the increment's errors, see arrival_t
       integer :: corner_meshes = 0               !! meshes made for a corner of the contact set

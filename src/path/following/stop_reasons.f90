@@ -93,7 +93,7 @@ contains
 
    contains
 
-      !> Derivative of the controlled quantity (load or monitor) by arc length at the look's point.
+      !> Derivative of the controlled quantity (load or monitor) by arc length at the point followed last.
       real(wp) function rate()
          associate (here => look%here)
             rate = here%tangent%load
