@@ -116,7 +116,7 @@ contains
       end do
    end subroutine find_corners
 
-   !> Sets the conditions for error bars: the end of the step, and whether the mesh may be refined.
+   !> Sets two conditions on which error bars depend: whether the trial is the end of the step, and whether the mesh may be refined.
    subroutine begin_asking(problem, step, run, trial, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -264,7 +264,8 @@ contains
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       integer :: pivots
-      ! At a contact change the tangent may be singular: a point contact with zero relative curvature beside a neutral span.
+      ! At a contact change the tangent may be singular, for example if a point contact has zero relative curvature and the free
+      ! span beside it is in neutral equilibrium; the pivots just before the change are used.
       pivots = trial%system%negative_pivots
       if (arrival%changes) pivots = count_before(run, findings%seen, findings%duplicate, 1.0_wp)
       call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, &
