@@ -1,5 +1,5 @@
-!> Gap between a free span and an obstacle: its least and its largest value. The gap rises from zero beside a contact span, so that
-!> near such an end only local minima count.
+!> Least and largest gap between a free span and an obstacle. The gap rises from zero beside a contact span, so that near such an
+!> end only local minima count.
 module free_span_gap
    use kinds, only: wp
    use model, only: family_ge
@@ -140,8 +140,8 @@ contains
       end subroutine take
    end subroutine least_gap
 
-   !> Sets whether the ends of the sampled elements touch this obstacle, and between which coordinates gaps count that are no local
-   !> minima. The margin at a contact is a part of the length of the whole free span, across segment boundaries.
+   !> Determines whether the ends of the sampled elements touch this obstacle, and between which coordinates gaps count that are no
+   !> local minima. The margin at a contact is a part of the length of the whole free span, across segment boundaries.
    pure subroutine look_beside(problem, state, line, touched, counts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -168,7 +168,7 @@ contains
       if (zero(2)) counts(2) = min(ends(2), ends(2) + more(2) - margin)
    end subroutine look_beside
 
-   !> Length of the free span beyond one end of an element, and whether the span ends with contact to this obstacle.
+   !> Length of the free span beyond one end of an element; `touches` is true if the span ends with contact to this obstacle.
    pure subroutine to_next_touch(problem, state, touched, touching, element, side, length, touches)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,5 +1,6 @@
-!> Tests of contact nodes: forces at point contacts and at ends of line contacts at segment boundaries are compressive, a point
-!> contact is less curved than the obstacle, and the gap rises from a contact at the end of a rod or at a corner.
+!> Tests of contact nodes. They are passed if forces at point contacts and at ends of line contacts at segment boundaries are
+!> compressive, a point contact is less curved than the obstacle, and the gap rises from a contact at the end of a rod or at a
+!> corner.
 module point_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -86,7 +87,7 @@ contains
       end do
    end subroutine test_slopes
 
-   !> Slope of the gap at a contact node, by the distance from the node, on one side.
+   !> Slope of the gap beside a contact node on one side: derivative by the distance from the node, > 0 if the gap opens.
    real(wp) function rise(problem, state, c, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -150,7 +151,7 @@ contains
       if (lift - roll%rise > rounding_gap(problem)) push = -lift / problem%size
    end function push
 
-   !> True for a side of a contact node with a free element.
+   !> True if the rod beside a contact node is free on the given side: an element exists there and is not in contact.
    pure logical function rests_beside(problem, c, side)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c              !! candidate

@@ -50,8 +50,8 @@ contains
 
    contains
 
-      !> True for the gap test itself, and for a curvature test, whose value depends on the gap of the free span beside it
-      !> (is_closed).
+      !> True if the value of a test requires the gaps of free spans: a gap test, or a curvature test, whose value depends on the
+      !> gap of the free span beside it (is_closed).
       pure logical function needs_gaps(which)
          integer, intent(in) :: which
          needs_gaps = which > 0 .and. which <= size(gaps)
