@@ -127,7 +127,7 @@ contains
       end subroutine set_end
    end function find_regions
 
-   !> Candidates in contact, within the resolution of the mesh.
+   !> (candidates) true: in contact, within the resolution of the mesh.
    !>
    !> Reactions at nodes make the computed axis of a rod on a rigid obstacle wavy between and beside the nodes, so that some nodes
    !> lift off by a gap far below the mesh's resolution. A gap between two contacts no longer than eight of the surrounding elements
@@ -322,7 +322,7 @@ contains
       beyond = min(max(filled, 0.0_wp), sum(half)) - half(1)
    end function patch_overhang
 
-   !> The candidates in contact that belong to the same region as `candidate`.
+   !> (candidates) true: in contact, and in the same contact region as `candidate`.
    function region_of(problem, active, candidate) result(member)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: active(:)

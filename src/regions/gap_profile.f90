@@ -40,7 +40,7 @@ contains
    end function element_profile
 
    !> Gap, slope and second derivative of the gap along the rod at one end of an element, by the stress-free length, from r' = (1 +
-   !> e + N/EA) t + (Q/GA) nu, e the thermal strain.
+   !> e + N/EA) t + (Q/GA) nu: r position, e thermal strain, N normal force along the tangent t, Q shear force along the normal nu.
    subroutine end_derivatives(problem, state, candidate, e, side, local, change, gap, slope, second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -120,7 +120,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
-      real(wp), intent(in) :: from, to           !! arc lengths; on a closed chain `to` may be in the next round
+      real(wp), intent(in) :: from, to  !! arc lengths; on a closed chain `to` may lie beyond the chain's end, in the next circuit
       integer, intent(out), optional :: candidate !! candidate before the element with the smallest gap, 0: empty range
       real(wp), intent(out), optional :: place   !! place in that element, 0 to 1
       type(gap_root_t), intent(in), optional :: root(:) !! roots divided out of the gap, see ground_ends
@@ -214,12 +214,12 @@ contains
       if (present(place)) place = tau(found)
    end function inner_opening
 
-   !> Part of the element after a candidate that is in a range of the chain; false if no part is.
+   !> True if a part of the element after a candidate lies in a range of the chain; `range` is this part.
    logical function part_of_range(problem, state, contact, candidate, round, from, to, range) result(lies)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact, candidate
-      integer, intent(in) :: round               !! number of completed rounds on a closed chain
+      integer, intent(in) :: round               !! number of completed circuits of a closed chain
       real(wp), intent(in) :: from, to
       real(wp), intent(out) :: range(2)          !! part of the element, 0 to 1
       real(wp) :: s, h
@@ -298,7 +298,7 @@ contains
       end function way_at
    end function taken_along
 
-   !> Number of additional rounds: 1 for a closed chain, 0 for an open one.
+   !> Number of additional circuits of a chain that a range may extend over: 1 for a closed chain, 0 for an open one.
    pure integer function rounds(problem, contact)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact

@@ -138,7 +138,7 @@ contains
 
    contains
 
-      !> True if the number belongs to a contact span of a region.
+      !> True if the contact span of this number is an end of a region.
       pure logical function is_known(contact_span)
          integer, intent(in) :: contact_span
          integer :: i
