@@ -112,7 +112,7 @@ contains
    subroutine begin_earlier(problem, run, next, first)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(next_t), intent(in) :: next            !! with its path tangent
+      type(next_t), intent(in) :: next            !! the set at the valid point, with its path tangent
       type(next_t), intent(out) :: first
       type(next_t) :: there
       type(span_test_t), allocatable :: tests(:)
@@ -208,8 +208,8 @@ contains
    subroutine step_onward(run, here, next, sized, search, fails)
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: here
-      type(next_t), intent(in) :: next            !! of another set
-      logical, intent(in) :: sized                !! as in way_t
+      type(next_t), intent(in) :: next            !! equilibrium of another set, from which the step is made
+      logical, intent(in) :: sized                !! true: the set has a prescribed length, see way_t
       type(search_t), intent(inout) :: search
       type(doubt_t), allocatable, intent(out) :: fails(:) !! places of failing tests; empty if the set was added
       type(way_t) :: way
@@ -243,7 +243,7 @@ contains
    real(wp) function distance_from(here, problem, state) result(distance)
       type(next_t), intent(in) :: here
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state          !! of `problem`
+      type(state_t), intent(in) :: state          !! state of `problem`
       real(wp), allocatable :: u(:, :)
       real(wp) :: whole
       u = displacement_between(problem, carried(here%problem, here%state, problem), state)

@@ -27,7 +27,7 @@ module neighbours
    integer, parameter :: edit_end_off = 9    !! a free span opens behind the end of a line contact
    integer, parameter :: edit_lie_down = 10  !! a free span becomes part of a line contact
    integer, parameter :: edit_merge = 11     !! two contacts become one
-   integer, parameter :: edit_pass = 12      !! a contact comes to a segment boundary, or moves to its other side
+   integer, parameter :: edit_pass = 12      !! a contact moves to a segment boundary, or to its other side
    integer, parameter :: edit_jump = 13      !! the end of a line contact jumps over a segment boundary and leaves a free span there
    integer, parameter :: n_edits = 13
 
@@ -76,7 +76,7 @@ contains
    function neighbours_at(set, doubt, boundary, size_of_new, near) result(found)
       type(contact_span_t), intent(in) :: set(:)  !! on strips, sorted
       type(doubt_t), intent(in) :: doubt
-      real(wp), intent(in) :: boundary(:)    !! boundaries of the doubt's strip: its beginning, segment boundaries, its end
+      real(wp), intent(in) :: boundary(:)    !! coordinates along the strip of its beginning, its segment boundaries and its end
       real(wp), intent(in) :: size_of_new    !! prescribed length of a new contact or free span
       real(wp), intent(in) :: near           !! contacts within this distance of the place are edited
       type(neighbour_t), allocatable :: found(:)

@@ -31,7 +31,7 @@ contains
       integer, intent(in) :: held(2)            !! candidates of the ends with prescribed distance, or one end with prescribed place
       !! and 0
       type(system_t), intent(inout) :: system
-      real(wp), intent(in) :: step(2)           !! steps of load factor and places for differences
+      real(wp), intent(in) :: step(2)           !! steps of load factor and places for finite differences
       type(state_t), intent(inout) :: state     !! a guess on entry
       logical, intent(out) :: ok
       type(problem_t) :: frozen
@@ -83,7 +83,7 @@ contains
          real(wp), intent(in) :: change(:)
          type(state_t), intent(in) :: from
          type(state_t), intent(out) :: to
-         real(wp), intent(out) :: error(:)      !! of the touchdown points' conditions
+         real(wp), intent(out) :: error(:)      !! errors of the touchdown points' conditions
          type(control_t) :: control
          type(increment_t) :: report
          real(wp) :: distance(problem%candidates%n), all(problem%candidates%n)

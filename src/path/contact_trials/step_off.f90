@@ -41,7 +41,7 @@ contains
    subroutine step_by(next, heading, distance, state, system, tests)
       type(next_t), intent(in) :: next
       type(path_tangent_t), intent(in) :: heading
-      real(wp), intent(in) :: distance           !! as part of the whole displacement and the whole load factor
+      real(wp), intent(in) :: distance           !! path length, as a share of the total displacement or of the load factor
       type(state_t), intent(out) :: state
       type(system_t), intent(inout) :: system    !! factored at the state
       type(span_test_t), allocatable, intent(out) :: tests(:) !! not allocated: no equilibrium was found
