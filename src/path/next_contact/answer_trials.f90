@@ -24,7 +24,7 @@ contains
    !> Transfers the run to the next contact set, which a rule gives as its answer to the located change.
    subroutine take_answer(problem, run, interval, change, answer, next, on, holds, why)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! at the change's place
+      type(path_state_t), intent(in) :: run             !! the run at the place of the change
       type(step_interval_t), intent(in) :: interval
       type(change_t), intent(in) :: change       !! located change, to which a rule gives the answer
       type(answer_t), intent(in) :: answer
@@ -50,7 +50,7 @@ contains
       type(problem_t), intent(inout) :: next
       type(path_state_t), intent(inout) :: on
       character(:), allocatable, intent(out) :: why
-      logical, intent(out) :: grows              !! as in change_set
+      logical, intent(out) :: grows              !! false: a new line contact has no positive length, see change_set
       call copy_problem(problem, next)
       call copy_path_state(run, on)
       call change_set(next, on, change%tests(change%which), change%begins, answer, least_reach(problem, interval, &

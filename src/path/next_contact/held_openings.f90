@@ -75,7 +75,7 @@ contains
    subroutine rest_held(problem, run, opened)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      integer, intent(in) :: opened(2)           !! as begin_span
+      integer, intent(in) :: opened(2)           !! numbers of contact spans, as in begin_span
       type(state_t) :: state
       type(system_t) :: system
       type(control_t) :: here
@@ -93,7 +93,7 @@ contains
    subroutine spread_ahead(problem, run, opened, ok)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      integer, intent(in) :: opened(2)           !! as begin_span
+      integer, intent(in) :: opened(2)           !! numbers of contact spans, as in begin_span
       logical, intent(out) :: ok
       type(state_t) :: state
       type(system_t) :: system
@@ -147,7 +147,7 @@ contains
    real(wp) function spreading_rate(problem, point, opened) result(rate)
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: point
-      integer, intent(in) :: opened(2)           !! as begin_span
+      integer, intent(in) :: opened(2)           !! numbers of contact spans, as in begin_span
       type(state_t) :: ahead, here
       real(wp) :: step, misfit(2), place(problem%candidates%n), change
       integer :: ends(2), k

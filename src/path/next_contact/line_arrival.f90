@@ -1,4 +1,4 @@
-!> Ends of line contacts that arrive at a segment boundary with a couple or a force: two ends from both sides, as a lifted part
+!> Arrival of ends of line contacts at a segment boundary with a couple or a force: two ends from both sides, where a lifted part
 !> comes into contact again, or one end at a node with a couple. The arriving end is fixed at the boundary; the change is located at
 !> the load at which the fixing force or couple is zero.
 module line_arrival

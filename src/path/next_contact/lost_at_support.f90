@@ -1,4 +1,4 @@
-!> Contact that ends beside a support on the obstacle: a line contact shrinks onto the support, or a point contact returns to the
+!> Loss of contact beside a support on the obstacle: a line contact shrinks onto the support, or a point contact returns to the
 !> clamp beside which it began. The remaining span has no length by which the change could be located. The set without this span is
 !> used: at its onset the rod has the curvature of the obstacle beside a clamp, or its direction beside a hinge.
 module lost_at_support

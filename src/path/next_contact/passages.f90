@@ -96,8 +96,8 @@ contains
       end do
    end function meet
 
-   !> True for the end of a line contact that has come to a node on which a couple acts, if the couple lifts the rod behind the node
-   !> over more than the least length of a free span.
+   !> True if the end of a line contact has reached a node on which a couple acts that lifts the rod behind the node over more than
+   !> the least length of a free span.
    logical function is_turned(problem, state, test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -160,7 +160,7 @@ contains
       passage%rate = fall * problem%size
    end function passage_of
 
-   !> Contact set after one passage.
+   !> Changes the contact set by one passage.
    subroutine pass(problem, passage, to, set, gone, passes)
       type(problem_t), intent(in) :: problem
       type(passage_t), intent(in) :: passage
@@ -207,7 +207,7 @@ contains
 
    contains
 
-      !> Adds a free span in front of the existing ones.
+      !> Puts a free span at the front of the list `passes`.
       subroutine add(between)
          integer, intent(in) :: between(2)
          passes = reshape([between, passes], [2, size(passes, 2) + 1])

@@ -97,7 +97,8 @@ contains
       if (.not. same_set(set, now)) contact_span = numbered(set, number - 1)
    end subroutine opened_touches
 
-   !> True for a tensile zone at an end of a line contact whose pressure at this end was positive when the span opened.
+   !> True if a zone with tensile contact force now reaches an end of the line contact at which the pressure was positive when the
+   !> span opened.
    logical function reaches_end(problem, place, before, now, zone, nothing) result(reaches)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: place           !! state at which the span opens

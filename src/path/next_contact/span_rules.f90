@@ -115,7 +115,7 @@ contains
          & .not. at_zero(tests, which) .and. tests%value <= reach * fall)
    end function coming_next
 
-   !> True for gaps on the two sides of a segment boundary that both close at the boundary: they are one contact.
+   !> True if two gap tests belong to one contact: both gaps close at the same segment boundary, from its two sides.
    pure logical function one_contact(problem, a, b)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: a, b

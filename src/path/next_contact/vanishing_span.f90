@@ -222,7 +222,7 @@ contains
    !> True if a free span has closed: its gap is zero everywhere within rounding, or its length is below the least length.
    pure logical function is_gone(problem, test) result(gone)
       type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test      !! of the span
+      type(span_test_t), intent(in) :: test      !! test of the free span
       gone = abs(test%value) * problem%size <= rounding_gap(problem) .or. &
          & test%ends(2) - test%ends(1) < shortest * problem%layout%rod_segment(test%rod_segment)%length
    end function is_gone
@@ -231,7 +231,7 @@ contains
    !> the contact then passes the boundary (passages), and the remainder does not come into contact.
    pure logical function is_passage(problem, test)
       type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test      !! of the span
+      type(span_test_t), intent(in) :: test      !! test of the free span
       integer :: side
       side = findloc(test%beside > 0, .true., 1)
       is_passage = count(test%beside > 0) == 1 .and. test%ends(2) - test%ends(1) <= line_share * &
@@ -239,11 +239,12 @@ contains
       if (is_passage) is_passage = beyond(problem, test%beside(side), merge(1, -1, side == 1)) > 0
    end function is_passage
 
-   !> True for a closing bow: a span between two point contacts in which a line contact would have tensile contact force.
+   !> True if the free span is a closing bow: it lies between two point contacts, and a line contact in it would have tensile
+   !> contact force.
    logical function is_wave(problem, state, test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(span_test_t), intent(in) :: test      !! of the span
+      type(span_test_t), intent(in) :: test      !! test of the free span
       logical :: clamped(2)
       integer :: k
       is_wave = all(test%beside > 0)
