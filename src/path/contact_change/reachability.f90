@@ -25,7 +25,8 @@ contains
       reach = merge(far_when_stuck, far, interval%stuck)
    end function reach_of
 
-   !> True for an increment on which the load passes a limit point: a place found directly, not along the path, could hide it.
+   !> True if the load passes a limit point on an increment: a place found directly, not along the path, could hide this limit
+   !> point.
    pure logical function turns(run, interval)
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
