@@ -78,7 +78,8 @@ contains
       hides = hides .and. pivots /= run%last%test_values%free_pivots
    end function hides_release
 
-   !> True for a turning point of a monitor that changes by rounding only, for example a monitor that is constant by symmetry.
+   !> True if the event is a turning point of a monitor that changes by rounding only, for example a monitor that is constant by
+   !> symmetry.
    logical function turns_by_rounding(problem, step, run, trial, located_event) result(no_turn)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
