@@ -99,7 +99,7 @@ contains
 
    contains
 
-      !> True for a line contact, and for a point contact whose force is not carried by a support.
+      !> True if a contact span carries force: a line contact, or a point contact whose force is not taken by a support.
       logical function carries(contact_span)
          type(contact_span_t), intent(in) :: contact_span
          real(wp) :: gap, normal(2), bend
@@ -145,7 +145,7 @@ contains
 
    contains
 
-      !> True for a place in an element at the lowest node; a place closer to a node than gaps can resolve is at the node.
+      !> True if a place in an element is beside the lowest node; a place closer to a node than gaps can resolve is at the node.
       logical function beside(place)
          type(contact_span_t), intent(in) :: place
          associate (whole => problem%layout%rod_segment(place%rod_segment))
@@ -166,8 +166,8 @@ contains
       end function lower_end
    end function nearest_gap
 
-   !> True for the end of a rod at a support on the obstacle, a hinge or a clamp parallel to it: contact may spread from there, but
-   !> has no force yet.
+   !> True if a node is the end of a rod at a support on the obstacle, a hinge or a clamp parallel to the obstacle: contact may
+   !> spread from there, but has no force yet.
    logical function held_end(problem, contact, node, normal) result(held)
       type(problem_t), intent(in) :: problem         !! on the deck's mesh
       integer, intent(in) :: contact, node
