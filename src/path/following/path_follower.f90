@@ -109,7 +109,7 @@ contains
    end subroutine set_control
 
    !> Makes the contact change on the way to the trial, if there is one; otherwise the trial is accepted as a point of the path. If
-   !> anything is required first, it is in attempt%request.
+   !> a repetition of the increment is required first, attempt%request says so.
    subroutine take_trial(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
