@@ -43,7 +43,7 @@ contains
       end associate
    end subroutine look_for_corner
 
-   !> True for a corner that is closer than the smallest increment.
+   !> True if the corner is closer than the smallest increment.
    pure logical function is_near(problem, step, run, corner)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
