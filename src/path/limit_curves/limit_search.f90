@@ -1,4 +1,4 @@
-!> Search for one limit point of a limit curve: the surface of equilibria next to the last limit point, and the zero of the load
+!> Searches for one limit point of a limit curve: the surface of equilibria next to the last limit point, and the zero of the load
 !> rate on that surface (see limit_curves).
 module limit_search
    use kinds, only: wp
@@ -24,8 +24,8 @@ module limit_search
 
    !> The last limit point and the data to move from there.
    type :: follower_t
-      type(problem_t) :: base                        !! with the deck's value of the parameter
-      type(problem_t) :: problem                     !! at the last limit point
+      type(problem_t) :: base                        !! problem with the deck's value of the parameter
+      type(problem_t) :: problem                     !! problem at the last limit point
       type(limit_curve_t) :: curve
       type(state_t) :: state                     !! the last limit point
       type(system_t) :: system                   !! storage of the equations
