@@ -175,8 +175,8 @@ contains
       call timing_stop(phase_accuracy)
    end subroutine bars_at_point
 
-   !> True for a limit point at a corner of the force law of a stop: stops are at the same nodes on all meshes, so that a gap
-   !> measures the error.
+   !> True if the event is a limit point at a corner of the force law of a stop: stops are at the same nodes on all meshes, so that
+   !> a gap measures the error.
    pure logical function at_law_of_stop(problem, event) result(at)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -184,7 +184,7 @@ contains
       if (at) at = is_stop(problem, event%law%candidate)
    end function at_law_of_stop
 
-   !> True for a contact change at nodes whose position depends on the mesh.
+   !> True if the event is a contact change at nodes whose position depends on the mesh.
    pure logical function is_at_mesh_nodes(problem, event) result(is)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event

@@ -31,9 +31,9 @@ module path_state
       type(path_tangent_t) :: first, last
    end type recent_path_t
 
-   integer, parameter :: trail_length = 3        !! number of parts kept: a path that turns round meets its most recent points first
+   integer, parameter :: trail_length = 3        !! number of parts kept; a path that reverses meets its latest points first
 
-   !> A point of the path, and the problem with the mesh and the contact set on which it is.
+   !> A point of the path, and the problem with its mesh and contact set.
    type :: point_on_mesh_t
       type(problem_t) :: problem
       type(path_point_t) :: point
@@ -51,8 +51,8 @@ module path_state
 
    !> Derivatives of the tests of contact spans by arc length.
    type :: slopes_t
-      real(wp), allocatable :: here(:)           !! at the last accepted point; not allocated: unknown
-      real(wp), allocatable :: ahead(:)          !! at the trial point
+      real(wp), allocatable :: here(:)           !! derivatives at the last accepted point; not allocated: unknown
+      real(wp), allocatable :: ahead(:)          !! derivatives at the trial point
       integer :: closer = 0 !! times that the increment from the last accepted point was shortened for these derivatives
       logical :: rough = .false. !! still requested after several shortenings: the tests are not smooth along the path
    end type slopes_t
@@ -69,7 +69,7 @@ module path_state
       real(wp) :: at = 0.0_wp                    !! arc length of that change
    end type since_change_t
 
-   !> Last accepted point as the path arrived there, if the contact changes at that point: the path leaves it with another tangent
+   !> Arrival of the path at the last accepted point, if the contact changes there: the path leaves this point with another tangent
    !> (corner_limit).
    type :: arrived_t
       integer :: point = 0 !! row in the results; 0: no contact change there, or the limit point is reported already

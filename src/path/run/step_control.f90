@@ -56,8 +56,7 @@ contains
       run%control%increment = min(run%control%increment, step%largest)
    end subroutine begin_arc_length
 
-   !> True for a step that can be completed without any displacement: it has a load stop value, moves obstacles or closes their
-   !> gaps.
+   !> True if a step can be completed without any displacement: it has a load stop value, moves obstacles or closes their gaps.
    pure logical function may_rest(step)
       type(step_t), intent(in) :: step
       may_rest = .false.
