@@ -60,7 +60,7 @@ contains
       type(path_point_t), intent(inout) :: trial !! its test values are set here
       type(arrival_t), intent(in) :: arrival
       class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request  !! of the trial; if it requires another one, nothing was recorded
+      type(request_t), intent(inout) :: request  !! requirements of the trial; if another trial is required, nothing was recorded
       logical, intent(out) :: finished           !! the step is complete
       type(outcome_t), intent(inout) :: outcome
       type(findings_t) :: findings
@@ -148,7 +148,8 @@ contains
       end do
    end subroutine settle_events
 
-   !> Checks one located event: spurious, accepted with error bars, or to be located again on a shorter increment or another mesh.
+   !> Decides on one located event: rejected as spurious, accepted with error bars, or to be located again on a shorter increment or
+   !> another mesh.
    subroutine settle_event(problem, step, run, trial, arrival, i, findings, request, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
