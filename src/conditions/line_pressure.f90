@@ -139,7 +139,7 @@ contains
       if (i == size(pressure%at)) side = 1
    end subroutine least_pressure
 
-   !> True for an element whose track changes its direction by a jump, which would require an infinite contact force.
+   !> True if the track of an element changes its direction by a jump, which would require an infinite contact force.
    logical function bends_at_once(problem, state, e)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

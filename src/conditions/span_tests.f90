@@ -59,7 +59,7 @@ contains
             & points(which - size(gaps))%kind == test_curvature
       end function needs_gaps
 
-      !> True for a free span whose gap is below rounding, for instance just after the span opened: the curvatures at its ends are
+      !> True if the gap of a free span is below rounding, for instance just after the span opened: the curvatures at its ends are
       !> then residuals of the iteration.
       pure logical function is_closed(test)
          type(span_test_t), intent(in) :: test

@@ -27,7 +27,7 @@ module test_kinds
       & 'contact comes to a breakpoint of the rod', 'an end of a rod lies down', &
       & 'contact leaves a breakpoint of the rod', 'a couple lifts a line']
 
-   !> Slack by which a test may be below zero before it counts as violated: error of the dense output.
+   !> Slack by which a test may be below zero before it counts as violated: error of the solution inside elements.
    real(wp), parameter :: test_slack(10) = [ &
       & 1.0e-9_wp, & ! gap
       & 1.0e-9_wp, & ! force
