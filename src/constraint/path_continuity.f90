@@ -237,7 +237,7 @@ contains
       stands = .not. any(abs(heading%u) > 0.0_wp) .or. rate_stands(heading%load, rise)
    end function heading_stands
 
-   !> As heading_stands, for a tangent given by its load rate.
+   !> True if a load change moves the structure by rounding only, for a tangent given by its load rate.
    pure logical function rate_stands(rate, rise) result(stands)
       real(wp), intent(in) :: rate              !! d(load factor)/d(arc length)
       real(wp), intent(in) :: rise
