@@ -57,9 +57,9 @@ contains
          & change%which), grows, why)
    end subroutine try
 
-   !> A point contact becomes a line contact. Another point contact, for instance the mirror image in a structure whose mesh is not
-   !> symmetric, may become a line before the first line has its initial length; then no equilibrium has only one of the lines, and
-   !> both begin together.
+   !> Transfers the run where a point contact becomes a line contact. Another point contact, for instance the mirror image in a
+   !> structure whose mesh is not symmetric, may become a line before the first line has its initial length; then no equilibrium has
+   !> only one of the lines, and both begin together.
    subroutine take_larger(problem, run, interval, change, answer, next, on, why)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

@@ -29,7 +29,7 @@ module flat_point_rule
 
 contains
 
-   !> Answer to the curvature test of a point contact.
+   !> Next contact set after a zero of the curvature test of a point contact.
    subroutine answer_flat_point(problem, state, tests, which, fall, answer, more, apart)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -97,7 +97,7 @@ contains
       end do
    end subroutine lay_down_points
 
-   !> Point contact on a symmetry plane that a force lifts while the rod beside the point is pressed: replaced by a line contact
+   !> Replaces a point contact on a symmetry plane, which a force lifts while the rod beside the point is pressed, by a line contact
    !> that begins behind the lifted length.
    subroutine lay_down_behind(problem, state, test, lifted, answer)
       type(problem_t), intent(in) :: problem

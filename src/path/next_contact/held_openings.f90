@@ -70,7 +70,7 @@ contains
       ok = run%last%system%ok
    end subroutine begin_span
 
-   !> Equilibrium at the run's load with the touchdown points of an opening span fixed; the errors of their contact conditions give
+   !> Equilibrium at the run's load with the touchdown points of an opening span fixed; the misfits of their contact conditions give
    !> the sense in which the touchdown points will move. Without an equilibrium the state is unchanged.
    subroutine rest_held(problem, run, opened)
       type(problem_t), intent(in) :: problem

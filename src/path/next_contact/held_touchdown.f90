@@ -15,15 +15,15 @@ module held_touchdown
    public :: solve_held
 
    integer, parameter :: max_iterations = 20
-   real(wp), parameter :: small = 1.0e-8_wp  !! error [rad] of a touchdown condition below which the iteration ends when it no
-   !! longer decreases: if the relative curvature is small, the position of least gap is sensitive to rounding
+   real(wp), parameter :: small = 1.0e-8_wp  !! misfit (opening_misfit) below which the iteration ends when the misfit no longer
+   !! decreases: if the relative curvature is small, the position of least gap is sensitive to rounding
    real(wp), parameter :: least_step = 1.0e-11_wp !! change of the load below the corrector's accuracy, as a share of the load
    real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of a rotation
 
 contains
 
    !> Finds the load factor and the position of touchdown points, which move together, by Newton's method with finite differences.
-   !> With at most one point and `places` false only the load is unknown, and the sum of the errors of the conditions must be zero.
+   !> With at most one point and `places` false only the load is unknown, and the sum of the misfits must be zero.
    subroutine solve_held(problem, points, system, places, step, state, ok, also)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(2)           !! candidates, 0: none
