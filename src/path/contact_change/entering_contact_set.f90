@@ -104,7 +104,7 @@ contains
    subroutine come_nearer(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! at the change's place
+      type(path_state_t), intent(inout) :: run          !! the run at the place of the change
       type(step_interval_t), intent(in) :: interval        !! from the change's place to its end
       type(change_t), intent(inout) :: change
       type(next_t) :: nearer

@@ -93,7 +93,7 @@ contains
       end do
    end subroutine excuse_arriving_points
 
-   !> A free span that closes on the increment or just beyond its end, where no increment may converge; or a line contact that
+   !> Finds a free span that closes on the increment or just beyond its end, where no increment may converge, or a line contact that
    !> shrinks onto a support.
    subroutine find_vanishing(problem, run, interval, fails, change)
       type(problem_t), intent(in) :: problem
