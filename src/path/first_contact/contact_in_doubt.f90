@@ -109,7 +109,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
-      real(wp), intent(in) :: apart                !! distance of the present point from the same contact at nodes
+      real(wp), intent(in) :: apart  !! path distance from the present point to the equilibrium with the same contact at nodes
       real(wp) :: rise, jump
       rise = next%state%load_factor - run%last%state%load_factor
       jump = path_length(next%problem, carried(problem, run%last%state, next%problem), next%state)
@@ -129,7 +129,7 @@ contains
          do side = 1, 2
             e = nodes%candidates%element(side, c)
             if (e == 0) cycle
-            ! The element's half next to the node.
+            ! The half of the element next to the node belongs to the node.
             at = state%geometry%element(e)%s + nodes%origin(e)
             at(side) = 0.5_wp * sum(at)
             do k = 1, size(contact_span)

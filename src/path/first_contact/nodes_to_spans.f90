@@ -30,7 +30,7 @@ contains
    subroutine find_spans_ahead(problem, run, nodes, on, next, first, found, report, why)
       type(problem_t), intent(in) :: problem     !! present point
       type(path_state_t), intent(in) :: run
-      type(problem_t), intent(in) :: nodes       !! sampled mesh
+      type(problem_t), intent(in) :: nodes       !! problem on a mesh whose nodes detect contact
       type(path_state_t), intent(inout) :: on    !! in: the run on this mesh; out: the run at the start of the last increment
       type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       real(wp), intent(out) :: first             !! load factor after the first increment
@@ -73,7 +73,7 @@ contains
    !> Contact spans that correspond to a converged state of contact at nodes, and their equilibrium at the same load. Not found if
    !> their tests fail, because contact at nodes may represent contact spans better slightly further along the path.
    subroutine find_spans(problem, trial, next, found, why)
-      type(problem_t), intent(in) :: problem     !! sampled mesh
+      type(problem_t), intent(in) :: problem     !! problem on a mesh whose nodes detect contact
       type(state_t), intent(in) :: trial
       type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       logical, intent(out) :: found

@@ -197,7 +197,8 @@ contains
 
    !> First point of a path with contact at the start; the run passes from contact at nodes to contact spans.
    subroutine begin_spans(problem, run, trial, report)
-      type(problem_t), intent(inout) :: problem  !! in: sampled mesh; out: with contact spans, at the beginning of the path
+      type(problem_t), intent(inout) :: problem  !! in: on a mesh whose nodes detect contact; out: with contact spans, at the
+      !! beginning of the path
       type(path_state_t), intent(inout) :: run          !! at its start
       type(path_point_t), intent(out) :: trial
       type(increment_t), intent(out) :: report
