@@ -1,4 +1,4 @@
-!> Remeshing of a run: for another contact set, for spans that have grown, or for the error tolerance.
+!> Remeshes a run: for another contact set, for spans that have grown, or for the error tolerance.
 module span_mesh
    use kinds, only: wp
    use model, only: method_load, method_displacement
