@@ -144,8 +144,8 @@ contains
       end associate
    end function path_tangent_of
 
-   !> Adds the path from the last accepted point to a new one. The path has a corner at a contact change: both tangents are those of
-   !> this part of the path.
+   !> Adds the part of the path between the last accepted point and a new one to the recent path. The path has a corner at a contact
+   !> change: both tangents are those of this part of the path.
    subroutine leave_trail(problem, run, point)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
