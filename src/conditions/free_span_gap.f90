@@ -69,7 +69,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       associate (o => problem%model%contact(contact)%obstacle, load => problem%model%step(problem%step)%load)
-         ! As candidate_offset of module candidates.
+         ! The same formula as in candidate_offset of module candidates.
          offset = problem%model%contact(contact)%gap + problem%overlap(contact) * (1.0_wp - problem%constant%resolved(o) - &
             & state%load_factor * load%resolved(o)) - problem%constant%closing(o) - state%load_factor * load%closing(o)
       end associate

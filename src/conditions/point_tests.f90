@@ -162,8 +162,8 @@ contains
       end associate
    end function rests_beside
 
-   !> True if the contact constrains its node. False if a support constrains the node in the same direction, or an earlier active
-   !> candidate of the same node; see eliminated_unknowns.
+   !> True if the contact constrains its node: neither a support nor an earlier active candidate of the same node constrains the
+   !> node in the same direction already (see eliminated_unknowns).
    pure logical function closes_gap(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -26,7 +26,7 @@ module path_events
    real(wp), parameter :: at_rest = 1.0e-6_wp !! value of a contact event function at the start, over the value after the increment;
    !! below it the contact carries no force
 
-   !> Numbers compared from point to point.
+   !> Test values of one point, which are compared from point to point.
    type :: test_values_t
       real(wp) :: load_factor = 0.0_wp
       real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length) along the path
