@@ -238,7 +238,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c                     !! candidate
-      real(wp), intent(in) :: sense                !! as in a curvature test
+      real(wp), intent(in) :: sense  !! side of a support that fixes the rotation: before (-1), after (1); 0: no such support
+      !! (span_test_t)
       real(wp) :: lifted
       would_press = density_beside(problem, state, c, sense) >= 0.0_wp
       if (.not. would_press) return
@@ -253,7 +254,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c                     !! candidate
-      real(wp), intent(in) :: sense                !! as in a curvature test
+      real(wp), intent(in) :: sense  !! side of a support that fixes the rotation: before (-1), after (1); 0: no such support
+      !! (span_test_t)
       if (abs(sense) > 0.0_wp) then
          density = virtual_pressure(problem, state, c, merge(1, 2, sense < 0.0_wp))
       else
@@ -267,7 +269,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c                     !! candidate
-      real(wp), intent(in) :: sense                !! as in a curvature test
+      real(wp), intent(in) :: sense  !! side of a support that fixes the rotation: before (-1), after (1); 0: no such support
+      !! (span_test_t)
       real(wp) :: force, jump
       length = 0.0_wp
       if (problem%candidates%moves(c) .or. stands(problem, state, c)) return

@@ -44,7 +44,7 @@ contains
    !> Another contact set, not in equilibrium yet.
    function new_next(problem, state, contact_span) result(next)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state          !! of `problem`: first guess
+      type(state_t), intent(in) :: state          !! state of `problem`, the first guess
       type(contact_span_t), intent(in) :: contact_span(:) !! contact spans of the other set, with ends as in the state
       type(next_t) :: next
       next%problem = new_span_problem(problem, contact_span)

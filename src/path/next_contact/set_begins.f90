@@ -25,7 +25,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
       logical, intent(in) :: gone                !! the closed span has zero length
-      type(next_t), intent(inout) :: next        !! as from new_next
+      type(next_t), intent(inout) :: next        !! the new set, as from new_next
       logical, intent(out) :: found
       integer, intent(in), optional :: test      !! test of the new set that is zero at the onset; absent: its least pressure
       real(wp), parameter :: small = 1.0e-3_wp * test_slack(test_pressure)
@@ -95,7 +95,8 @@ contains
    !> back.
    subroutine go_back(to, next)
       real(wp), intent(in) :: to
-      type(next_t), intent(inout) :: next        !! in: at a point further on; out: at the farthest point back that was found valid
+      type(next_t), intent(inout) :: next  !! in: the next set at a point further on; out: at the farthest point back that was found
+      !! valid
       type(next_t) :: nearer
       real(wp) :: fails, since, whole              ! load factors at which the set fails and at which it is valid; length of the
       ! interval

@@ -48,7 +48,7 @@ contains
       type(span_test_t), intent(in) :: test        !! test of pressure, couple or force, below zero at `beyond`
       real(wp), intent(in) :: scale                !! scale of forces
       integer, intent(in) :: number                !! number of the first new contact span
-      type(next_t), intent(out) :: next            !! at the load factor of `beyond`
+      type(next_t), intent(out) :: next            !! the set with the span open, at the load factor of `beyond`
       logical, intent(out) :: found
       type(contact_span_t), allocatable :: contact_span(:)
       if (test%kind == test_force .or. test%kind == test_couple) then
@@ -113,7 +113,7 @@ contains
    subroutine open_zone(problem, state, line, zone, set, rest, told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! at the present state
+      type(contact_span_t), intent(in) :: line            !! line contact with its ends in the present state
       real(wp), intent(in) :: zone(2)
       type(contact_span_t), allocatable, intent(inout) :: set(:)
       integer, intent(inout) :: rest               !! index of the part of the line contact behind this zone
@@ -244,7 +244,7 @@ contains
    function pulled_zones(problem, state, line) result(zone)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! at the present state
+      type(contact_span_t), intent(in) :: line            !! line contact with its ends in the present state
       real(wp), allocatable :: zone(:, :)          !! (2, zones)
       type(pressure_t) :: pressure
       real(wp), allocatable :: at(:), density(:)
@@ -282,7 +282,7 @@ contains
    real(wp) function least_density(problem, state, line, zone) result(least)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! at the present state
+      type(contact_span_t), intent(in) :: line            !! line contact with its ends in the present state
       real(wp), intent(in) :: zone(2)              !! tensile zone of another state
       real(wp) :: ends(2)
       integer :: i

@@ -100,7 +100,7 @@ contains
 
    !> Sets the path tangent to the sense in which the new contact or free span grows.
    subroutine take_sense(problem, run, test, answer, old, leaves)
-      type(problem_t), intent(in) :: problem     !! with the contact spans of the answer
+      type(problem_t), intent(in) :: problem     !! problem with the contact spans of the answer
       type(path_state_t), intent(inout) :: run
       type(span_test_t), intent(in) :: test      !! test that was zero
       type(answer_t), intent(in) :: answer
