@@ -64,9 +64,9 @@ contains
    !> Replaces the next set's state by its state at the end of the step, if the step ends before the known equilibrium and the set
    !> is valid at this end. The new spans are too short there to be found from the side of the old set.
    subroutine stop_before(problem, step, run, next)
-      type(problem_t), intent(in) :: problem     !! with the next set
+      type(problem_t), intent(in) :: problem     !! problem with the next contact set
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run             !! at its point, on the mesh of the next set
+      type(path_state_t), intent(in) :: run             !! the run at its present point, on the mesh of the next set
       type(next_t), intent(inout) :: next
       type(event_t), allocatable :: events(:)
       integer, parameter :: most = 10            ! corrections from the known state back to the end of the step
@@ -105,7 +105,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run          !! the run at the place of the change
-      type(step_interval_t), intent(in) :: interval        !! from the change's place to its end
+      type(step_interval_t), intent(in) :: interval        !! part of the increment from the place of the change to its end
       type(change_t), intent(inout) :: change
       type(next_t) :: nearer
       type(path_point_t) :: here

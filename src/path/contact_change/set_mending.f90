@@ -88,8 +88,9 @@ contains
    !> wrong.
    subroutine try_at_change(problem, run, first, next, found)
       type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run   !! if a set is found: at the place of the change
-      type(next_t), intent(out) :: first, next   !! as from try_sets
+      type(path_state_t), intent(inout) :: run   !! out: at the place of the change if a set is found, else unchanged
+      type(next_t), intent(out) :: first, next  !! first equilibrium of the set and a later one at which all its tests are
+      !! satisfied, see try_sets
       logical, intent(out) :: found
       type(path_state_t) :: before
       found = allocated(run%before_change) .and. run%arc_length <= run%since_change%at
@@ -110,7 +111,8 @@ contains
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(next_t), intent(inout) :: first, next !! as from try_sets
+      type(next_t), intent(inout) :: first, next  !! first equilibrium of the set and a later one at which all its tests are
+      !! satisfied, see try_sets
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome

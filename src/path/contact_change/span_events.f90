@@ -81,7 +81,7 @@ contains
    !> span, its relative curvature may be slightly negative.
    pure subroutine excuse_arriving_points(interval, arrives, rises)
       type(step_interval_t), intent(inout) :: interval
-      logical, intent(in) :: arrives, rises       !! see since_change_t
+      logical, intent(in) :: arrives, rises       !! consequences of the last contact change, see since_change_t
       integer :: k
       do k = 1, size(interval%after)
          associate (before => interval%before(k), after => interval%after(k))

@@ -138,7 +138,7 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
-      real(wp), intent(in) :: tolerance           !! for the test's value
+      real(wp), intent(in) :: tolerance           !! largest size of the test's value that counts as zero
       type(change_t), intent(inout) :: change
       logical, intent(out) :: found
       type(division_t) :: division
