@@ -74,7 +74,7 @@ contains
    real(wp) function pulled_length(problem, state, line, at) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line   !! at the present state
+      type(contact_span_t), intent(in) :: line   !! line contact with its ends in the present state
       real(wp), intent(in) :: at                 !! coordinate along the rod segment
       type(pressure_t) :: pressure
       integer :: first, last

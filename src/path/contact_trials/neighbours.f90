@@ -58,7 +58,7 @@ module neighbours
    !> A contact set to be tried, with up to two ends of contacts whose places are prescribed.
    type :: neighbour_t
       integer :: edit = 0
-      type(contact_span_t), allocatable :: set(:) !! on strips, new contact spans without number
+      type(contact_span_t), allocatable :: set(:) !! contact set on strips, new contact spans without number
       integer :: held(2) = 0                 !! indices of the contacts that have an end with a prescribed place, 0: none
       integer :: side(2) = 1                 !! which end of this contact: 1 first, 2 last
    end type neighbour_t
@@ -67,14 +67,14 @@ module neighbours
    ! differs inside a line contact, at its end, and at a load.
    real(wp), parameter :: zones(4) = [1.0_wp, 0.5_wp, 2.0_wp, 4.0_wp]
    real(wp), parameter :: behind = 0.1_wp     !! first guess for a free span across a boundary: length behind / before the boundary
-   real(wp), parameter :: at_load(3) = [1.0_wp, 4.0_wp, 16.0_wp]  !! as `zones`, multiples of the least new length, at segment
-   !! boundaries
+   real(wp), parameter :: at_load(3) = [1.0_wp, 4.0_wp, 16.0_wp]  !! sizes as `zones` at segment boundaries, as multiples of the
+   !! least size of a new span
 
 contains
 
    !> Neighbours of a set at one place, in the order in which they are tried.
    function neighbours_at(set, doubt, boundary, size_of_new, near) result(found)
-      type(contact_span_t), intent(in) :: set(:)  !! on strips, sorted
+      type(contact_span_t), intent(in) :: set(:)  !! contact set on strips, sorted
       type(doubt_t), intent(in) :: doubt
       real(wp), intent(in) :: boundary(:)    !! coordinates along the strip of its beginning, its segment boundaries and its end
       real(wp), intent(in) :: size_of_new    !! prescribed length of a new contact or free span

@@ -74,7 +74,7 @@ contains
    !> become a single line contact.
    pure function on_strips(strip, contact_span) result(set)
       type(strip_t), intent(in) :: strip(:)
-      type(contact_span_t), intent(in) :: contact_span(:) !! set on rod segments
+      type(contact_span_t), intent(in) :: contact_span(:) !! contact set on rod segments
       type(contact_span_t), allocatable :: set(:)
       type(contact_span_t) :: all(size(contact_span))
       integer :: k, i, n
@@ -115,7 +115,7 @@ contains
    subroutine on_segments(strip, covered, set, contact_span, valid)
       type(strip_t), intent(in) :: strip(:)
       logical, intent(in) :: covered(:, :)     !! (rod segments, contacts) as in problem_t
-      type(contact_span_t), intent(in) :: set(:) !! on strips
+      type(contact_span_t), intent(in) :: set(:) !! contact set on strips
       type(contact_span_t), allocatable, intent(out) :: contact_span(:)
       logical, intent(out) :: valid            !! false: contacts overlap, or are outside the strip or the obstacle's segments
       type(contact_span_t) :: piece
