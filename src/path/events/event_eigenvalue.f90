@@ -56,7 +56,7 @@ contains
    pure subroutine follow_through_zero(modes, event, mu)
       type(modes_t), intent(in) :: modes(n_samples)
       type(event_t), intent(in) :: event
-      real(wp), intent(inout) :: mu(n_samples)  !! on entry selected by number in the order
+      real(wp), intent(inout) :: mu(n_samples)  !! in: eigenvalues selected by their number in the order
       integer :: first, last, k, i, j, left
       logical :: wanted, beyond
       first = negative_count(modes(1))

@@ -57,7 +57,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
       type(findings_t), intent(inout) :: findings
-      type(event_t), allocatable :: events(:)     ! up to the limit point
+      type(event_t), allocatable :: events(:)     ! events up to the limit point
       type(event_t), allocatable :: beyond_it(:)
       type(path_point_t) :: top
       type(path_state_t) :: beyond

@@ -19,7 +19,7 @@ module zero_search
    public :: zero_search_t, find_zero, swerve_per_force
 
    integer, parameter :: max_centres = 6
-   real(wp), parameter :: apart = 0.75_wp !! on a continuous path: largest distance of the middle samples / first to last
+   real(wp), parameter :: apart = 0.75_wp !! largest distance of the middle samples / first to last on a continuous path
    real(wp), parameter :: reach = epsilon(1.0_wp)**0.2_wp !! spacing of the samples over the increment, see smooth_zero
 
    !> Data of the search for the zero of an event function.
