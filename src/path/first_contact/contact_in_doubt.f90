@@ -33,7 +33,7 @@ contains
 
    !> Next set of contact spans and its equilibrium ahead of the present point, at the nearest point at which the set is valid.
    subroutine ask_nodes(problem, run, reach, next, found)
-      type(problem_t), intent(in) :: problem       !! with contact spans
+      type(problem_t), intent(in) :: problem       !! problem with the present contact spans
       type(path_state_t), intent(in) :: run
       real(wp), intent(in) :: reach                !! size of the increment that failed
       type(next_t), intent(out) :: next

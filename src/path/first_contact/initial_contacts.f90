@@ -15,10 +15,10 @@ contains
 
    !> All isolated places with a least gap of zero. A rod along its obstacle has no isolated places.
    function find_initial_contacts(problem) result(contact_span)
-      type(problem_t), intent(in) :: problem         !! on the deck's mesh
+      type(problem_t), intent(in) :: problem         !! problem on the deck's mesh
       type(contact_span_t), allocatable :: contact_span(:)
       real(wp), allocatable :: at(:), gap(:)
-      logical, allocatable :: touches(:)              ! with one additional value at each end
+      logical, allocatable :: touches(:)              ! true: gap of zero at the sample; one additional value at each end
       integer :: contact, rod_segment, i
       allocate (contact_span(0))
       do contact = 1, size(problem%deck%contact)

@@ -140,7 +140,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: run(:)      !! candidates
-      logical, intent(in) :: closed      !! as in follow_run
+      logical, intent(in) :: closed      !! true: the row is a closed chain
       type(contact_span_t), allocatable :: line(:)
       type(contact_span_t) :: new
       integer :: i, e

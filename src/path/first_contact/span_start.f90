@@ -169,7 +169,7 @@ contains
    !> True if a node is the end of a rod at a support on the obstacle, a hinge or a clamp parallel to the obstacle: contact may
    !> spread from there, but has no force yet.
    logical function held_end(problem, contact, node, normal) result(held)
-      type(problem_t), intent(in) :: problem         !! on the deck's mesh
+      type(problem_t), intent(in) :: problem         !! problem on the deck's mesh
       integer, intent(in) :: contact, node
       real(wp), intent(in) :: normal(2)              !! normal of the obstacle there
       type(geometry_t) :: home
@@ -187,7 +187,7 @@ contains
 
    !> Point contact at the supported end of a rod (held_end).
    type(contact_span_t) function touch_at_end(problem, contact, node, number) result(contact_span)
-      type(problem_t), intent(in) :: problem         !! on the deck's mesh
+      type(problem_t), intent(in) :: problem         !! problem on the deck's mesh
       integer, intent(in) :: contact, node, number
       contact_span%contact = contact
       contact_span%number = number
@@ -199,7 +199,7 @@ contains
    subroutine begin_spans(problem, run, trial, report)
       type(problem_t), intent(inout) :: problem  !! in: on a mesh whose nodes detect contact; out: with contact spans, at the
       !! beginning of the path
-      type(path_state_t), intent(inout) :: run          !! at its start
+      type(path_state_t), intent(inout) :: run          !! the run at its start
       type(path_point_t), intent(out) :: trial
       type(increment_t), intent(out) :: report
       type(next_t) :: next

@@ -63,7 +63,7 @@ contains
    subroutine check_start(problem, system, stiffness, rounding)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(inout) :: system      !! factored at the start; its pivot count becomes that of the tangent used
-      real(wp), intent(out) :: stiffness, rounding !! see path_stiffness
+      real(wp), intent(out) :: stiffness, rounding !! stiffness along the path and its rounding error, see path_stiffness
       type(problem_t) :: soft
       type(state_t) :: start
       type(system_t) :: other
@@ -84,7 +84,7 @@ contains
    !> Makes the first increment from a start on stiff foundations.
    subroutine take_stiff_start(problem, run, trial, report, taken)
       type(problem_t), intent(inout) :: problem    !! out: on the mesh of `trial`
-      type(path_state_t), intent(inout) :: run     !! in/out: its point on this mesh
+      type(path_state_t), intent(inout) :: run     !! the run; out: its point is on this mesh
       type(path_point_t), intent(inout) :: trial
       type(increment_t), intent(out) :: report
       logical, intent(out) :: taken                !! false: no point was found, and problem and run are unchanged
@@ -217,8 +217,8 @@ contains
    !> Problem of the same deck with a part of the stiffness of all foundations without tension; with less than the full stiffness
    !> also without the corners of laws, because the first point is found before any is reached.
    function softened(problem, whole, part) result(soft)
-      type(problem_t), intent(in) :: problem       !! on any mesh
-      type(problem_t), intent(in) :: whole         !! with the deck's stiffness
+      type(problem_t), intent(in) :: problem       !! problem on any mesh
+      type(problem_t), intent(in) :: whole         !! problem with the deck's stiffness
       real(wp), intent(in) :: part
       type(problem_t) :: soft                      !! its deck is changed; its mesh must be made anew
       integer :: o
