@@ -295,7 +295,7 @@ contains
    !> Keeps the largest relative error bar of the load factors of a buckling step, and a message for the first bar wider than
    !> allowed.
    subroutine note_buckling_bars(buckling, widest, accuracy)
-      type(buckling_t), intent(in) :: buckling   !! with bars
+      type(buckling_t), intent(in) :: buckling   !! modes and load factors with their error bars
       real(wp), intent(in) :: widest             !! largest bar allowed, relative to the load factor
       type(accuracy_t), intent(inout) :: accuracy
       integer :: k
@@ -310,7 +310,7 @@ contains
    !> Keeps the largest relative error bar of a point of a limit curve. Monitors that the deck counts must have bounded bars.
    subroutine note_curve_bar(problem, point, name, step, accuracy)
       type(problem_t), intent(in) :: problem
-      type(limit_point_t), intent(in) :: point   !! with bars
+      type(limit_point_t), intent(in) :: point   !! point of the curve with its error bars
       character(*), intent(in) :: name           !! name of the curve
       type(step_t), intent(in) :: step
       type(accuracy_t), intent(inout) :: accuracy

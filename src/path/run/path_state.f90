@@ -46,7 +46,8 @@ module path_state
       type(mesh_density_t), allocatable :: coarser(:) !! (rod segments) coarser mesh that is accurate enough for the last point
       type(point_on_mesh_t), allocatable :: before_coarsening !! state to return to until a point is accepted on the coarser mesh
       integer :: points_to_keep = 0              !! number of further points for which the mesh is not coarsened
-      logical :: change_behind = .false. !! on the new mesh a point contact becomes a line contact before the last accepted point
+      logical :: change_behind = .false.  !! true: on the new mesh a point contact becomes a line contact before the last accepted
+      !! point
    end type mesh_history_t
 
    !> Derivatives of the tests of contact spans by arc length.

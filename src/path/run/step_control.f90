@@ -84,7 +84,7 @@ contains
    !> up.
    subroutine next_increment(step, report, relation, spans, control)
       type(step_t), intent(in) :: step
-      type(increment_t), intent(in) :: report   !! of the increment just made
+      type(increment_t), intent(in) :: report   !! report of the increment just made
       type(relation_t), intent(in) :: relation  !! relation of the two ends of the increment
       logical, intent(in) :: spans              !! contact spans: nodes moved along their rods
       type(control_t), intent(inout) :: control
