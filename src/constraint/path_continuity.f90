@@ -38,7 +38,8 @@ module path_continuity
       real(wp) :: distance = 0.0_wp             !! norm of chord/length - mean of the tangents; 1/8 turn^2 on a circle
       real(wp) :: load = 0.0_wp !! distance of the mean load rate from the interval between both load rates, relative to the faster
       !! rate
-      real(wp) :: bending = 0.0_wp              !! as `load`, for the rates of the rotations (a vector over all nodes)
+      real(wp) :: bending = 0.0_wp  !! distance of the mean rate of the rotations (a vector over all nodes) from the ball that has
+      !! the rates at both ends as opposite poles, relative to the larger rate
       real(wp) :: rotation = 0.0_wp             !! [rad] largest rotation, if the first tangent is unknown
    end type relation_t
 

@@ -161,7 +161,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       real(wp), intent(in) :: from, to
-      integer, intent(out), optional :: candidate !! as in smallest_ground_gap
+      integer, intent(out), optional :: candidate !! candidate before the element with the maximum, as in smallest_ground_gap
       real(wp), intent(out), optional :: place
       type(element_gap_t) :: between
       real(wp), allocatable :: gap(:), peak(:), tau(:)

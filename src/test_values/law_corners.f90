@@ -43,7 +43,7 @@ contains
    real(wp) function beyond_corner(problem, state, corner) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(law_corner_t), intent(in) :: corner   !! with candidate > 0
+      type(law_corner_t), intent(in) :: corner   !! a corner with candidate > 0
       beyond = penetration(problem, state, corner%candidate) - corner%penetration
    end function beyond_corner
 
