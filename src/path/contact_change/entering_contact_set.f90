@@ -99,8 +99,8 @@ contains
       if (holds(there)) call copy_next(there, next)
    end subroutine stop_before
 
-   !> A free span opens at the run's point, and its equilibrium is known at the interval's end only: this equilibrium is moved
-   !> towards the run's point, by halving the distance, until no event lies between the two.
+   !> Moves the known equilibrium of a free span, which opens at the run's point but is known at the interval's end only, towards
+   !> the run's point: the distance is halved until no event lies between the two.
    subroutine come_nearer(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

@@ -21,7 +21,7 @@ module span_events
 
 contains
 
-   !> First contact change on an increment or just beyond its end: kind, place, and properties that only the next set has.
+   !> Finds the first contact change on an increment or just beyond its end: kind, place, and properties that only the next set has.
    subroutine find_change(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -32,9 +32,9 @@ contains
       if (change%kind == change_by_rule) call look_beyond(problem, step, run, interval, change)
    end subroutine find_change
 
-   !> First contact change and its place. If another test fails at the place of a located change, the zero of the failing test is
-   !> earlier and is located next. A free span that closes has priority, because other tests that fail at this place fail due to the
-   !> closing.
+   !> Finds the first contact change and its place. If another test fails at the place of a located change, the zero of the failing
+   !> test is earlier and is located next. A free span that closes has priority, because other tests that fail at this place fail
+   !> due to the closing.
    subroutine find_first(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
