@@ -53,7 +53,7 @@ contains
       end subroutine follow
    end function find_strips
 
-   !> Strip of a place on a rod segment, and the coordinate of this place along the strip.
+   !> Finds the strip of a place on a rod segment, and the coordinate of this place along the strip.
    pure subroutine strip_place(strip, rod_segment, at, which, along)
       type(strip_t), intent(in) :: strip(:)
       integer, intent(in) :: rod_segment

@@ -78,7 +78,7 @@ contains
 
    contains
 
-      !> Equilibrium after a change of the unknowns; the load factor comes last.
+      !> Finds the equilibrium after a change of the unknowns; the load factor comes last.
       subroutine go_by(change, from, to, error)
          real(wp), intent(in) :: change(:)
          type(state_t), intent(in) :: from
