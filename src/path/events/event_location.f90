@@ -204,7 +204,7 @@ contains
       end do
    end subroutine forget_opening
 
-   !> Zero of the event function by Chandrupatla's bracketing rule.
+   !> Finds the zero of the event function by Chandrupatla's bracketing rule.
    subroutine bracket_zero(problem, step, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

@@ -27,7 +27,7 @@ module event_search
 
 contains
 
-   !> All events between the last point and the trial.
+   !> Finds all events between the last point and the trial.
    subroutine find_events(problem, step, run, trial, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

@@ -78,8 +78,8 @@ contains
       end do
    end subroutine narrow_bracket
 
-   !> Zero of the cubic through four samples around the estimate, repeated until the estimate moves by less than two sample
-   !> spacings.
+   !> Finds the zero of the cubic through four samples around the estimate, repeated until the estimate moves by less than two
+   !> sample spacings.
    subroutine interpolate_zero(problem, run, trial, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
