@@ -31,7 +31,8 @@ module contact_in_doubt
 
 contains
 
-   !> Next set of contact spans and its equilibrium ahead of the present point, at the nearest point at which the set is valid.
+   !> Finds the next set of contact spans by contact at nodes, and its equilibrium ahead of the present point, at the nearest point
+   !> at which the set is valid.
    subroutine ask_nodes(problem, run, reach, next, found)
       type(problem_t), intent(in) :: problem       !! problem with the present contact spans
       type(path_state_t), intent(in) :: run

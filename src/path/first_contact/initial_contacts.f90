@@ -35,7 +35,7 @@ contains
       end do
    end function find_initial_contacts
 
-   !> Gap at the deck's nodes along a rod segment, and its minimum inside each element.
+   !> Samples the gap at the deck's nodes along a rod segment, and its minimum inside each element.
    subroutine sample_gap(problem, contact, rod_segment, at, gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, rod_segment
@@ -68,7 +68,7 @@ contains
       end subroutine keep
    end subroutine sample_gap
 
-   !> Minimum of the gap inside an element; the gap is assumed to have only one minimum there.
+   !> Finds the minimum of the gap inside an element; the gap is assumed to have only one minimum there.
    subroutine least_inside(problem, contact, e, place, least)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, e

@@ -93,8 +93,8 @@ contains
       end do
    end subroutine close_waves
 
-   !> The row of consecutive active candidates that contains candidate c. On a closed chain that is active all round the row begins
-   !> at c.
+   !> Finds the row of consecutive active candidates that contains candidate c. On a closed chain that is active all round the row
+   !> begins at c.
    pure subroutine follow_run(problem, active, c, run, closed)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: active(:)

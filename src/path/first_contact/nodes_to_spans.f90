@@ -70,8 +70,8 @@ contains
       end do
    end subroutine find_spans_ahead
 
-   !> Contact spans that correspond to a converged state of contact at nodes, and their equilibrium at the same load. Not found if
-   !> their tests fail, because contact at nodes may represent contact spans better slightly further along the path.
+   !> Finds contact spans that correspond to a converged state of contact at nodes, and their equilibrium at the same load. Not
+   !> found if their tests fail, because contact at nodes may represent contact spans better slightly further along the path.
    subroutine find_spans(problem, trial, next, found, why)
       type(problem_t), intent(in) :: problem     !! problem on a mesh whose nodes detect contact
       type(state_t), intent(in) :: trial

@@ -28,8 +28,8 @@ module span_start
 
 contains
 
-   !> Problem with which a path with contact spans starts: without contact spans if there is no contact yet, else with nodes that
-   !> detect contact. Unchanged if the deck has no contact with contact spans.
+   !> Makes the problem with which a path with contact spans starts: without contact spans if there is no contact yet, else with
+   !> nodes that detect contact. Unchanged if the deck has no contact with contact spans.
    subroutine prepare_spans(problem)
       type(problem_t), intent(inout) :: problem      !! in: on the deck's mesh
       type(contact_span_t), allocatable :: clamp(:), first(:)
@@ -75,7 +75,7 @@ contains
       touches = gap <= touching_gap(problem)
    end function touches_at_first
 
-   !> Gap of a node of a contact at the start.
+   !> Computes the gap of a node of a contact at the start, with the normal and the curvature of the obstacle.
    subroutine first_gap(problem, k, i, gap, normal, bend)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: k, i                    !! index of the contact, index into its nodes
@@ -195,7 +195,7 @@ contains
       if (problem%beside(1, node) > 0) contact_span%at = problem%layout%rod_segment(contact_span%rod_segment)%length
    end function touch_at_end
 
-   !> First point of a path with contact at the start; the run passes from contact at nodes to contact spans.
+   !> Finds the first point of a path with contact at the start; the run passes from contact at nodes to contact spans.
    subroutine begin_spans(problem, run, trial, report)
       type(problem_t), intent(inout) :: problem  !! in: on a mesh whose nodes detect contact; out: with contact spans, at the
       !! beginning of the path

@@ -150,7 +150,7 @@ contains
       taken = trial%system%ok
    end subroutine take_stiff_start
 
-   !> Equilibrium with the mesh and the stiffness of the next step, from the state of the present step of the stiffness.
+   !> Finds the equilibrium with the mesh and the stiffness of the next step, from the state of the present step of the stiffness.
    subroutine stand_there(control, here, next, system, report)
       type(control_t), intent(in) :: control
       type(rung_t), intent(in) :: here
