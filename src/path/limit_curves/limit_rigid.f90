@@ -44,7 +44,7 @@ contains
 
    contains
 
-      !> Contact at the nodes instead of contact spans.
+      !> Makes contact at the nodes instead of contact spans.
       subroutine stand_at_nodes()
          type(problem_t) :: next
          next = rigid_problem(problem, curve)
