@@ -16,7 +16,7 @@ module resting_contact
 
 contains
 
-   !> Touchdown point with the largest rate of position by load.
+   !> Finds the touchdown point with the largest rate of position by load.
    subroutine find_fastest(problem, point, fastest, rate)
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: point
@@ -35,7 +35,7 @@ contains
       rate = rates(fastest)
    end subroutine find_fastest
 
-   !> Equilibrium with one touchdown point fixed at its present position.
+   !> Finds the equilibrium with one touchdown point fixed at its present position.
    subroutine stay_in_place(problem, run, fastest, point, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

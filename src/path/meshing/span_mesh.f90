@@ -250,7 +250,7 @@ contains
       call copy_path_state(before, run)
    end subroutine stand_on
 
-   !> Equilibrium of the run's point on the mesh to which it was transferred.
+   !> Finds the equilibrium of the run's point on the mesh to which it was transferred.
    subroutine rebalance(problem, run, done)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run              !! unchanged without success
