@@ -29,7 +29,7 @@ module flat_point_rule
 
 contains
 
-   !> Next contact set after a zero of the curvature test of a point contact.
+   !> Determines the next contact set after a zero of the curvature test of a point contact.
    subroutine answer_flat_point(problem, state, tests, which, fall, answer, more, apart)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

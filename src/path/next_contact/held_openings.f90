@@ -70,8 +70,8 @@ contains
       ok = run%last%system%ok
    end subroutine begin_span
 
-   !> Equilibrium at the run's load with the touchdown points of an opening span fixed; the misfits of their contact conditions give
-   !> the sense in which the touchdown points will move. Without an equilibrium the state is unchanged.
+   !> Finds the equilibrium at the run's load with the touchdown points of an opening span fixed; the misfits of their contact
+   !> conditions give the sense in which the touchdown points will move. Without an equilibrium the state is unchanged.
    subroutine rest_held(problem, run, opened)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run

@@ -86,7 +86,7 @@ contains
 
    contains
 
-      !> Equilibrium after a change of the load and of the points' positions.
+      !> Finds the equilibrium after a change of the load and of the points' positions.
       subroutine go_by(move, from, to, left, whole)
          real(wp), intent(in) :: move(2)         !! changes of load factor and position
          type(state_t), intent(in) :: from

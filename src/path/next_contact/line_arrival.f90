@@ -21,8 +21,8 @@ module line_arrival
 
 contains
 
-   !> Contact set with the arriving ends at the segment boundary, and its equilibrium, if found on the interval or beyond its end by
-   !> at most its length.
+   !> Finds the contact set with the arriving ends at the segment boundary, and its equilibrium, if found on the interval or beyond
+   !> its end by at most its length.
    subroutine find_arrival(problem, interval, test, next, found)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
@@ -40,8 +40,8 @@ contains
       call find_load(problem, interval, next%problem%contact_span(k)%candidate(3 - side), meets, next, found)
    end subroutine find_arrival
 
-   !> Contact set with the end of a line contact at the segment boundary, and the end of a second line contact if one arrives from
-   !> the other side. Not allocated if no line contact arrives.
+   !> Makes the contact set with the end of a line contact at the segment boundary, and the end of a second line contact if one
+   !> arrives from the other side. Not allocated if no line contact arrives.
    subroutine set_at_breakpoint(problem, interval, test, set, k, side, meets)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
@@ -77,8 +77,8 @@ contains
       if (meets) set = end_moved(set, other, side, merge(problem%layout%rod_segment(rod_segment)%length, 0.0_wp, way < 0))
    end subroutine set_at_breakpoint
 
-   !> Load at which the node at the segment boundary needs no fixing, by the secant method: the zero of its couple, or of its force
-   !> if two line contacts meet and the couple is zero.
+   !> Finds the load at which the node at the segment boundary needs no fixing, by the secant method: the zero of its couple, or of
+   !> its force if two line contacts meet and the couple is zero.
    subroutine find_load(problem, interval, c, meets, next, found)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
@@ -118,7 +118,7 @@ contains
 
    contains
 
-      !> Couple and force that would fix the node at a load.
+      !> Computes the couple and the force that would fix the node at a load.
       subroutine look_at(load, couple, force)
          real(wp), intent(in) :: load
          real(wp), intent(out) :: couple, force

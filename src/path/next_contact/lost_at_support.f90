@@ -35,7 +35,7 @@ contains
       end do
    end function clamped_ends
 
-   !> Equilibrium at which the point contact beside a span has reached the clamp on the other side of the span.
+   !> Finds the equilibrium at which the point contact beside a span has reached the clamp on the other side of the span.
    subroutine go_into_clamp(problem, run, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -51,8 +51,8 @@ contains
       call lose(run, interval, next, found)
    end subroutine go_into_clamp
 
-   !> Equilibrium at which a line contact has shrunk onto the support at its end. Not found if contact continues beyond the support,
-   !> or if the line contact has no support at an end.
+   !> Finds the equilibrium at which a line contact has shrunk onto the support at its end. Not found if contact continues beyond
+   !> the support, or if the line contact has no support at an end.
    subroutine lose_line(problem, run, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

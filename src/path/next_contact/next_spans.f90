@@ -52,8 +52,8 @@ contains
       next%system = new_system(next%problem)
    end function new_next
 
-   !> Equilibrium at the state's load factor: first with fixed touchdown points, because only forces in equilibrium determine the
-   !> places of the touchdown points.
+   !> Finds the equilibrium at the state's load factor: first with fixed touchdown points, because only forces in equilibrium
+   !> determine the places of the touchdown points.
    subroutine settle(next, found)
       type(next_t), intent(inout) :: next
       logical, intent(out) :: found

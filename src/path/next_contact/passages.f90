@@ -33,8 +33,8 @@ module passages
 
 contains
 
-   !> Contact set after the passage that belongs to a zero length or crossing test, and after other passages within the same
-   !> distance.
+   !> Determines the contact set after the passage that belongs to a zero length or crossing test, and after other passages within
+   !> the same distance.
    subroutine pass_breakpoints(problem, tests, which, fall, set, passes, passed, meets)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)
@@ -111,7 +111,7 @@ contains
       end associate
    end function is_turned
 
-   !> Last of the passages `taken`, and the path parameter at which it is complete (length / decrease of the length).
+   !> Finds the last of the passages `taken`, and the path parameter at which it is complete (length / decrease of the length).
    pure subroutine find_last(passage, taken, last, time)
       type(passage_t), intent(in) :: passage(:)
       logical, intent(in) :: taken(:)

@@ -18,9 +18,10 @@ module set_begins
 
 contains
 
-   !> Onset of the new set: the least pressure of its line contact is zero or slightly above, or a given test is zero. Secant
-   !> method, bracketed if possible. If the closed span has zero length and the set is valid on the whole increment, the onset is at
-   !> the run's point: the two meshes may place the onset slightly before it.
+   !> Finds the onset of the new set, that is, the load at which the least pressure of its line contact is zero or slightly above,
+   !> or at which a given test is zero. The secant method is used, bracketed if possible. If the closed span has zero length and the
+   !> set is valid on the whole increment, the onset is at the run's point: the two meshes may place the onset slightly before this
+   !> point.
    subroutine find_begin(run, interval, gone, next, found, test)
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
@@ -73,7 +74,7 @@ contains
 
    contains
 
-      !> Least pressure, or the given test, at a load factor.
+      !> Computes the least pressure, or the given test, at a load factor.
       subroutine look_at(load, least)
          real(wp), intent(in) :: load
          real(wp), intent(out) :: least

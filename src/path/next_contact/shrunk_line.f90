@@ -21,9 +21,9 @@ module shrunk_line
 
 contains
 
-   !> Equilibrium of the run after a line contact has shrunk or a point contact has come to a segment boundary. If a line contact
-   !> has become a free point contact: the equilibrium just beyond osculation. Otherwise: the equilibrium at the same load. The run
-   !> is unchanged if no equilibrium is found within `reach`.
+   !> Finds the equilibrium of the run after a line contact has shrunk or a point contact has come to a segment boundary. If a line
+   !> contact has become a free point contact: the equilibrium just beyond osculation. Otherwise: the equilibrium at the same load.
+   !> The run is unchanged if no equilibrium is found within `reach`.
    subroutine come_to_rest(problem, run, candidate, reach, leaves)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run

@@ -39,8 +39,8 @@ module span_opening
 
 contains
 
-   !> Equilibrium with the free span open, from a state with tensile contact force on a line contact. Not found if the tensile zone
-   !> is too long for the local laws, or if nothing of the line contact remains.
+   !> Finds the equilibrium with the free span open, from a state with tensile contact force on a line contact. Not found if the
+   !> tensile zone is too long for the local laws, or if nothing of the line contact remains.
    subroutine open_line(problem, place, beyond, test, scale, number, next, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: place           !! state of `problem` in equilibrium at which the test is zero
@@ -64,8 +64,8 @@ contains
       if (found) found = holds(next)
    end subroutine open_line
 
-   !> Contact spans after the opening of all free spans that open at the same point of the path, for instance two in a symmetric
-   !> structure. Not allocated if the local laws do not apply.
+   !> Determines the contact spans after the opening of all free spans that open at the same point of the path, for instance two in
+   !> a symmetric structure. Not allocated if the local laws do not apply.
    subroutine opened_touches(problem, place, state, scale, number, contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: place           !! state at which the span opens
@@ -167,8 +167,8 @@ contains
       end function free_across
    end subroutine open_zone
 
-   !> Contact spans after a force or a couple has lifted the ends of line contacts at a segment boundary: the line contacts then end
-   !> before the boundary. Not allocated if the local laws do not apply.
+   !> Determines the contact spans after a force or a couple has lifted the ends of line contacts at a segment boundary: the line
+   !> contacts then end before the boundary. Not allocated if the local laws do not apply.
    subroutine lifted_touches(problem, state, candidate, by_couple, contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -215,9 +215,9 @@ contains
       contact_span = now
    end subroutine lifted_touches
 
-   !> Contact spans with a line contact that ends before a node with a couple, and a point contact at this node. With x from the
-   !> line's end the gap is r x^3 (l - x)/(24 EI), whose slope at the node is negligible, and its moment there, -r l^2/4, equals the
-   !> couple. Not allocated if the couple has the opposite sense.
+   !> Determines the contact spans with a line contact that ends before a node with a couple, and a point contact at this node. With
+   !> x from the line's end the gap is r x^3 (l - x)/(24 EI), whose slope at the node is negligible, and its moment there, -r l^2/4,
+   !> equals the couple. Not allocated if the couple has the opposite sense.
    subroutine turned_end(problem, state, candidate, now, contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

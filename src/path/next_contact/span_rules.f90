@@ -183,7 +183,7 @@ contains
       answer%contact_span = pack(answer%contact_span, .not. gone)
    end subroutine shrink_lines
 
-   !> Remainder of a line contact below the least length: a point contact at the centre of its end forces, or nothing.
+   !> Replaces a line contact below the least length by its remainder: a point contact at the centre of its end forces, or nothing.
    subroutine shrink(problem, state, k, line, gone)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -223,10 +223,10 @@ contains
       end do
    end function others_touch
 
-   !> Contact at the end of a rod, or at a corner of the obstacle, whose rod has become tangent to the obstacle. If the relative
-   !> curvature at the end is negative (the rod bends towards the obstacle), another point contact begins beside the end. Else, if
-   !> the relative curvature is positive where the contact force would move to, the point contact leaves the end. Otherwise, for
-   !> instance without a moment, a line contact begins at the end.
+   !> Changes the contact at the end of a rod, or at a corner of the obstacle, whose rod has become tangent to the obstacle. If the
+   !> relative curvature at the end is negative (the rod bends towards the obstacle), another point contact begins beside the end.
+   !> Else, if the relative curvature is positive where the contact force would move to, the point contact leaves the end.
+   !> Otherwise, for instance without a moment, a line contact begins at the end.
    subroutine lie_down_from_end(problem, state, test, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

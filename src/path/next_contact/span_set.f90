@@ -63,7 +63,7 @@ contains
       run%since_change%arrives = any(test%kind == [test_length, test_crossing])
    end subroutine change_set
 
-   !> Equilibrium of the run with the next contact spans.
+   !> Finds the equilibrium of the run with the next contact spans.
    subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, grows, leaves)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run          !! in: at the zero of the test

@@ -134,7 +134,7 @@ contains
       end associate
    end function behind_turn
 
-   !> Line contact into which a free span closes, and its equilibrium at zero pressure.
+   !> Finds the line contact into which a free span closes, and its equilibrium at zero pressure.
    subroutine lie_down(problem, run, interval, which, next, lies)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -263,7 +263,7 @@ contains
       end do
    end function is_wave
 
-   !> Equilibrium at which the two point contacts beside a span merge.
+   !> Finds the equilibrium at which the two point contacts beside a span merge.
    subroutine become_one(problem, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
