@@ -125,8 +125,9 @@ contains
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
       findings%stops = stop_met(step, run%last%test_values, trial%test_values)
-      ! A mesh given by the deck is not changed. A second mesh made by the program would lack the nodes missing in the first. (A
-      ! point before the event supplies them: the mesh of the next increment begins there.)
+      ! The mesh is not refined if the deck gives it, or if it was remade for this increment already: a second mesh made here would
+      ! lack the same nodes at interface points as the first. (A point before the event supplies them: the mesh of the next
+      ! increment begins there.)
       findings%as_it_is = .not. any(problem%layout%rod_segment%placed) .or. arrival%tries > 0
    end subroutine begin_asking
 
@@ -170,7 +171,7 @@ contains
          if (request%shorter) return
          call bars_at_event(problem, step, run, trial, located_event%event, located_event%point, located_event%bars, &
             & findings%as_it_is)
-         ! The bars may contain a larger rounding error.
+         ! The error bars may show that rounding is larger than assumed before.
          findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
          if (findings%duplicate(i)) return
          call doubt_limit(problem, run, trial, located_event)
@@ -181,7 +182,7 @@ contains
       end associate
    end subroutine settle_event
 
-   !> Error bars of the trial, if they are shown or required for a mesh request.
+   !> Computes the error bars of the trial, if they are shown or required for a mesh request.
    subroutine settle_trial(problem, step, run, trial, arrival, findings, request, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

@@ -167,7 +167,7 @@ contains
          end do
       end subroutine take_reactions
 
-      !> Reactions, reaction densities and gaps at the nodes of the mesh, with the positions of these nodes.
+      !> Computes reactions, reaction densities and gaps at the nodes of the mesh, with the positions of these nodes.
       subroutine measure_mesh(reaction, density, gap, place)
          real(wp), intent(inout) :: reaction(:), density(:), gap(:), place(:, :) !! (rows), (2, rows)
          real(wp) :: length
