@@ -40,8 +40,8 @@ module error_report
 
 contains
 
-   !> Error bars of an event located between the last accepted point and a trial point. For a detachment the error contributions are
-   !> those of the elements without the force-free line contacts.
+   !> Computes the error bars of an event located between the last accepted point and a trial point. For a detachment the error
+   !> contributions are those of the elements without the force-free line contacts.
    subroutine bars_at_event(problem, step, run, trial, event, point, bars, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -128,8 +128,8 @@ contains
       end subroutine bars_at_release
    end subroutine bars_at_event
 
-   !> Error bars of an accepted point: either a point at which a test of contact spans is zero, or any point prescribed by the
-   !> control.
+   !> Computes the error bars of an accepted point: either a point at which a test of contact spans is zero, or any point prescribed
+   !> by the control.
    subroutine bars_at_point(problem, step, run, point, label, finished, test, bars, wanted, changing, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -204,9 +204,9 @@ contains
       end do
    end function only_stops
 
-   !> Error bars of a point where contact begins. The gap inside a free span is only as accurate as the element polynomials; the
-   !> force of the new contact vanishes at the same load and is a function of the nodal values, so that the bars are computed for
-   !> its zero.
+   !> Computes the error bars of a point where contact begins. The gap inside a free span is only as accurate as the element
+   !> polynomials; the force of the new contact vanishes at the same load and is a function of the nodal values, so that the bars
+   !> are computed for its zero.
    subroutine bars_at_contact_start(problem, step, run, point, begun, touched, newest, bars)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -262,7 +262,7 @@ contains
       end do
    end function shares_on
 
-   !> Error bars of a point of a limit curve, computed like those of a limit point of a path.
+   !> Computes the error bars of a point of a limit curve, computed like those of a limit point of a path.
    subroutine bars_on_curve(problem, state, system, heading, length, rise, bars)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -430,7 +430,7 @@ contains
 
    contains
 
-      !> Message for the first touchdown point whose place has no bound on its error.
+      !> Writes the message for the first touchdown point whose place has no bound on its error.
       subroutine note_places()
          integer :: k
          do k = 1, size(bars%place)
