@@ -112,7 +112,7 @@ contains
       no_force = nothing * max(system%force_scale, tiny(no_force))
    end function no_force
 
-   !> Number of negative pivots of the tangent of the reduced problem, in which force-free line contacts are removed.
+   !> Counts the negative pivots of the tangent of the reduced problem, in which force-free line contacts are removed.
    subroutine count_released(problem, state, system, pivots, any_weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -126,7 +126,7 @@ contains
       if (any_weak) call count_in_reduced(problem, state, system, pivots)
    end subroutine count_released
 
-   !> Number of negative pivots of the reduced problem, if a line contact is force-free; a separate procedure, so that a problem is
+   !> Counts the negative pivots of the reduced problem, if a line contact is force-free; a separate procedure, so that a problem is
    !> created, cleared and deallocated only then.
    subroutine count_in_reduced(problem, state, system, pivots)
       type(problem_t), intent(in) :: problem

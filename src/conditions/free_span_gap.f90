@@ -75,7 +75,7 @@ contains
       end associate
    end function contact_offset
 
-   !> Least gap of the elements between two contact spans of a rod segment to an obstacle, and its place.
+   !> Finds the least gap of the elements between two contact spans of a rod segment to an obstacle, and its place.
    subroutine least_gap(problem, state, element, contact, touched, fails, least, where, largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -168,7 +168,8 @@ contains
       if (zero(2)) counts(2) = min(ends(2), ends(2) + more(2) - margin)
    end subroutine look_beside
 
-   !> Length of the free span beyond one end of an element; `touches` is true if the span ends with contact to this obstacle.
+   !> Determines the length of the free span beyond one end of an element; `touches` is true if the span ends with contact to this
+   !> obstacle.
    pure subroutine to_next_touch(problem, state, touched, touching, element, side, length, touches)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -192,7 +193,7 @@ contains
       end do
    end subroutine to_next_touch
 
-   !> Interpolation of the displaced axis within each element.
+   !> Makes the interpolation of the displaced axis within each element.
    subroutine make_profiles(problem, state, line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -258,7 +259,7 @@ contains
          & < line%gap(i)
    end function falls_inwards
 
-   !> Minimum of the gap between the neighbours of sample `i`, which is the lowest of the three.
+   !> Finds the minimum of the gap between the neighbours of sample `i`, which is the lowest of the three.
    subroutine find_minimum(problem, state, line, i, value, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -304,7 +305,7 @@ contains
       if (line%touches(2)) doubt = doubt + abs(line%gap(size(line%gap)))
    end function doubt
 
-   !> The element at a coordinate along the rod segment, by bisection, and the part `tau` of the element before this place.
+   !> Finds the element at a coordinate along the rod segment, by bisection, and the part `tau` of the element before this place.
    pure subroutine find_part(problem, state, line, place, e, tau)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -101,7 +101,7 @@ contains
       length = minval(lifted_lengths(couple, 0.0_wp, density))
    end function lifted_ahead
 
-   !> Couple on a node between two free elements, > 0 counterclockwise, and the largest force beside it.
+   !> Computes the couple on a node between two free elements, > 0 counterclockwise, and the largest force beside it.
    subroutine find_couple(problem, state, node, couple, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -113,7 +113,7 @@ contains
       call conforming_forces(problem, state, e, tau, local, place, angle, density)
    end function density_at
 
-   !> Least density along a line contact, and its place.
+   !> Finds the least density along a line contact, and its place.
    subroutine least_pressure(problem, state, line, least, where, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -57,8 +57,8 @@ contains
       test = span_test_t(kind=kind, value=value, contact_span=problem%candidates%contact_span(c), candidate=c)
    end function new_test
 
-   !> Curvature tests beside a support with fixed rotation, one for each side. There is no test for a side where the rod leaves the
-   !> obstacle at a fixed angle, because there curvature cannot bring the rod back into contact.
+   !> Adds the curvature tests beside a support with fixed rotation, one for each side. There is no test for a side where the rod
+   !> leaves the obstacle at a fixed angle, because there curvature cannot bring the rod back into contact.
    subroutine test_beside_support(problem, state, c, tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -71,7 +71,8 @@ contains
       end do
    end subroutine test_beside_support
 
-   !> Slope tests at the end of a rod or at a corner of the obstacle: the gap must increase with the distance from the node.
+   !> Adds the slope tests at the end of a rod or at a corner of the obstacle: the gap must increase with the distance from the
+   !> node.
    subroutine test_slopes(problem, state, c, tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

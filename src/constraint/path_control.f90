@@ -216,7 +216,7 @@ contains
       end if
    end function change_so_far
 
-   !> Displacement component with the largest value in the tangent.
+   !> Finds the displacement component with the largest value in the tangent.
    pure subroutine largest_component(control, node, component)
       type(control_t), intent(in) :: control    !! control with its tangent
       integer, intent(out) :: node, component
@@ -226,8 +226,9 @@ contains
       node = place(2)
    end subroutine largest_component
 
-   !> Constraint row of the cylindrical and spherical strategies: tangent plane of the circle at the root of Crisfield's quadratic
-   !> that is closer to the increment so far; without a real root, at the point of the correction line nearest to the circle.
+   !> Sets the constraint row of the cylindrical and spherical strategies: tangent plane of the circle at the root of Crisfield's
+   !> quadratic that is closer to the increment so far; without a real root, at the point of the correction line nearest to the
+   !> circle.
    subroutine circle_row(problem, control, so_far, dl, system, rhs)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control

@@ -219,7 +219,7 @@ contains
       newton%forces_left = max(system%force_residual, system%defect_residual)
    end subroutine take_step
 
-   !> Residual after the step; the iteration is abandoned above 1e8.
+   !> Computes the residual after the step; the iteration is abandoned above 1e8.
    subroutine measure(problem, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

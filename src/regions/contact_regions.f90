@@ -95,7 +95,8 @@ contains
          end if
       end function follow
 
-      !> Coordinate and angle of the region's end at a candidate. side 1: before the candidate, 2: after it, 0: at its node.
+      !> Computes coordinate and angle of the region's end at a candidate. side 1: before the candidate, 2: after it, 0: at its
+      !> node.
       subroutine set_end(candidate, side, s, angle)
          integer, intent(in) :: candidate, side
          real(wp), intent(out) :: s, angle

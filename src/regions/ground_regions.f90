@@ -96,7 +96,7 @@ contains
 
    contains
 
-      !> Coordinate and angle of a place on the element after a candidate.
+      !> Computes coordinate and angle of a place on the element after a candidate.
       subroutine set_end(candidate, tau, s, angle)
          integer, intent(in) :: candidate
          real(wp), intent(in) :: tau
@@ -305,7 +305,7 @@ contains
       rounds = merge(1, 0, problem%ground%chain%chain_length(contact) > 0.0_wp)
    end function rounds
 
-   !> Force per stress-free length and gap at every node of the foundations' chains.
+   !> Computes the force per stress-free length and the gap at every node of the foundations' chains.
    subroutine ground_pressure(problem, state, pressure, gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -318,7 +318,7 @@ contains
       end do
    end subroutine ground_pressure
 
-   !> Distributed reactions as forces at the nodes of the chains, by linear interpolation.
+   !> Computes distributed reactions as forces at the nodes of the chains, by linear interpolation.
    subroutine ground_reaction(problem, state, reaction)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -341,8 +341,8 @@ contains
       end do
    end subroutine ground_reaction
 
-   !> Distributed reaction of one contact as forces at the deck's nodes of this contact, whatever the mesh; and the force per
-   !> stress-free length at these nodes.
+   !> Computes the distributed reaction of one contact as forces at the deck's nodes of this contact, whatever the mesh; and the
+   !> force per stress-free length at these nodes.
    subroutine deck_ground_reaction(problem, state, contact, gap, reaction, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -391,11 +391,11 @@ contains
       end associate
    end function pressure_at
 
-   !> Resultant force in x and y and sum of the normal reactions of each obstacle's distributed foundations.
+   !> Computes the resultant force in x and y, and the sum of the normal reactions, of each obstacle's distributed foundations.
    subroutine foundation_totals(problem, state, total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: total(:, :)       !! (3, obstacles)
+      real(wp), intent(out) :: total(:, :)       !! (3, obstacles) force in x, force in y, sum of normal reactions
       type(inner_forces_t) :: inner
       integer :: e, q
       total = 0.0_wp

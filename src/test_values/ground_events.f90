@@ -275,7 +275,7 @@ contains
       gap = abs(ground_event_value(problem, state, with_roots))
    end function ground_event_gap
 
-   !> Place of the event function's extremum.
+   !> Finds the place of the event function's extremum.
    subroutine ground_event_place(problem, state, event, candidate, tau, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -288,7 +288,7 @@ contains
       if (.not. factor > 0.0_wp) candidate = 0
    end subroutine ground_event_place
 
-   !> Value of the event function, its place, and the factor that the roots of the gap have there.
+   !> Computes the value of the event function, its place, and the factor that the roots of the gap have there.
    subroutine look_at_place(problem, state, event, value, candidate, tau, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
