@@ -264,7 +264,7 @@ contains
       end if
    end subroutine circle_row
 
-   !> Row of the inner product <direction, .>.
+   !> Constraint row of the inner product <direction, .> with the displacements.
    pure function metric_row(problem, direction) result(row)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: direction(:, :)

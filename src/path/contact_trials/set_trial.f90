@@ -23,7 +23,7 @@ module set_trial
 
 contains
 
-   !> Finds the equilibrium of a neighbour of the set of `problem`.
+   !> Finds the equilibrium of a neighbour of the contact set of `problem`.
    subroutine solve_neighbour(problem, state, run, strip, neighbour, next, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! first guess, of `problem`

@@ -31,7 +31,7 @@ module zero_search
       ! The point evaluated last.
       type(path_point_t) :: here
       real(wp) :: value_here = 0.0_wp
-      type(modes_t) :: modes                     !! lowest eigenvalues there, at a bifurcation
+      type(modes_t) :: modes                     !! lowest eigenvalues at this point, for a bifurcation
       logical :: known = .false.                 !! the point converged, with the trial's contact set
    end type zero_search_t
 

@@ -242,7 +242,7 @@ contains
          end associate
       end subroutine shorten_to_values
 
-      !> Makes a trial the last limit point.
+      !> Accepts a trial of the search as the last limit point of the curve.
       subroutine go(to)
          type(trial_t), intent(in) :: to
          real(wp) :: unit

@@ -45,7 +45,7 @@ contains
       too = .false.
       if (present(more)) too = flat_next(problem, tests, which, fall, more)
       associate (test => tests(which))
-         ! A uniform straight rod at a straight wall has no contact pressure.
+         ! Zero pressure counts as pressed: a uniform straight rod at a straight wall has no contact pressure.
          pressed = would_press(problem, state, test%candidate, test%sense)
          lifted = pulled_off(problem, state, test%candidate, test%sense)
          if (pressed) then

@@ -265,7 +265,7 @@ contains
 
    contains
 
-      !> End of a zone, between a place with tensile and one with compressive force.
+      !> End of a zone of tensile contact force, between a place with tensile and a place with compressive force.
       real(wp) function zero_between(negative, positive) result(zero)
          real(wp), intent(in) :: negative, positive !! places
          type(bracket_t) :: bracket
