@@ -21,8 +21,8 @@ module set_mending
 
 contains
 
-   !> Keeps the run's point, at a contact change, with the contact set before the change. Where several changes follow each other at one
-   !> place, this is the set before the first of them: the sets between are the rules' and may be wrong.
+   !> Keeps the run's point, at a contact change, with the contact set before the change. Where several changes follow each other at
+   !> one place, this is the set before the first of them: the sets between are the rules' and may be wrong.
    subroutine keep_set_before(problem, run)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
