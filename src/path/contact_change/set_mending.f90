@@ -21,8 +21,8 @@ module set_mending
 
 contains
 
-   !> Keeps the run's point, at a contact change, with the contact set before the change. Where several changes follow each other at
-   !> one place, this is the set before the first of them: the sets between are the rules' and may be wrong.
+   !> Keeps the run's point, at a contact change, with the contact set before the change. If several changes follow each other at
+   !> one place, the set before the first of them is kept: rules gave the sets between, which may be wrong.
    subroutine keep_set_before(problem, run)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -84,8 +84,8 @@ contains
       if (.not. (finished .or. allocated(outcome%why))) call look_whether_back(problem, step, run, outcome)
    end subroutine find_other_set
 
-   !> Tries neighbours of the set before the last contact change, if no point was accepted since: the set that the rule gave is
-   !> wrong.
+   !> Tries neighbours of the set before the last contact change, or before the first of several changes at one place
+   !> (keep_set_before), if no point was accepted since: the set that the rule gave is wrong.
    subroutine try_at_change(problem, run, first, next, found)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run   !! out: at the place of the change if a set is found, else unchanged

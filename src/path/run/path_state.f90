@@ -98,7 +98,8 @@ module path_state
       type(onset_t) :: onset                     !! point contact that begins at the next point
       logical :: on_bifurcation = .false.        !! the last point is a recorded bifurcation: its pivots have the sign of rounding
       type(since_change_t) :: since_change       !! consequences of the last contact change that are still active
-      type(point_on_mesh_t), allocatable :: before_change !! the last contact change that a rule made, with the set before it
+      type(point_on_mesh_t), allocatable :: before_change  !! place of the last contact change that a rule made, with the contact
+      !! set before it, or before the first of several changes at this place (set_mending)
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
       type(mesh_history_t) :: mesh
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load change of the last increment
