@@ -26,7 +26,7 @@ module force_free_contact
 
    integer, parameter :: samples = 4            !! number of equal parts of an element, at whose ends the pressure is sampled
    real(wp), parameter :: nothing = 1.0e-7_wp   !! a force below this part of the structure's forces counts as zero
-   real(wp), parameter :: unsettled = 100.0_wp  !! bound of the error of the thrust, in tolerances of the residual
+   real(wp), parameter :: unsettled = 100.0_wp  !! largest error of the thrust / tolerance of the residual
 
 contains
 
@@ -112,7 +112,7 @@ contains
       no_force = nothing * max(system%force_scale, tiny(no_force))
    end function no_force
 
-   !> Number of negative pivots of the tangent of the reduced problem, in which force-free line contacts are removed.
+   !> Counts the negative pivots of the tangent of the reduced problem, in which force-free line contacts are removed.
    subroutine count_released(problem, state, system, pivots, any_weak)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -126,7 +126,8 @@ contains
       if (any_weak) call count_in_reduced(problem, state, system, pivots)
    end subroutine count_released
 
-   !> The same where a line contact is force-free: only there a problem is made, cleared and deallocated.
+   !> Counts the negative pivots of the reduced problem, if a line contact is force-free; a separate procedure, so that a problem is
+   !> created, cleared and deallocated only then.
    subroutine count_in_reduced(problem, state, system, pivots)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -8,11 +8,11 @@ module free_span
    private
    public :: free_span_t, free_spans, span_ends
 
+   !> A part of a rod segment without contact.
    type :: free_span_t
       integer :: rod_segment = 0
       integer :: element(2) = 0             !! first and last element
-      integer :: contact_span(2) = 0        !! contact spans before and after the free span, indices into problem%contact_span; 0:
-      !! segment
+      integer :: contact_span(2) = 0  !! contact spans before and after the free span, indices into problem%contact_span; 0: segment
       !! boundary without contact
       integer :: contact(2) = 0             !! contacts of these contact spans, indices into model%contact; 0: none
    end type free_span_t

@@ -1,5 +1,5 @@
-!> Gap between a free span and an obstacle: its least and its largest value. The gap rises from zero beside a contact span, so that
-!> near such an end only local minima count.
+!> Least and largest gap between a free span and an obstacle. The gap rises from zero beside a contact span, so that near such an
+!> end only local minima count.
 module free_span_gap
    use kinds, only: wp
    use model, only: family_ge
@@ -69,13 +69,13 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       associate (o => problem%model%contact(contact)%obstacle, load => problem%model%step(problem%step)%load)
-         ! As candidate_offset of module candidates.
+         ! The same formula as in candidate_offset of module candidates.
          offset = problem%model%contact(contact)%gap + problem%overlap(contact) * (1.0_wp - problem%constant%resolved(o) - &
             & state%load_factor * load%resolved(o)) - problem%constant%closing(o) - state%load_factor * load%closing(o)
       end associate
    end function contact_offset
 
-   !> Least gap of the elements between two contact spans of a rod segment to an obstacle, and its place.
+   !> Finds the least gap of the elements between two contact spans of a rod segment to an obstacle, and its place.
    subroutine least_gap(problem, state, element, contact, touched, fails, least, where, largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -140,8 +140,8 @@ contains
       end subroutine take
    end subroutine least_gap
 
-   !> Sets whether the ends of the sampled elements touch this obstacle, and between which coordinates gaps count that are no local
-   !> minima. The margin at a contact is a part of the length of the whole free span, across segment boundaries.
+   !> Determines whether the ends of the sampled elements touch this obstacle, and between which coordinates gaps count that are no
+   !> local minima. The margin at a contact is a part of the length of the whole free span, across segment boundaries.
    pure subroutine look_beside(problem, state, line, touched, counts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -168,7 +168,8 @@ contains
       if (zero(2)) counts(2) = min(ends(2), ends(2) + more(2) - margin)
    end subroutine look_beside
 
-   !> Length of the free span beyond one end of an element, and whether the span ends with contact to this obstacle.
+   !> Determines the length of the free span beyond one end of an element; `touches` is true if the span ends with contact to this
+   !> obstacle.
    pure subroutine to_next_touch(problem, state, touched, touching, element, side, length, touches)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -192,7 +193,7 @@ contains
       end do
    end subroutine to_next_touch
 
-   !> Interpolation of the displaced axis within each element.
+   !> Makes the interpolation of the displaced axis within each element.
    subroutine make_profiles(problem, state, line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -258,7 +259,7 @@ contains
          & < line%gap(i)
    end function falls_inwards
 
-   !> Minimum of the gap between the neighbours of sample `i`, which is the lowest of the three.
+   !> Finds the minimum of the gap between the neighbours of sample `i`, which is the lowest of the three.
    subroutine find_minimum(problem, state, line, i, value, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -304,7 +305,7 @@ contains
       if (line%touches(2)) doubt = doubt + abs(line%gap(size(line%gap)))
    end function doubt
 
-   !> The element at a coordinate along the rod segment, by bisection, and the part `tau` of the element before this place.
+   !> Finds the element at a coordinate along the rod segment, by bisection, and the part `tau` of the element before this place.
    pure subroutine find_part(problem, state, line, place, e, tau)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -67,7 +67,8 @@ contains
          & problem%layout%rod_segment(problem%rod_segment(e))%length
    end function lifts_little
 
-   !> Element of a line contact that ends at a candidate where its rod ends as well, and the density of the obstacle's force there.
+   !> Finds the element of a line contact at a candidate where both the line contact and its rod end, and the density of the
+   !> obstacle's force there.
    subroutine look_at_end(problem, state, c, e, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

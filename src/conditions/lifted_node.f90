@@ -66,7 +66,8 @@ contains
       length = both(1)
    end function lifted_at_mirror
 
-   !> True for the node at the end of a line contact if the couple there lifts a negligible length, or a height below rounding.
+   !> True if the node at the end of a line contact stays in contact under a couple: the couple lifts a negligible length, or a
+   !> height below rounding.
    pure logical function stays_down(problem, element, couple, density)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: element        !! element of the line contact beside the node
@@ -82,8 +83,8 @@ contains
          & rounding_gap(problem)
    end function stays_down
 
-   !> Shorter of the two lengths of local uplift beside a node, for an approaching line contact as if it extended beyond the node
-   !> already; 0 if no couple acts on the node.
+   !> Shorter of the two lengths of local uplift beside a node that a line contact approaches, as if the line contact extended
+   !> beyond the node already; 0 if no couple acts on the node.
    real(wp) function lifted_ahead(problem, state, candidate, node) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -100,7 +101,7 @@ contains
       length = minval(lifted_lengths(couple, 0.0_wp, density))
    end function lifted_ahead
 
-   !> Couple on a node between two free elements, > 0 counterclockwise, and the largest force beside it.
+   !> Computes the couple on a node between two free elements, > 0 counterclockwise, and the largest force beside it.
    subroutine find_couple(problem, state, node, couple, scale)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -113,7 +113,7 @@ contains
       call conforming_forces(problem, state, e, tau, local, place, angle, density)
    end function density_at
 
-   !> Least density along a line contact, and its place.
+   !> Finds the least density along a line contact, and its place.
    subroutine least_pressure(problem, state, line, least, where, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -139,7 +139,7 @@ contains
       if (i == size(pressure%at)) side = 1
    end subroutine least_pressure
 
-   !> True for an element whose track changes its direction by a jump, which would require an infinite contact force.
+   !> True if the track of an element changes its direction by a jump, which would require an infinite contact force.
    logical function bends_at_once(problem, state, e)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,5 +1,6 @@
-!> Tests of contact nodes: forces at point contacts and at ends of line contacts at segment boundaries are compressive, a point
-!> contact is less curved than the obstacle, and the gap rises from a contact at the end of a rod or at a corner.
+!> Tests of contact nodes. They are passed if forces at point contacts and at ends of line contacts at segment boundaries are
+!> compressive, a point contact is less curved than the obstacle, and the gap rises from a contact at the end of a rod or at a
+!> corner.
 module point_tests
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
@@ -56,8 +57,8 @@ contains
       test = span_test_t(kind=kind, value=value, contact_span=problem%candidates%contact_span(c), candidate=c)
    end function new_test
 
-   !> Curvature tests beside a support with fixed rotation, one for each side. There is no test for a side where the rod leaves the
-   !> obstacle at a fixed angle, because there curvature cannot bring the rod back into contact.
+   !> Adds the curvature tests beside a support with fixed rotation, one for each side. There is no test for a side where the rod
+   !> leaves the obstacle at a fixed angle, because there curvature cannot bring the rod back into contact.
    subroutine test_beside_support(problem, state, c, tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -70,7 +71,8 @@ contains
       end do
    end subroutine test_beside_support
 
-   !> Slope tests at the end of a rod or at a corner of the obstacle: the gap must increase with the distance from the node.
+   !> Adds the slope tests at the end of a rod or at a corner of the obstacle: the gap must increase with the distance from the
+   !> node.
    subroutine test_slopes(problem, state, c, tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -86,7 +88,7 @@ contains
       end do
    end subroutine test_slopes
 
-   !> Slope of the gap at a contact node, by the distance from the node, on one side.
+   !> Slope of the gap beside a contact node on one side: derivative by the distance from the node, > 0 if the gap opens.
    real(wp) function rise(problem, state, c, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -150,7 +152,7 @@ contains
       if (lift - roll%rise > rounding_gap(problem)) push = -lift / problem%size
    end function push
 
-   !> True for a side of a contact node with a free element.
+   !> True if the rod beside a contact node is free on the given side: an element exists there and is not in contact.
    pure logical function rests_beside(problem, c, side)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c              !! candidate
@@ -161,8 +163,8 @@ contains
       end associate
    end function rests_beside
 
-   !> True if the contact constrains its node. False if a support constrains the node in the same direction, or an earlier active
-   !> candidate of the same node; see eliminated_unknowns.
+   !> True if the contact constrains its node: neither a support nor an earlier active candidate of the same node constrains the
+   !> node in the same direction already (see eliminated_unknowns).
    pure logical function closes_gap(problem, state, c)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -50,8 +50,8 @@ contains
 
    contains
 
-      !> True for the gap test itself, and for a curvature test, whose value depends on the gap of the free span beside it
-      !> (is_closed).
+      !> True if the value of a test requires the gaps of free spans: a gap test, or a curvature test, whose value depends on the
+      !> gap of the free span beside it (is_closed).
       pure logical function needs_gaps(which)
          integer, intent(in) :: which
          needs_gaps = which > 0 .and. which <= size(gaps)
@@ -59,7 +59,7 @@ contains
             & points(which - size(gaps))%kind == test_curvature
       end function needs_gaps
 
-      !> True for a free span whose gap is below rounding, for instance just after the span opened: the curvatures at its ends are
+      !> True if the gap of a free span is below rounding, for instance just after the span opened: the curvatures at its ends are
       !> then residuals of the iteration.
       pure logical function is_closed(test)
          type(span_test_t), intent(in) :: test

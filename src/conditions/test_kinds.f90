@@ -1,4 +1,4 @@
-!> One test of a set of contact spans: kind, place, value.
+!> One test of a set of contact spans: kind, place and value. The value is >= 0 while the contact set is valid.
 module test_kinds
    use kinds, only: wp
    implicit none
@@ -27,7 +27,7 @@ module test_kinds
       & 'contact comes to a breakpoint of the rod', 'an end of a rod lies down', &
       & 'contact leaves a breakpoint of the rod', 'a couple lifts a line']
 
-   !> Slack by which a test may be below zero before it counts as violated: error of the dense output.
+   !> Slack by which a test may be below zero before it counts as violated: error of the solution inside elements.
    real(wp), parameter :: test_slack(10) = [ &
       & 1.0e-9_wp, & ! gap
       & 1.0e-9_wp, & ! force
@@ -43,6 +43,7 @@ module test_kinds
    real(wp), parameter :: well_below = 10.0_wp !! multiple of the slack: at the zero of one test, another test below minus this
    !! value fails
 
+   !> One test of a contact set in one state.
    type :: span_test_t
       integer :: kind = 0
       real(wp) :: value = 0.0_wp            !! divided by the structure's length, force or curvature

@@ -38,7 +38,8 @@ module path_continuity
       real(wp) :: distance = 0.0_wp             !! norm of chord/length - mean of the tangents; 1/8 turn^2 on a circle
       real(wp) :: load = 0.0_wp !! distance of the mean load rate from the interval between both load rates, relative to the faster
       !! rate
-      real(wp) :: bending = 0.0_wp              !! as `load`, for the rates of the rotations as vectors
+      real(wp) :: bending = 0.0_wp  !! distance of the mean rate of the rotations (a vector over all nodes) from the ball that has
+      !! the rates at both ends as opposite poles, relative to the larger rate
       real(wp) :: rotation = 0.0_wp             !! [rad] largest rotation, if the first tangent is unknown
    end type relation_t
 
@@ -156,7 +157,7 @@ contains
       end subroutine seen
    end function relate
 
-   !> True for two points that can be neighbours on one path, or cannot be compared.
+   !> True if two points can be neighbours on one path, or cannot be compared.
    pure logical function same_path(relation)
       type(relation_t), intent(in) :: relation
       same_path = .not. relation%comparable .or. (relation%turn <= largest_turn .and. relation%distance <= largest_distance .and. &
@@ -164,14 +165,14 @@ contains
          & relation%bending <= largest_load .and. .not. turned_over(relation))
    end function same_path
 
-   !> True for a rod that the corrector may have turned over from a start without a tangent: a rotation by more than a right angle
-   !> in one increment is rejected.
+   !> True if the corrector may have turned a rod over from a start without a tangent: a rotation by more than a right angle in one
+   !> increment.
    pure logical function turned_over(relation)
       type(relation_t), intent(in) :: relation
       turned_over = relation%comparable .and. relation%rotation > right_angle
    end function turned_over
 
-   !> True for a point much farther from the start than the increment prescribed. Strategies without a constraint equation can
+   !> True if a point is much farther from the start than the increment prescribed. Strategies without a constraint equation can
    !> converge to such a point; on the same path their distance deviates from the increment by the order of the squared turn only.
    pure logical function too_far(problem, control, relation)
       type(problem_t), intent(in) :: problem
@@ -182,7 +183,7 @@ contains
          & sqrt(metric(problem, control%tangent, control%tangent))
    end function too_far
 
-   !> True for a path with a corner between two points: a shorter increment from the same point turns the tangent by about the same
+   !> True if the path has a corner between two points: a shorter increment from the same point turns the tangent by about the same
    !> angle. Corners are caused by piecewise linear foundation laws and by contact changes.
    pure logical function at_corner(longer, shorter)
       type(relation_t), intent(in) :: longer, shorter !! start and end of two increments from one point, compared
@@ -237,7 +238,7 @@ contains
       stands = .not. any(abs(heading%u) > 0.0_wp) .or. rate_stands(heading%load, rise)
    end function heading_stands
 
-   !> As heading_stands, for a tangent given by its load rate.
+   !> True if a load change moves the structure by rounding only, for a tangent given by its load rate.
    pure logical function rate_stands(rate, rise) result(stands)
       real(wp), intent(in) :: rate              !! d(load factor)/d(arc length)
       real(wp), intent(in) :: rise
@@ -364,8 +365,8 @@ contains
       end do
    end function part_at
 
-   !> True for a point that lies on the path between two other points and whose path tangent has the opposite direction: a path that
-   !> has reversed without an event retraces its points. The two branches of a sharp turn are separated by shorter increments.
+   !> True if the path has reversed without an event and retraces its points: a point lies on the path between two other points, and
+   !> its path tangent has the opposite direction. The two branches of a sharp turn are separated by shorter increments.
    pure logical function goes_back(problem, from, to, chord, before, after, place, heading)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to, place
@@ -391,7 +392,7 @@ contains
          & abs(load) <= same * length * max(abs(before%load), abs(after%load))
    end function goes_back
 
-   !> True for a state that lies on the path between two points of the path. The path tangent of the state is not needed.
+   !> True if a state lies on the path between two points of the path. The path tangent of the state is not needed.
    logical function lies_between(problem, from, to, before, after, place) result(lies)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to, place !! all alike

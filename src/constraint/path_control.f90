@@ -51,14 +51,14 @@ module path_control
 
 contains
 
-   !> True for strategies whose increment is an arc length.
+   !> True if the increment of a strategy is an arc length.
    pure logical function is_arc_length(method)
       integer, intent(in) :: method
       is_arc_length = any(method == [method_cylindrical, method_spherical, method_linearised, &
          & method_minimum_residual, method_variable_load, method_generalised, method_largest])
    end function is_arc_length
 
-   !> True for quantities that an increment can prescribe: the load factor and monitors of displacements.
+   !> True if an increment can prescribe the quantity: the load factor, or a monitor of a displacement.
    pure logical function can_be_held(problem, monitor)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: monitor             !! 0: the load factor
@@ -66,7 +66,7 @@ contains
       if (monitor > 0) can_be_held = problem%deck%monitor(monitor)%quantity == quantity_displacement
    end function can_be_held
 
-   !> Constraint: load factor or monitor changes by the given amount.
+   !> Control whose constraint is that the load factor or a monitor changes by the given amount.
    pure type(control_t) function holding_value(monitor, change) result(control)
       integer, intent(in) :: monitor             !! 0: the load factor
       real(wp), intent(in) :: change             !! change, in the unit of the quantity
@@ -75,7 +75,8 @@ contains
       control%increment = change
    end function holding_value
 
-   !> True for strategies whose corrections are normal to a given direction: these have no constraint equation at the final point.
+   !> True if the corrections of a strategy are normal to a given direction: such a strategy has no constraint equation at the final
+   !> point.
    pure logical function is_free(method)
       integer, intent(in) :: method
       is_free = any(method == [method_minimum_residual, method_variable_load, method_generalised])
@@ -183,7 +184,8 @@ contains
       end if
    end subroutine control_row
 
-   !> The functional that fixes a point of the path: the load factor, the monitor, or the distance along the control's tangent.
+   !> Value of the functional that fixes a point of the path: the load factor, the monitor, or the distance along the control's
+   !> tangent.
    function held_by(problem, control, state, system) result(held)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
@@ -214,7 +216,7 @@ contains
       end if
    end function change_so_far
 
-   !> Displacement component with the largest value in the tangent.
+   !> Finds the displacement component with the largest value in the tangent.
    pure subroutine largest_component(control, node, component)
       type(control_t), intent(in) :: control    !! control with its tangent
       integer, intent(out) :: node, component
@@ -224,8 +226,9 @@ contains
       node = place(2)
    end subroutine largest_component
 
-   !> Constraint row of the cylindrical and spherical strategies: tangent plane of the circle at the root of Crisfield's quadratic
-   !> that is closer to the increment so far; without a real root, at the point of the correction line nearest to the circle.
+   !> Sets the constraint row of the cylindrical and spherical strategies: tangent plane of the circle at the root of Crisfield's
+   !> quadratic that is closer to the increment so far; without a real root, at the point of the correction line nearest to the
+   !> circle.
    subroutine circle_row(problem, control, so_far, dl, system, rhs)
       type(problem_t), intent(in) :: problem
       type(control_t), intent(in) :: control
@@ -261,7 +264,7 @@ contains
       end if
    end subroutine circle_row
 
-   !> Row of the inner product <direction, .>.
+   !> Constraint row of the inner product <direction, .> with the displacements.
    pure function metric_row(problem, direction) result(row)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: direction(:, :)
@@ -309,7 +312,7 @@ contains
       end select
    end function control_error
 
-   !> Largest violation of the constraint at a point of the path.
+   !> Largest violation of the constraint that is allowed at a point of the path, relative to the increment.
    pure real(wp) function held_within(step)
       type(step_t), intent(in) :: step
       held_within = max(step%tolerance, 1.0e-9_wp)

@@ -15,7 +15,7 @@ module path_samples
 
 contains
 
-   !> State and unit tangent of the cubic through the samples.
+   !> Computes state and unit tangent of the cubic through the samples.
    subroutine state_between(problem, sample, at, x, place, heading)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: sample(n_samples)

@@ -44,7 +44,8 @@ contains
       if (.not. problem%has_spans()) return
       call misfit(problem, state, distance, moment)
       worst = max(worst, moment / (problem%size * max(system%force_scale, tiny(worst))))
-      ! If touchdown points are prescribed, the hinge of a neutral span may turn; else it turns by the mesh error only.
+      ! The tangent treats a clamp beside a free span in neutral equilibrium as a hinge. If touchdown points are prescribed, this
+      ! hinge may turn; otherwise it turns by the mesh error only.
       if (size(problem%hinge) > 0 .and. .not. any(problem%candidates%held)) worst = max(worst, problem%model%step(problem%step)% &
          & tolerance * maxval(abs(state%u(3, problem%hinge))) / max(coarsest * maxval(abs(state%u(3, :))), tiny(worst)))
    end function constraint_residual

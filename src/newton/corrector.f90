@@ -1,4 +1,4 @@
-!> One increment: predictor and Newton iterations from a converged point to the next, contact included.
+!> Makes one increment: predictor and Newton iterations from a converged point to the next, contact included.
 module corrector
    use kinds, only: wp
    use problem, only: problem_t

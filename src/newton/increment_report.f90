@@ -18,9 +18,9 @@ module increment_report
 
 contains
 
-   !> Fractional number of iterations until the corrections are small: interpolated by logarithms between the last correction that
-   !> is not small and the next one. Newton's remainder is quadratic, so that a correction is small at the square root of the
-   !> tolerance. The largest components of a correction do not depend on the mesh.
+   !> Fractional number of iterations until the corrections are small: interpolated in the logarithm of the corrections between the
+   !> last one that is not small and the next one. Newton's remainder is quadratic, so that a correction is small at the square root
+   !> of the tolerance. The largest components of a correction do not depend on the mesh.
    pure real(wp) function effort_of(corrections, small) result(effort)
       real(wp), intent(in) :: corrections(:)   !! sizes of the steps in order; huge where only the contact set changed
       real(wp), intent(in) :: small            !! size of a correction that needs no further one

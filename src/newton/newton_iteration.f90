@@ -23,7 +23,8 @@ module newton_iteration
    private
    public :: iterate, solve_step, move
 
-   real(wp), parameter :: large_correction = 1.0e-4_wp !! part of the increment
+   real(wp), parameter :: large_correction = 1.0e-4_wp  !! largest correction after which no other one is needed, as a part of the
+   !! increment
 
    !> Data passed from one iteration to the next.
    type :: newton_t
@@ -31,10 +32,10 @@ module newton_iteration
       logical :: frozen = .false.              !! the contact set is constant
       integer :: tangent_updates = huge(1)     !! number of first iterations that are followed by a new tangent
       integer :: most = 0                      !! iterations allowed while foundations do not change their contact
-      real(wp) :: tolerance = 0.0_wp           !! of the residual
+      real(wp) :: tolerance = 0.0_wp           !! largest residual allowed
       real(wp) :: sharper = 1.0_wp             !! part of the tolerance that the residual is to reach, if it still falls
       real(wp) :: large = large_correction     !! part of the increment: a correction above requires another one
-      real(wp) :: at_length = 0.0_wp           !! largest relative violation of the constraint
+      real(wp) :: at_length = 0.0_wp           !! largest violation of the constraint that is allowed, relative to the increment
       ! Start and control, transferred to the iterate's nodes.
       type(state_t) :: origin
       type(control_t) :: control
@@ -46,7 +47,7 @@ module newton_iteration
       real(wp) :: largest = 0.0_wp             !! largest translation of a node; huge if only the contact set changed
       real(wp) :: forces_left = 0.0_wp         !! residual of forces and elements from which the next step starts
       real(wp) :: last_residual = 0.0_wp       !! residual before the step
-      logical :: refactor = .false.            !! the tangent is to be factored anew
+      logical :: refactor = .false.            !! true: the tangent must be factored anew
       ! History.
       real(wp), allocatable :: corrections(:)  !! largest translation of a node in each iteration
       real(wp) :: best = huge(1.0_wp)          !! smallest residual
@@ -60,15 +61,19 @@ module newton_iteration
       logical :: blamed = .false.              !! foundations that are too stiff are the reason of the failure
    end type newton_t
 
-   integer, parameter :: settling_grip = 20     !! factor on the allowed iterations while foundations change their contact
+   integer, parameter :: settling_grip = 20     !! factor on the allowed iterations as long as foundations change their contact
    real(wp), parameter :: far = 0.01_wp         !! part of a span: a touchdown point that moves by more has not reached its position
    integer, parameter :: stalled = 4            !! factor on the allowed iterations without a smaller residual: the iteration cycles
    real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long
-   real(wp), parameter :: far_from_balance = 0.1_wp !! lower bound of the residual before the step in this comparison
-   integer, parameter :: settling_iterations = 5 !! up to this iteration the last correction must be small, too
-   real(wp), parameter :: of_root = 0.3_wp !! times the root of the tolerated error, so that the remainder is a tenth of that error
-   real(wp), parameter :: noticed = 0.1_wp      !! part of the tolerance: larger rounding errors of forces require stored pressures
-   ! A step from a stress-free start on a foundation has no scale as long as the second-order strains rotation^2/2 cause no forces.
+   real(wp), parameter :: far_from_balance = 0.1_wp !! lower bound of the residual before the step in the comparison by `far_worse`
+   integer, parameter :: settling_iterations = 5  !! up to this number of iterations the last correction must be small as well as
+   !! the residual
+   real(wp), parameter :: of_root = 0.3_wp  !! largest last correction / root of the tolerated error: the remainder, its square, is
+   !! a tenth of that error
+   real(wp), parameter :: noticed = 0.1_wp  !! rounding error of forces / tolerance above which pressures are stored
+   !! (ground_pressures)
+   ! Forces due to the second-order strains rotation^2/2, over the force scale, that are negligible: without such forces a step from
+   ! a stress-free start on a foundation has no scale.
    real(wp), parameter :: negligible = 0.01_wp
 
 contains
@@ -142,7 +147,7 @@ contains
       allocate (newton%corrections(0))
    end subroutine begin
 
-   !> Adds the solved step, or takes over the contact set of a step without displacements, and assembles there.
+   !> Adds the solved step to the state and assembles there; of a step without displacements only the contact set is taken over.
    subroutine follow_step(problem, start, given, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
@@ -214,7 +219,7 @@ contains
       newton%forces_left = max(system%force_residual, system%defect_residual)
    end subroutine take_step
 
-   !> Residual after the step; the iteration is abandoned above 1e8.
+   !> Computes the residual after the step; the iteration is abandoned above 1e8.
    subroutine measure(problem, state, system, newton, report)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

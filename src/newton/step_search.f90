@@ -24,7 +24,7 @@ contains
       type(state_t), intent(inout) :: state      !! after the step on entry, after a part of it on return
       type(system_t), intent(inout) :: system    !! assembled at `state` on entry and on return
       integer, parameter :: max_tries = 40
-      real(wp), parameter :: enough = 0.1_wp     !! part of the initial work that may remain
+      real(wp), parameter :: enough = 0.1_wp     !! part of the initial work that may remain at the point found
       real(wp), parameter :: torn = 0.1_wp       !! defect of an element above which its forces are meaningless
       type(state_t) :: whole
       real(wp) :: low, high, work_low, work_high, part, work

@@ -228,7 +228,7 @@ contains
       end associate
       run%last%tangent%load = 0.0_wp
       call evaluate_tests(problem, run%last)
-      ! The tangent at the start does not contain contact between nodes either.
+      ! A start on a mesh whose nodes detect contact counts as well: its tangent does not contain contact between nodes either.
       run%fresh = starts_fresh(problem) .and. (any(run%last%state%active) .or. any(run%last%state%grounded) .or. &
          & problem%is_sampled())
    end subroutine begin_step

@@ -95,7 +95,8 @@ contains
          end if
       end function follow
 
-      !> Coordinate and angle of the region's end at a candidate. side 1: before the candidate, 2: after it, 0: at its node.
+      !> Computes coordinate and angle of the region's end at a candidate. side 1: before the candidate, 2: after it, 0: at its
+      !> node.
       subroutine set_end(candidate, side, s, angle)
          integer, intent(in) :: candidate, side
          real(wp), intent(out) :: s, angle
@@ -127,7 +128,7 @@ contains
       end subroutine set_end
    end function find_regions
 
-   !> Candidates in contact, within the resolution of the mesh.
+   !> (candidates) true: in contact, within the resolution of the mesh.
    !>
    !> Reactions at nodes make the computed axis of a rod on a rigid obstacle wavy between and beside the nodes, so that some nodes
    !> lift off by a gap far below the mesh's resolution. A gap between two contacts no longer than eight of the surrounding elements
@@ -322,7 +323,7 @@ contains
       beyond = min(max(filled, 0.0_wp), sum(half)) - half(1)
    end function patch_overhang
 
-   !> The candidates in contact that belong to the same region as `candidate`.
+   !> (candidates) true: in contact, and in the same contact region as `candidate`.
    function region_of(problem, active, candidate) result(member)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: active(:)

@@ -39,8 +39,9 @@ contains
       profile%bend = profile%bend * h**2
    end function element_profile
 
-   !> Gap, slope and second derivative of the gap along the rod at one end of an element, by the stress-free length, from r' = (1 +
-   !> e + N/EA) t + (Q/GA) nu, e the thermal strain.
+   !> Computes gap, slope and second derivative of the gap along the rod at one end of an element, by the stress-free length, from
+   !> r' = (1 + e + N/EA) t + (Q/GA) nu: r position, e thermal strain, N normal force along the tangent t, Q shear force along the
+   !> normal nu.
    subroutine end_derivatives(problem, state, candidate, e, side, local, change, gap, slope, second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -73,7 +74,7 @@ contains
       profile_value = quintic(profile%value, profile%slope, profile%bend, tau)
    end function profile_value
 
-   !> Smallest gap of the element, ends included, and its place.
+   !> Finds the smallest gap of the element, ends included, and its place.
    pure subroutine profile_least(profile, least, tau)
       type(profile_t), intent(in) :: profile
       real(wp), intent(out) :: least, tau
@@ -103,7 +104,7 @@ contains
       least = profile_value(profile, tau)
    end subroutine profile_least
 
-   !> Smallest gap on the element from a candidate to its next neighbour, ends included.
+   !> Finds the smallest gap on the element from a candidate to its next neighbour, ends included.
    subroutine least_gap_after(problem, state, candidate, least, tau)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

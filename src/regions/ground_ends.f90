@@ -65,7 +65,7 @@ contains
       end do
    end function chain_roots
 
-   !> Candidate at an end of an open chain, and its element; 0: none.
+   !> Finds the candidate at an end of an open chain, and its element; 0: none.
    pure subroutine chain_end(problem, contact, side, candidate, element)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, side    !! 1: first end, 2: last end
@@ -78,7 +78,7 @@ contains
       end associate
    end subroutine chain_end
 
-   !> Gap at an end of a rod, and its first and second derivatives by the stress-free distance from the end.
+   !> Computes the gap at an end of a rod, and its first and second derivatives by the stress-free distance from the end.
    subroutine look_at_end(problem, state, side, candidate, e, gap, slope, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -96,7 +96,7 @@ contains
 
    contains
 
-      !> Coordinate and angle of a place on the element after a candidate.
+      !> Computes coordinate and angle of a place on the element after a candidate.
       subroutine set_end(candidate, tau, s, angle)
          integer, intent(in) :: candidate
          real(wp), intent(in) :: tau
@@ -120,7 +120,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
-      real(wp), intent(in) :: from, to           !! arc lengths; on a closed chain `to` may be in the next round
+      real(wp), intent(in) :: from, to  !! arc lengths; on a closed chain `to` may lie beyond the chain's end, in the next circuit
       integer, intent(out), optional :: candidate !! candidate before the element with the smallest gap, 0: empty range
       real(wp), intent(out), optional :: place   !! place in that element, 0 to 1
       type(gap_root_t), intent(in), optional :: root(:) !! roots divided out of the gap, see ground_ends
@@ -161,7 +161,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
       real(wp), intent(in) :: from, to
-      integer, intent(out), optional :: candidate !! as in smallest_ground_gap
+      integer, intent(out), optional :: candidate !! candidate before the element with the maximum, as in smallest_ground_gap
       real(wp), intent(out), optional :: place
       type(element_gap_t) :: between
       real(wp), allocatable :: gap(:), peak(:), tau(:)
@@ -214,12 +214,12 @@ contains
       if (present(place)) place = tau(found)
    end function inner_opening
 
-   !> Part of the element after a candidate that is in a range of the chain; false if no part is.
+   !> True if a part of the element after a candidate lies in a range of the chain; `range` is this part.
    logical function part_of_range(problem, state, contact, candidate, round, from, to, range) result(lies)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact, candidate
-      integer, intent(in) :: round               !! number of completed rounds on a closed chain
+      integer, intent(in) :: round               !! number of completed circuits of a closed chain
       real(wp), intent(in) :: from, to
       real(wp), intent(out) :: range(2)          !! part of the element, 0 to 1
       real(wp) :: s, h
@@ -298,14 +298,14 @@ contains
       end function way_at
    end function taken_along
 
-   !> Number of additional rounds: 1 for a closed chain, 0 for an open one.
+   !> Number of additional circuits of a chain that a range may extend over: 1 for a closed chain, 0 for an open one.
    pure integer function rounds(problem, contact)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact
       rounds = merge(1, 0, problem%ground%chain%chain_length(contact) > 0.0_wp)
    end function rounds
 
-   !> Force per stress-free length and gap at every node of the foundations' chains.
+   !> Computes the force per stress-free length and the gap at every node of the foundations' chains.
    subroutine ground_pressure(problem, state, pressure, gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -318,7 +318,7 @@ contains
       end do
    end subroutine ground_pressure
 
-   !> Distributed reactions as forces at the nodes of the chains, by linear interpolation.
+   !> Computes distributed reactions as forces at the nodes of the chains, by linear interpolation.
    subroutine ground_reaction(problem, state, reaction)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -341,8 +341,8 @@ contains
       end do
    end subroutine ground_reaction
 
-   !> Distributed reaction of one contact as forces at the deck's nodes of this contact, whatever the mesh; and the force per
-   !> stress-free length at these nodes.
+   !> Computes the distributed reaction of one contact as forces at the deck's nodes of this contact, whatever the mesh; and the
+   !> force per stress-free length at these nodes.
    subroutine deck_ground_reaction(problem, state, contact, gap, reaction, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -391,11 +391,11 @@ contains
       end associate
    end function pressure_at
 
-   !> Resultant force in x and y and sum of the normal reactions of each obstacle's distributed foundations.
+   !> Computes the resultant force in x and y, and the sum of the normal reactions, of each obstacle's distributed foundations.
    subroutine foundation_totals(problem, state, total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(out) :: total(:, :)       !! (3, obstacles)
+      real(wp), intent(out) :: total(:, :)       !! (3, obstacles) force in x, force in y, sum of normal reactions
       type(inner_forces_t) :: inner
       integer :: e, q
       total = 0.0_wp

@@ -100,7 +100,7 @@ contains
       !> Angle of the contact force's place on an obstacle that has angles.
       real(wp) function angle_at(candidate, arm) result(angle)
          integer, intent(in) :: candidate
-         real(wp), intent(in) :: arm(2)          !! from the candidate's node to the force
+         real(wp), intent(in) :: arm(2)          !! vector from the candidate's node to the place of the force
          angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))
             if (has_angle(obstacle)) angle = contact_angle(obstacle, candidate_position(problem, state, candidate) + arm)
@@ -138,7 +138,7 @@ contains
 
    contains
 
-      !> True if the number belongs to a contact span of a region.
+      !> True if the contact span of this number is an end of a region.
       pure logical function is_known(contact_span)
          integer, intent(in) :: contact_span
          integer :: i

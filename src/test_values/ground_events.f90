@@ -53,8 +53,8 @@ contains
       end do
    end subroutine find_ground_events
 
-   !> Cuts a closed chain where the fewest regions lie, and shifts the regions of both lists to the round that begins at the cut, in
-   !> ascending order.
+   !> Cuts a closed chain where the fewest regions lie, and shifts the regions of both lists, in ascending order, to the circuit of
+   !> the chain that begins at the cut.
    pure subroutine unroll(a, b, closed)
       type(region_t), intent(inout) :: a(:), b(:)
       real(wp), intent(in) :: closed
@@ -85,7 +85,7 @@ contains
          covered = modulo(place - region%start, closed) < region%end - region%start
       end function covered
 
-      !> Moves the regions of a list to the round that begins at the cut, and sorts them.
+      !> Moves the regions of a list to the circuit of the chain that begins at the cut, and sorts them.
       pure subroutine shift(list)
          type(region_t), intent(inout) :: list(:)
          type(region_t) :: moved
@@ -110,7 +110,7 @@ contains
       end subroutine shift
    end subroutine unroll
 
-   !> True for a region as long as its closed chain.
+   !> True if a region covers its whole closed chain.
    pure elemental logical function all_round(region, closed)
       type(region_t), intent(in) :: region
       real(wp), intent(in) :: closed
@@ -208,15 +208,16 @@ contains
       !> interval is wider than the free span, which may move along the rod while it grows.
       subroutine open_between(before, after, round)
          type(region_t), intent(in) :: before, after
-         real(wp), intent(in) :: round         !! added to the positions of `after`
+         real(wp), intent(in) :: round  !! added to the arc lengths of `after`: the length of a closed chain if `after` follows
+         !! across its cut, else 0
          real(wp) :: width
          width = max(10.0_wp * (after%start + round - before%end), 10.0_wp * reach)
          events = [events, ground_event_t(divided, contact, max(before%end - width, before%start), &
             & min(after%start + round + width, after%end + round), .true.)]
       end subroutine open_between
 
-      !> Start of the part of the chain around a region: half way to the region before, in either list, because a small region may
-      !> move while it grows; for a long region one length away, but never inside another region.
+      !> Start of the part of the chain that is searched around a region: half way to the region before, in either list, because a
+      !> small region may move while it grows; for a long region one length away, but never inside another region.
       real(wp) function free_from(region)
          type(region_t), intent(in) :: region
          real(wp) :: before
@@ -226,7 +227,7 @@ contains
          if (closed > 0.0_wp) free_from = max(free_from, 0.5_wp * (region%start + region%end - closed))
       end function free_from
 
-      !> End of the part of the chain around a region, as free_from.
+      !> End of the part of the chain that is searched around a region, by the same rule as free_from.
       real(wp) function free_to(region)
          type(region_t), intent(in) :: region
          real(wp) :: after
@@ -263,7 +264,7 @@ contains
       call look_at_place(problem, state, event, value, candidate, tau, factor)
    end function ground_event_value
 
-   !> Magnitude of the gap at the event's place: the error of the location.
+   !> Magnitude of the gap at the event's place, the measure of the error of the location.
    real(wp) function ground_event_gap(problem, state, event) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -274,7 +275,7 @@ contains
       gap = abs(ground_event_value(problem, state, with_roots))
    end function ground_event_gap
 
-   !> Place of the event function's extremum.
+   !> Finds the place of the event function's extremum.
    subroutine ground_event_place(problem, state, event, candidate, tau, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -287,7 +288,7 @@ contains
       if (.not. factor > 0.0_wp) candidate = 0
    end subroutine ground_event_place
 
-   !> Value and place of the event function, and the factor of the roots.
+   !> Computes the value of the event function, its place, and the factor that the roots of the gap have there.
    subroutine look_at_place(problem, state, event, value, candidate, tau, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -299,7 +300,7 @@ contains
       factor = 1.0_wp
       closed = problem%ground%chain%chain_length(event%contact)
       from = event%from
-      ! The chain's list covers one round and the next.
+      ! The list of the chain covers two circuits, so that the range begins in the first one.
       if (closed > 0.0_wp) from = modulo(event%from, closed)
       to = event%to + (from - event%from)
       if (event%divided) then

@@ -39,11 +39,11 @@ contains
       end do
    end function corner_between
 
-   !> Penetration of a state minus that of a corner, as a length; the event function of the corner.
+   !> Event function of a corner: the penetration at a state minus that of the corner [length].
    real(wp) function beyond_corner(problem, state, corner) result(beyond)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(law_corner_t), intent(in) :: corner   !! with candidate > 0
+      type(law_corner_t), intent(in) :: corner   !! a corner with candidate > 0
       beyond = penetration(problem, state, corner%candidate) - corner%penetration
    end function beyond_corner
 

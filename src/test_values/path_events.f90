@@ -26,7 +26,7 @@ module path_events
    real(wp), parameter :: at_rest = 1.0e-6_wp !! value of a contact event function at the start, over the value after the increment;
    !! below it the contact carries no force
 
-   !> Numbers compared from point to point.
+   !> Test values of one point, which are compared from point to point.
    type :: test_values_t
       real(wp) :: load_factor = 0.0_wp
       real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length) along the path
@@ -236,7 +236,7 @@ contains
 
    contains
 
-      !> Appends the regions of `there` that have no counterpart in `other`, or several.
+      !> Appends the events of regions of `there` that have no counterpart in `other`, or several.
       subroutine compare(there, other, label, gone, divided)
          logical, intent(in) :: there(:), other(:)
          character(2), intent(in) :: label
@@ -313,7 +313,7 @@ contains
          if (event%ground%contact > 0) then
             value = ground_event_value(problem, state, event%ground) / event%gap_scale
          else if (event%divided) then
-            ! A region is whole as long as all its candidates are in contact.
+            ! A region is undivided as long as all its candidates are in contact.
             value = minval(state%reaction, mask=event%marked) / event%reaction_scale
             if (any(event%marked .and. .not. state%active)) value = -largest_gap(problem, state, event%marked) / event%gap_scale
          else if (any(state%active .and. event%marked)) then

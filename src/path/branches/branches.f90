@@ -31,8 +31,8 @@ contains
       type(step_t), intent(in) :: step
       type(critical_points_t), intent(inout), target :: own !! critical points of the step's own path
       integer, intent(inout) :: numbered             !! number of branches in the results so far
-      type(archive_t), intent(inout), target :: before !! frame with the results of the step's path, with which the frame of each
-      !! branch begins
+      type(archive_t), intent(inout), target :: before  !! frame of the checkpoints (module checkpoint) with the results of the
+      !! step's path, with which the frame of each branch begins
       type(standing_t), intent(inout) :: standing    !! restart; on_branch: continues a branch
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome      !! why: only if the results cannot be written or the run must end

@@ -29,31 +29,32 @@ module contact_change_types
    integer, parameter :: change_mended = 5  !! the set of the last change was wrong; another one has replaced it (contact_trials)
 
    ! Places of a change.
-   integer, parameter :: place_within = 0   !! on the increment
-   integer, parameter :: place_here = 1     !! at the run's point
-   integer, parameter :: place_ahead = 2    !! beyond the end of the increment
+   integer, parameter :: place_within = 0   !! the change is on the increment
+   integer, parameter :: place_here = 1     !! the change is at the run's point
+   integer, parameter :: place_ahead = 2    !! the change is beyond the end of the increment
 
    !> The examined increment, with the contact tests at its ends.
    type :: step_interval_t
-      type(state_t) :: from                       !! beginning of the increment; if none converges, that of the last converged one
-      type(path_point_t) :: to                    !! its end
-      logical :: stuck = .false.                  !! true: no increment converges from its end, which is the run's point
-      integer :: pivots = 0                       !! number of negative pivots at its end
+      type(state_t) :: from  !! beginning of the increment; if no increment converges: beginning of the last converged one
+      type(path_point_t) :: to                    !! end of the increment
+      logical :: stuck = .false.                  !! true: no increment converges from the end, which is the run's point
+      integer :: pivots = 0                       !! number of negative pivots at the end
       real(wp) :: scale = 0.0_wp                  !! scale of forces
-      type(span_test_t), allocatable :: before(:), after(:) !! tests at both ends
+      type(span_test_t), allocatable :: before(:), after(:) !! contact tests at both ends
    end type step_interval_t
 
+   !> The first change of the contact set on an increment, and its location.
    type :: change_t
       integer :: kind = change_none
       integer :: where = place_within
-      integer :: which = 0                        !! index into the tests; 0: none
-      type(span_test_t), allocatable :: tests(:)  !! at the place of the change
-      type(span_test_t), allocatable :: begins(:) !! gaps that close at the place, the located one last; else empty
+      integer :: which = 0                        !! index of the test that is zero; 0: none
+      type(span_test_t), allocatable :: tests(:)  !! contact tests at the place of the change
+      type(span_test_t), allocatable :: begins(:) !! tests of the gaps that close at the place, the located one last; else empty
       character(2) :: label = '  '                !! contact gained (C+) or lost (C-), empty if neither
       logical :: divides = .false.                !! a part of the lost contact remains on both sides
       type(path_point_t) :: point                 !! place of the change, with the present set
       type(increment_t) :: report                 !! corrector's report at the place
-      type(next_t) :: next                        !! next set after an opening or a closed span
+      type(next_t) :: next                        !! next set, if a free span opens or closes
       type(error_bars_t), allocatable :: bars     !! error bars of the place, if known
    end type change_t
 

@@ -25,7 +25,7 @@ module entering_contact_set
 
 contains
 
-   !> Continues with the next set, whose equilibrium is recorded as a point of the path.
+   !> Moves the run to the next contact set, whose known equilibrium is recorded as a point of the path.
    subroutine go_to_next(problem, step, run, next, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -61,19 +61,19 @@ contains
       call evaluate_tests(problem, run%last)
    end subroutine go_to_next
 
-   !> Replaces the next set's state by the end of the step, if the step ends on the way there and the set is valid at its end. The
-   !> new spans are too short there to be found from the side of the old set.
+   !> Replaces the next set's state by its state at the end of the step, if the step ends before the known equilibrium and the set
+   !> is valid at this end. The new spans are too short there to be found from the side of the old set.
    subroutine stop_before(problem, step, run, next)
-      type(problem_t), intent(in) :: problem     !! with the next set
+      type(problem_t), intent(in) :: problem     !! problem with the next contact set
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run             !! at its point, on the mesh of the next set
+      type(path_state_t), intent(in) :: run             !! the run at its present point, on the mesh of the next set
       type(next_t), intent(inout) :: next
       type(event_t), allocatable :: events(:)
       integer, parameter :: most = 10            ! corrections from the known state back to the end of the step
       type(next_t) :: there
       type(state_t) :: from
       type(test_values_t) :: test_values
-      real(wp) :: left, part                     ! to the value
+      real(wp) :: left, part                     ! remaining change of the prescribed value, and the part of it made at once
       integer :: k, try
       test_values = new_test_values(problem, next%state, next%system, next%rate)
       call value_events(problem, step, run%last%test_values, test_values, run%last%state, next%state, events)
@@ -99,13 +99,13 @@ contains
       if (holds(there)) call copy_next(there, next)
    end subroutine stop_before
 
-   !> Moves the known state of a span that opens at the run's point from the interval's end towards the run, while events lie
-   !> between.
+   !> Moves the known equilibrium of a free span, which opens at the run's point but is known at the interval's end only, towards
+   !> the run's point: the distance is halved until no event lies between the two.
    subroutine come_nearer(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! at the change's place
-      type(step_interval_t), intent(in) :: interval        !! from the change's place to its end
+      type(path_state_t), intent(inout) :: run          !! the run at the place of the change
+      type(step_interval_t), intent(in) :: interval        !! part of the increment from the place of the change to its end
       type(change_t), intent(inout) :: change
       type(next_t) :: nearer
       type(path_point_t) :: here
@@ -140,7 +140,8 @@ contains
       end do
    end subroutine come_nearer
 
-   !> Run at its present point on the mesh of the next set, with the path tangent towards the known equilibrium of this set.
+   !> The run at its present point, but on the mesh of the next set, with the path tangent towards the known equilibrium of this
+   !> set.
    function bound_for(problem, run, next) result(on)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -167,7 +168,7 @@ contains
       end associate
    end function bound_for
 
-   !> True if the loads of both states are equal within rounding: they are one equilibrium on two meshes.
+   !> True if the run's point and the next set's state have the same load within rounding: they are one equilibrium on two meshes.
    pure logical function is_there(run, next)
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next

@@ -108,7 +108,7 @@ contains
    logical function jumps(problem, interval, slope, length)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
-      real(wp), intent(in) :: slope(:, :)         !! from slopes_at (tests and candidates, ends)
+      real(wp), intent(in) :: slope(:, :)         !! (tests and candidates, ends) slopes from slopes_at
       real(wp), intent(in) :: length              !! path length of the increment
       real(wp) :: way
       integer :: c

@@ -25,7 +25,8 @@ contains
       reach = merge(far_when_stuck, far, interval%stuck)
    end function reach_of
 
-   !> True for an increment on which the load passes a limit point: a place found directly, not along the path, could hide it.
+   !> True if the load passes a limit point on an increment: a place found directly, not along the path, could hide this limit
+   !> point.
    pure logical function turns(run, interval)
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
@@ -50,7 +51,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, place
       type(path_tangent_t), intent(in) :: heading      !! path tangent at `from`
-      logical, intent(in) :: fresh                !! as in relate
+      logical, intent(in) :: fresh                !! true: `from` is an unloaded start, see relate
       real(wp), intent(in), optional :: rate      !! rate of the load further on, as in a path tangent; absent: the rate at `from`
       type(path_tangent_t) :: there
       leads = .not. path_length(problem, from, place) > 0.0_wp
@@ -67,7 +68,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
-      real(wp), intent(in), optional :: rate      !! as in leads_to
+      real(wp), intent(in), optional :: rate      !! rate of the load further on, see leads_to
       type(state_t) :: from
       type(path_tangent_t) :: heading
       from = carried(problem, run%last%state, next%problem)

@@ -1,6 +1,6 @@
-!> Contact sets beside those that the rules give: the set of the last change is replaced if it was wrong from its beginning, and
-!> another set is searched for where no increment converges or no rule gives the next set. Contact at nodes is asked first; if it
-!> finds no set, neighbours of the present set are tried (contact_trials).
+!> Replaces contact sets that are wrong or cannot be continued: the set of the last change if it was wrong from its beginning, or
+!> the present set where no increment converges or no rule gives the next set. Contact at nodes is tried first; if it finds no set,
+!> neighbours of the present set are tried (contact_trials).
 module set_mending
    use kinds, only: wp
    use model, only: step_t
@@ -21,8 +21,8 @@ module set_mending
 
 contains
 
-   !> Keeps the run's point, at a contact change, with the contact set before the change. Where several changes follow each other at one
-   !> place, this is the set before the first of them: the sets between are the rules' and may be wrong.
+   !> Keeps the run's point, at a contact change, with the contact set before the change. If several changes follow each other at
+   !> one place, the set before the first of them is kept: rules gave the sets between, which may be wrong.
    subroutine keep_set_before(problem, run)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
@@ -49,7 +49,8 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(next_t) :: first, next
       finished = .false.
-      ! A point contact that begins where the rod is more curved than the obstacle spreads at once, and has a rule.
+      ! Excluded: a point contact that begins where the rod is more curved than the obstacle becomes a line contact at once, by a
+      ! rule.
       mended = any(change%kind == [change_missed, change_opening]) .and. change%where == place_here .and. change%which > 0
       if (.not. mended) return
       associate (test => interval%before(change%which))
@@ -83,11 +84,13 @@ contains
       if (.not. (finished .or. allocated(outcome%why))) call look_whether_back(problem, step, run, outcome)
    end subroutine find_other_set
 
-   !> Neighbours of the set before the last contact change, if no point was accepted since: the rule's set is not the right one.
+   !> Tries neighbours of the set before the last contact change, or before the first of several changes at one place
+   !> (keep_set_before), if no point was accepted since: the set that the rule gave is wrong.
    subroutine try_at_change(problem, run, first, next, found)
       type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run   !! if a set is found: at the place of the change
-      type(next_t), intent(out) :: first, next   !! as from try_sets
+      type(path_state_t), intent(inout) :: run   !! out: at the place of the change if a set is found, else unchanged
+      type(next_t), intent(out) :: first, next  !! first equilibrium of the set and a later one at which all its tests are
+      !! satisfied, see try_sets
       logical, intent(out) :: found
       type(path_state_t) :: before
       found = allocated(run%before_change) .and. run%arc_length <= run%since_change%at
@@ -108,7 +111,8 @@ contains
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(next_t), intent(inout) :: first, next !! as from try_sets
+      type(next_t), intent(inout) :: first, next  !! first equilibrium of the set and a later one at which all its tests are
+      !! satisfied, see try_sets
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome

@@ -48,7 +48,7 @@ contains
       logical, intent(in) :: stuck  !! true: no increment converges; the trial is the last point, and a change just ahead is sought
       integer, intent(in) :: tries               !! number of remeshings so far, as in arrival_t
       class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request  !! of the trial; without requirements: its set is valid
+      type(request_t), intent(inout) :: request  !! requirements of the trial; none: its set is valid
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(step_interval_t) :: interval
@@ -86,7 +86,7 @@ contains
       type(request_t), intent(inout) :: request
       if (interval%stuck) return
       call look_between(problem, step, run, interval, 0, request%shorter)
-      ! The set of the last change is right.
+      ! All tests pass: the set of the last contact change is confirmed, and the set before it is no longer needed.
       if (.not. request%shorter .and. allocated(run%before_change)) deallocate (run%before_change)
    end subroutine look_inside
 
@@ -114,7 +114,7 @@ contains
       end if
    end subroutine pass_vanishing
 
-   !> True if the next set begins beyond the end of an interval on which the present set is valid.
+   !> True if the onset of the next set lies beyond the end of an interval on which the present set is valid.
    pure logical function lies_beyond(interval, next)
       type(step_interval_t), intent(in) :: interval
       type(next_t), intent(in) :: next
@@ -212,9 +212,9 @@ contains
    subroutine go_on(problem, step, run, next, on, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! at the change's place
+      type(path_state_t), intent(inout) :: run          !! the run at the place of the change
       type(problem_t), intent(in) :: next
-      type(path_state_t), intent(in) :: on              !! at the state where the next set is known
+      type(path_state_t), intent(in) :: on              !! the run at the state where the next set is known
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome

@@ -21,7 +21,7 @@ module span_events
 
 contains
 
-   !> First change on an increment or just beyond its end: kind, place, and properties that only the next set has.
+   !> Finds the first contact change on an increment or just beyond its end: kind, place, and properties that only the next set has.
    subroutine find_change(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -32,9 +32,9 @@ contains
       if (change%kind == change_by_rule) call look_beyond(problem, step, run, interval, change)
    end subroutine find_change
 
-   !> First change and its place. If another test fails at the place of a located change, the zero of the failing test is earlier
-   !> and is located next. A free span that closes has priority, because other tests that fail at this place fail due to the
-   !> closing.
+   !> Finds the first contact change and its place. If another test fails at the place of a located change, the zero of the failing
+   !> test is earlier and is located next. A free span that closes has priority, because other tests that fail at this place fail
+   !> due to the closing.
    subroutine find_first(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -81,7 +81,7 @@ contains
    !> span, its relative curvature may be slightly negative.
    pure subroutine excuse_arriving_points(interval, arrives, rises)
       type(step_interval_t), intent(inout) :: interval
-      logical, intent(in) :: arrives, rises       !! see since_change_t
+      logical, intent(in) :: arrives, rises       !! consequences of the last contact change, see since_change_t
       integer :: k
       do k = 1, size(interval%after)
          associate (before => interval%before(k), after => interval%after(k))
@@ -93,7 +93,7 @@ contains
       end do
    end subroutine excuse_arriving_points
 
-   !> A free span that closes on the increment or just beyond its end, where no increment may converge; or a line contact that
+   !> Finds a free span that closes on the increment or just beyond its end, where no increment may converge, or a line contact that
    !> shrinks onto a support.
    subroutine find_vanishing(problem, run, interval, fails, change)
       type(problem_t), intent(in) :: problem

@@ -1,4 +1,4 @@
-!> Zero of a test of contact spans on an increment: at the run's point, on the increment, or beyond its end.
+!> Locates the zero of a test of contact spans: at the run's point, on the increment, or beyond its end.
 module span_location
    use kinds, only: wp
    use model, only: step_t
@@ -132,13 +132,13 @@ contains
       candidate = pack(candidate, problem%candidates%moves(candidate) .and. problem%candidates%rolls(candidate))
    end function flat_too
 
-   !> Zero of a test, located by points of the increment.
+   !> Locates the zero of a test by bracketing, at points of the increment.
    subroutine locate_by_parts(problem, step, run, interval, tolerance, change, found)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
-      real(wp), intent(in) :: tolerance           !! for the test's value
+      real(wp), intent(in) :: tolerance           !! largest size of the test's value that counts as zero
       type(change_t), intent(inout) :: change
       logical, intent(out) :: found
       type(division_t) :: division

@@ -1,9 +1,11 @@
-!> Next contact set by trials: neighbours of the present set (neighbours) are solved with a prescribed size of what is new
-!> (set_trial) and followed a short way onward (step_off); sets whose tests are all satisfied there remain. No rule connects a test
-!> with a set.
+!> Finds the next contact set by trials. Each neighbour of the present set, that is, a set that differs from it by one edit
+!> (neighbours), is solved for its equilibrium, in which the new contact or free span has a prescribed length (set_trial). A short
+!> step further along the path (step_off) then shows whether all tests of this set are satisfied; otherwise the set is dropped. No
+!> rule connects a failing test with a set.
 !>
-!> If no set remains after one edit, a second edit is made where the tests of the first one's set fail. If several sets remain, they
-!> are followed ten times further until one is left: near a degenerate change their tests differ by less than their slack.
+!> If no set remains after one edit, a second edit is made where the tests of the edited set fail. If several sets remain, they are
+!> followed over ten times longer paths until one is left: near a degenerate change the test values of the sets differ by less than
+!> the tolerance of the tests.
 module contact_trials
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
@@ -30,29 +32,32 @@ module contact_trials
    private
    public :: try_sets
 
-   ! Lengths over that of the rod strip:
-   real(wp), parameter :: first_size(3) = [2.0e-3_wp, 5.0e-4_wp, 1.0e-2_wp] !! of a new contact or free span
-   real(wp), parameter :: nearby = 2.0e-3_wp      !! contacts within this distance belong to a place in doubt
-   real(wp), parameter :: part_of_segment = 0.25_wp !! largest such length over that of a rod segment
-   ! Displacements:
-   real(wp), parameter :: another = 3.0e-3_wp     !! over the structure's size: an equilibrium farther away is another one
-   ! Path lengths over the whole displacement and the whole load (step_off):
-   real(wp), parameter :: step_ahead(2) = [1.0e-3_wp, 1.0e-4_wp] !! at which the tests of a set decide
-   real(wp), parameter :: farthest = 0.2_wp       !! up to which several sets are followed
-   real(wp), parameter :: farther = 10.0_wp       !! factor between the lengths at which several sets are compared
+   ! Lengths as shares of the length of the rod strip, a sequence of rod segments (rod_strips):
+   real(wp), parameter :: first_size(3) = [2.0e-3_wp, 5.0e-4_wp, 1.0e-2_wp] !! prescribed lengths of a new contact or free span
+   real(wp), parameter :: nearby = 2.0e-3_wp      !! contacts within this distance of a failing test are edited
+   real(wp), parameter :: part_of_segment = 0.25_wp !! longest new contact or free span / shortest rod segment
+   ! Displacement as a share of the structure's size:
+   real(wp), parameter :: another = 3.0e-3_wp     !! an equilibrium farther from the run's point is on another path
+   ! Path lengths as shares of the total displacement, or of the load factor if nothing is displaced (step_off):
+   real(wp), parameter :: step_ahead(2) = [1.0e-3_wp, 1.0e-4_wp]  !! distances from the equilibrium at which the tests decide
+   !! whether a set is valid
+   real(wp), parameter :: farthest = 0.2_wp  !! largest distance over which several sets are compared, and largest relative change
+   !! of the load factor from the run's point to another set
+   real(wp), parameter :: farther = 10.0_wp       !! factor between the distances at which several sets are compared
 
-   real(wp), parameter :: shorter = 0.1_wp        !! at the change itself: part of the least length of contacts and free spans
-   integer, parameter :: most_halvings = 20       !! of the load interval in which a set begins
+   real(wp), parameter :: shorter = 0.1_wp  !! least length of a new contact or free span just behind the change, as a share of the
+   !! least length elsewhere (contact_spans%shortest)
+   integer, parameter :: most_halvings = 20       !! halvings of the load interval that contains the onset of the set
 
-   !> A set all of whose tests are satisfied a short way along its path.
+   !> A contact set found by the search: all its tests are satisfied a short way along its path.
    type :: way_t
-      type(next_t) :: base                        !! equilibrium with the prescribed size
-      type(path_tangent_t) :: heading             !! path tangent there, onward
-      type(next_t) :: next                        !! equilibrium a step further
-      logical :: sized = .false.                  !! something new has a prescribed size: the set begins before that equilibrium
+      type(next_t) :: base  !! its first equilibrium, in which the new contact or free span has a prescribed length
+      type(path_tangent_t) :: heading             !! path tangent at this equilibrium, pointing onward
+      type(next_t) :: next                        !! equilibrium a short step further along the path
+      logical :: sized = .false.  !! true: `base` has a prescribed length, so that the set becomes valid before this equilibrium
    end type way_t
 
-   !> The search, for the procedures that add to it.
+   !> State of the search: the rod strips, and the contact sets found so far.
    type :: search_t
       type(strip_t), allocatable :: strip(:)
       type(way_t), allocatable :: way(:)          !! all sets found
@@ -60,11 +65,11 @@ module contact_trials
 
 contains
 
-   !> The contact set with which the path continues from the run's point, with its first equilibrium.
+   !> Finds the contact set with which the path continues from the run's point, and the first equilibrium of this set.
    subroutine try_sets(problem, run, first, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(next_t), intent(out) :: first          !! the set where it begins, labelled as a change of contact
+      type(next_t), intent(out) :: first          !! the set at its onset, labelled as a change of contact
       type(next_t), intent(out) :: next           !! the same set at a point further on, where all its tests are satisfied
       logical, intent(out) :: found
       type(search_t) :: search
@@ -92,7 +97,8 @@ contains
          first%tangent = search%way(best)%heading
       end if
       before = present_contact_spans(problem, run%last%state)
-      ! Contact that begins next to a contact is part of it: the contact divides.
+      ! The former contacts are widened by `nearby`: a new contact beside a former one is a part of it, so that the former contact
+      ! divides.
       do k = 1, size(before)
          before(k)%at = before(k)%at + [-nearby, nearby] * problem%layout%rod_segment(before(k)%rod_segment)%length
       end do
@@ -101,12 +107,12 @@ contains
       next%problem%contact_span%number = first%problem%contact_span%number
    end subroutine try_sets
 
-   !> First equilibrium of a set, between the run's point and a point at which the set is valid: by halving the load interval. What
-   !> is new has no length at the change itself, so shorter contacts and free spans than elsewhere are accepted there.
+   !> Finds the first equilibrium of a set, by halving the load interval between the run's point and a later point at which the set
+   !> is valid. At the change itself a new contact or free span has zero length, so shorter ones than elsewhere are accepted.
    subroutine begin_earlier(problem, run, next, first)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
-      type(next_t), intent(in) :: next            !! with its path tangent
+      type(next_t), intent(in) :: next            !! the set at the valid point, with its path tangent
       type(next_t), intent(out) :: first
       type(next_t) :: there
       type(span_test_t), allocatable :: tests(:)
@@ -128,13 +134,13 @@ contains
          end if
          before = load
       end do
-      ! The tangent of a short span is spoilt by rounding, and the path has one direction only here.
+      ! The tangent at `next` is used, because rounding spoils the tangent where the new span is very short.
       first%tangent = next%tangent
       call linearise(first%problem, first%state, first%state, first%system)
    end subroutine begin_earlier
 
-   !> Places of the tests that fail at the run's point or just ahead; if none fails, or no equilibrium is found there, those of all
-   !> contacts.
+   !> Places at which the present set is edited: those of the tests that fail at the run's point or, if none fails there, a short
+   !> step ahead. If no test fails, or no equilibrium is found ahead: the ends of all contacts.
    function places_in_doubt(here, run, strip) result(doubt)
       type(next_t), intent(in) :: here            !! the present set
       type(path_state_t), intent(in) :: run
@@ -155,14 +161,14 @@ contains
       if (size(doubt) == 0) doubt = all_doubts(here%problem, here%state, strip)
    end function places_in_doubt
 
-   !> Tries the neighbours of a set at places in doubt, and adds the sets found to the search.
+   !> Tries the neighbours of a set at the given places, and adds those whose tests are satisfied to the search.
    recursive subroutine look_at(run, here, from, doubt, part, depth, search)
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: here            !! the present set, at the run's point
       type(next_t), intent(in) :: from            !! the set to be edited, at an equilibrium
       type(doubt_t), intent(in) :: doubt(:)
-      real(wp), intent(in) :: part                !! first size of something new over the strip's length
-      integer, intent(in) :: depth                !! number of edits, with those made here
+      real(wp), intent(in) :: part                !! length of a new contact or free span / length of the strip
+      integer, intent(in) :: depth                !! number of edits by which the sets tried here differ from the present set
       type(search_t), intent(inout) :: search
       type(neighbour_t), allocatable :: neighbour(:)
       type(doubt_t), allocatable :: fails(:)
@@ -187,23 +193,23 @@ contains
       end do
    end subroutine look_at
 
-   !> True if the material points and the load of an equilibrium are near those of the run's point.
+   !> True if an equilibrium is near enough to the run's point to be on the same path, by displacements and load factor.
    logical function is_near(here, next, least)
       type(next_t), intent(in) :: here, next
-      real(wp), intent(in) :: least               !! load factor that is taken for the whole load at least
+      real(wp), intent(in) :: least               !! least reference value for the change of the load factor
       real(wp), allocatable :: u(:, :)
       u = displacement_between(next%problem, carried(here%problem, here%state, next%problem), next%state)
       is_near = maxval(abs(u(1:2, :))) <= another * next%problem%size .and. &
          & abs(next%state%load_factor - here%state%load_factor) <= farthest * max(abs(here%state%load_factor), least)
    end function is_near
 
-   !> Steps off from the equilibrium of a set in the sense in which the material points and the load move as on the path that
-   !> arrives, and adds the set if all tests are satisfied there.
+   !> Makes a short step from the equilibrium of a set, in the sense in which displacements and load change on the path that arrives
+   !> at the run's point, and adds the set to the search if all its tests are satisfied there.
    subroutine step_onward(run, here, next, sized, search, fails)
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: here
-      type(next_t), intent(in) :: next            !! of another set
-      logical, intent(in) :: sized                !! as in way_t
+      type(next_t), intent(in) :: next            !! equilibrium of another set, from which the step is made
+      logical, intent(in) :: sized                !! true: the set has a prescribed length, see way_t
       type(search_t), intent(inout) :: search
       type(doubt_t), allocatable, intent(out) :: fails(:) !! places of failing tests; empty if the set was added
       type(way_t) :: way
@@ -222,7 +228,7 @@ contains
          if (.not. any_fails(tests)) then
             ! Newton's method may have found another path.
             if (.not. leads_to_next(here%problem, run, way%next)) return
-            ! A set of the path behind the run's point leads to this point.
+            ! If the step comes nearer to the run's point, the set belongs to the path behind this point.
             if (distance_from(here, way%next%problem, way%next%state) < distance_from(here, next%problem, next%state)) return
             way%next%tangent = tangent_along(way%next, way%heading%u, way%heading%load)
             call append(search%way, way)
@@ -232,11 +238,12 @@ contains
       end do
    end subroutine step_onward
 
-   !> Distance of an equilibrium from the run's point, by displacements and load: both are measured by their present values.
+   !> Distance of an equilibrium from the run's point: displacements and load factor are both measured relative to their values at
+   !> the run's point.
    real(wp) function distance_from(here, problem, state) result(distance)
       type(next_t), intent(in) :: here
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state          !! of `problem`
+      type(state_t), intent(in) :: state          !! state of `problem`
       real(wp), allocatable :: u(:, :)
       real(wp) :: whole
       u = displacement_between(problem, carried(here%problem, here%state, problem), state)
@@ -246,7 +253,7 @@ contains
       distance = sqrt(distance)
    end function distance_from
 
-   !> True if two problems have the same contacts, whatever the places of the ends that move.
+   !> True if two problems have the same point and line contacts; the places of touchdown points may differ.
    pure logical function same_kind(one, other) result(same)
       type(problem_t), intent(in) :: one, other
       integer :: k
@@ -260,7 +267,8 @@ contains
       end do
    end function same_kind
 
-   !> Follows the sets of a search further until one is left, and returns its index, 0: none.
+   !> Follows the sets found over longer and longer distances until only one of them still satisfies its tests. `best` is its index,
+   !> or that of the first one left if they cannot be separated; 0: no set was found.
    subroutine follow_further(search, best)
       type(search_t), intent(in) :: search
       integer, intent(out) :: best

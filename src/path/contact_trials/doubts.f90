@@ -1,4 +1,5 @@
-!> Places at which a contact set is in doubt: those of its failing tests, or all of its contacts.
+!> Places at which a contact set may be wrong and is to be edited (contact_trials): those of its failing tests, or the ends of all
+!> its contacts.
 module doubts
    use kinds, only: wp
    use problem, only: problem_t
@@ -16,7 +17,7 @@ module doubts
 
 contains
 
-   !> The places of tests of a state.
+   !> Places along the rod strips to which the given tests of a state belong.
    function doubts_of(problem, state, strip, tests) result(doubt)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -53,7 +54,7 @@ contains
       end do
    end function doubts_of
 
-   !> The ends of all contacts of a state.
+   !> Places of the ends of all contacts of a state, along the rod strips.
    function all_doubts(problem, state, strip) result(doubt)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -69,11 +70,11 @@ contains
       end do
    end function all_doubts
 
-   !> Length of the zone around a place of a line contact in which the obstacle's force is tensile.
+   !> Length of the zone of tensile contact force around a place of a line contact.
    real(wp) function pulled_length(problem, state, line, at) result(length)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line   !! at the present state
+      type(contact_span_t), intent(in) :: line   !! line contact with its ends in the present state
       real(wp), intent(in) :: at                 !! coordinate along the rod segment
       type(pressure_t) :: pressure
       integer :: first, last

@@ -1,8 +1,9 @@
 !> Neighbours of a contact set: the sets that differ from it by one edit at a place where a test of the set fails.
 !>
-!> The grammar knows neither which sign a force needs nor in which sense the path continues: the tests of a neighbour's equilibrium
-!> decide (contact_trials). Each edit states which ends of contacts have a prescribed place, so that the new contact or free span
-!> has a prescribed size (set_trial). Sets are in coordinates along strips (rod_strips).
+!> The edits depend neither on the signs of contact forces nor on the sense of the path: the tests at a neighbour's equilibrium
+!> decide whether the neighbour is valid (contact_trials). An edit also states which ends of contacts have prescribed places, so
+!> that the new contact or free span has a prescribed length (set_trial). Sets are in coordinates along strips, which are sequences
+!> of rod segments (rod_strips).
 module neighbours
    use kinds, only: wp
    use contact_spans, only: contact_span_t
@@ -26,12 +27,12 @@ module neighbours
    integer, parameter :: edit_end_off = 9    !! a free span opens behind the end of a line contact
    integer, parameter :: edit_lie_down = 10  !! a free span becomes part of a line contact
    integer, parameter :: edit_merge = 11     !! two contacts become one
-   integer, parameter :: edit_pass = 12      !! a contact comes to a segment boundary, or moves to its other side
+   integer, parameter :: edit_pass = 12      !! a contact moves to a segment boundary, or to its other side
    integer, parameter :: edit_jump = 13      !! the end of a line contact jumps over a segment boundary and leaves a free span there
    integer, parameter :: n_edits = 13
 
-   !> The edits in the order in which they are tried, by the kind of the failing test; the last row is for a place without failing
-   !> test. Edits that are not in a row come after it, in the order of their numbers; 0: none.
+   !> Order in which the edits are tried, one row for each kind of failing test (test_kinds); the first row is for a place without
+   !> failing test. Edits that are not in a row come after it, in the order of their numbers; 0: none.
    integer, parameter :: order(5, 0:10) = reshape([ &
       & edit_lie_down, edit_merge, edit_pass, edit_jump, 0, &             ! no test
       & edit_add, edit_lie_down, 0, 0, 0, &                               ! gap
@@ -45,7 +46,7 @@ module neighbours
       & edit_leave, edit_pass, edit_spread, 0, 0, &                       ! leaving
       & edit_open, edit_jump, edit_end_off, edit_pass, 0], [5, 11])       ! couple
 
-   !> A place at which the contact set is in doubt.
+   !> A place at which the contact set may be wrong: that of a failing test, or an end of a contact.
    type :: doubt_t
       integer :: kind = 0                    !! kind of the failing test (test_kinds), 0: none
       integer :: contact = 0                 !! index into model%contact, 0: any
@@ -54,28 +55,30 @@ module neighbours
       real(wp) :: width = 0.0_wp             !! half the length of a zone in which the test fails, 0: a point
    end type doubt_t
 
-   !> A contact set with the ends of contacts that have prescribed places.
+   !> A contact set to be tried, with up to two ends of contacts whose places are prescribed.
    type :: neighbour_t
       integer :: edit = 0
-      type(contact_span_t), allocatable :: set(:) !! on strips, new contact spans without number
-      integer :: held(2) = 0                 !! contacts of the set with a held end, 0: none
-      integer :: side(2) = 1                 !! this end: 1 first, 2 last
+      type(contact_span_t), allocatable :: set(:) !! contact set on strips, new contact spans without number
+      integer :: held(2) = 0                 !! indices of the contacts that have an end with a prescribed place, 0: none
+      integer :: side(2) = 1                 !! which end of this contact: 1 first, 2 last
    end type neighbour_t
 
-   ! Sizes of a free span that opens, in zones of failing tests: the gap's shape differs inside a line, at its end, and at a load.
+   ! Sizes of an opening free span that are tried, as multiples of half the length of the zone in which the test fails: the ratio
+   ! differs inside a line contact, at its end, and at a load.
    real(wp), parameter :: zones(4) = [1.0_wp, 0.5_wp, 2.0_wp, 4.0_wp]
-   real(wp), parameter :: behind = 0.1_wp     !! first guess of the part of such a free span that lies behind the boundary
-   real(wp), parameter :: at_load(3) = [1.0_wp, 4.0_wp, 16.0_wp] !! as `zones`, for free spans at segment boundaries
+   real(wp), parameter :: behind = 0.1_wp     !! first guess for a free span across a boundary: length behind / before the boundary
+   real(wp), parameter :: at_load(3) = [1.0_wp, 4.0_wp, 16.0_wp]  !! sizes as `zones` at segment boundaries, as multiples of the
+   !! least size of a new span
 
 contains
 
    !> Neighbours of a set at one place, in the order in which they are tried.
    function neighbours_at(set, doubt, boundary, size_of_new, near) result(found)
-      type(contact_span_t), intent(in) :: set(:)  !! on strips, sorted
+      type(contact_span_t), intent(in) :: set(:)  !! contact set on strips, sorted
       type(doubt_t), intent(in) :: doubt
-      real(wp), intent(in) :: boundary(:)    !! boundaries of the doubt's strip: its beginning, segment boundaries, its end
-      real(wp), intent(in) :: size_of_new    !! length with which something new begins
-      real(wp), intent(in) :: near           !! distance within which contacts belong to the place
+      real(wp), intent(in) :: boundary(:)    !! coordinates along the strip of its beginning, its segment boundaries and its end
+      real(wp), intent(in) :: size_of_new    !! prescribed length of a new contact or free span
+      real(wp), intent(in) :: near           !! contacts within this distance of the place are edited
       type(neighbour_t), allocatable :: found(:)
       type(neighbour_t), allocatable :: all(:)
       integer :: rank(n_edits), k, r, n
@@ -123,7 +126,7 @@ contains
       end do
    end function ranks
 
-   !> Edits of a point contact.
+   !> Adds the edits of point contact k.
    subroutine edit_point(set, k, boundary, e, near, all)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
@@ -152,7 +155,7 @@ contains
       end associate
    end subroutine edit_point
 
-   !> Edits of a line contact.
+   !> Adds the edits of line contact k.
    subroutine edit_line(set, k, doubt, boundary, e, near, all)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
@@ -201,7 +204,8 @@ contains
          end if
       end subroutine end_off
 
-      !> The line at a segment boundary: its end comes to the boundary, passes it, or leaves a free span there.
+      !> Edits of the line contact at a segment boundary: its end comes to the boundary, passes the boundary, or leaves a free span
+      !> there.
       subroutine at_boundary(s)
          real(wp), intent(in) :: s
          type(contact_span_t), allocatable :: new(:)
@@ -211,7 +215,7 @@ contains
          do side = 1, 2
             if (abs(s - set(k)%at(side)) > near) cycle
             way = merge(-1, 1, side == 1)
-            ! Ends on the far side of the boundary go back before it as well.
+            ! If the other end is before the boundary, this end may also come to the boundary or stop before it.
             if (way * (s - set(k)%at(3 - side)) > 0.0_wp) then
                call add(all, edit_pass, end_moved(set, k, side, s))
                call add(all, edit_pass, end_moved(set, k, side, s - way * e), [k, 0], [side, side])
@@ -220,7 +224,8 @@ contains
             do j = 1, size(at_load)
                g = at_load(j) * e
                if (way * (s - set(k)%at(3 - side)) <= g) cycle
-               ! The free span is mostly on the side of the line; the point takes the force of the line's end.
+               ! Most of the free span lies on the line's side of the boundary; the point contact behind it takes over the force of
+               ! the line's end.
                new = begun(end_moved(set, k, side, s - way * g), set(k)%contact, set(k)%rod_segment, s + way * behind * g)
                call add(all, edit_jump, new, [k, size(set) + 1], [side, 1])
             end do
@@ -233,7 +238,7 @@ contains
       end subroutine at_boundary
    end subroutine edit_line
 
-   !> Edits of free spans at a place: they lie down, or the contacts beside them become one.
+   !> Adds the edits of free spans at a place: the whole span comes into contact, or the contacts beside it merge.
    subroutine edit_free_spans(set, doubt, boundary, near, all)
       type(contact_span_t), intent(in) :: set(:)
       type(doubt_t), intent(in) :: doubt

@@ -1,7 +1,7 @@
-!> Contact sets in coordinates along whole rods. A contact set of a problem is cut at segment boundaries, at which loads and
-!> supports act; its contact spans are joined here to contacts of a strip, a sequence of rod segments that continue one another. The
-!> edits of contact sets (contact_set_edits) then need no rule for contacts that cross a boundary: in a set on strips the
-!> `rod_segment` of a contact span is the index of its strip, and `at` are coordinates along the strip.
+!> Converts contact sets to coordinates along whole rods, and back. A contact set of a problem is cut at segment boundaries, at
+!> which loads and supports act; its contact spans are joined here to contacts of a strip, a sequence of rod segments that continue
+!> one another. The edits of contact sets (contact_set_edits) then need no rule for contacts that cross a boundary: in a set on
+!> strips the `rod_segment` of a contact span is the index of its strip, and `at` are coordinates along the strip.
 module rod_strips
    use kinds, only: wp
    use rod_layout, only: layout_t
@@ -10,7 +10,7 @@ module rod_strips
    private
    public :: strip_t, find_strips, on_strips, on_segments, strip_place
 
-   !> Rod segments that continue one another.
+   !> A strip: rod segments that continue one another.
    type :: strip_t
       integer, allocatable :: rod_segment(:)   !! indices into layout%rod_segment, in order
       real(wp), allocatable :: start(:)        !! (segments + 1) coordinates of the boundaries; the last is the strip's length
@@ -18,7 +18,7 @@ module rod_strips
 
 contains
 
-   !> All strips. A closed rod is cut at the beginning of its first segment.
+   !> All strips of a structure. A closed rod is cut at the beginning of its first segment.
    function find_strips(layout) result(strip)
       type(layout_t), intent(in) :: layout
       type(strip_t), allocatable :: strip(:)
@@ -53,7 +53,7 @@ contains
       end subroutine follow
    end function find_strips
 
-   !> Strip and coordinate along it of a place on a rod segment.
+   !> Finds the strip of a place on a rod segment, and the coordinate of this place along the strip.
    pure subroutine strip_place(strip, rod_segment, at, which, along)
       type(strip_t), intent(in) :: strip(:)
       integer, intent(in) :: rod_segment
@@ -70,10 +70,11 @@ contains
       end do
    end subroutine strip_place
 
-   !> The contact set on strips, sorted: line contacts of one obstacle that meet at a segment boundary are one.
+   !> Converts a contact set from rod segments to strips, sorted. Line contacts of one obstacle that meet at a segment boundary
+   !> become a single line contact.
    pure function on_strips(strip, contact_span) result(set)
       type(strip_t), intent(in) :: strip(:)
-      type(contact_span_t), intent(in) :: contact_span(:) !! set on rod segments
+      type(contact_span_t), intent(in) :: contact_span(:) !! contact set on rod segments
       type(contact_span_t), allocatable :: set(:)
       type(contact_span_t) :: all(size(contact_span))
       integer :: k, i, n
@@ -101,7 +102,7 @@ contains
 
    contains
 
-      !> True for a line contact that begins where another one ends.
+      !> True if a line contact begins where another one of the same obstacle ends.
       pure logical function continues(one, other)
          type(contact_span_t), intent(in) :: one, other
          continues = one%contact == other%contact .and. one%rod_segment == other%rod_segment .and. one%line .and. other%line
@@ -109,12 +110,12 @@ contains
       end function continues
    end function on_strips
 
-   !> The contact set on rod segments. A piece of a line contact behind a segment boundary that is shorter than the least length
-   !> with which a contact continues there is left out.
+   !> Converts a contact set from strips to rod segments. The last piece of a line contact behind a segment boundary is left out if
+   !> it is shorter than the least length with which contact continues behind a boundary.
    subroutine on_segments(strip, covered, set, contact_span, valid)
       type(strip_t), intent(in) :: strip(:)
       logical, intent(in) :: covered(:, :)     !! (rod segments, contacts) as in problem_t
-      type(contact_span_t), intent(in) :: set(:) !! on strips
+      type(contact_span_t), intent(in) :: set(:) !! contact set on strips
       type(contact_span_t), allocatable, intent(out) :: contact_span(:)
       logical, intent(out) :: valid            !! false: contacts overlap, or are outside the strip or the obstacle's segments
       type(contact_span_t) :: piece

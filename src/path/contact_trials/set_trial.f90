@@ -1,6 +1,7 @@
-!> Equilibrium of a neighbour of the present contact set. The places of the ends beside a new contact or free span are prescribed,
-!> and the load factor is unknown: a new contact of zero length, or a free span that just opens, has no other regular parameter.
-!> Where an edit has no size (a contact ends, a free span lies down) the load factor is prescribed.
+!> Equilibrium of a neighbour of the present contact set (neighbours). The places of the ends beside a new contact or free span are
+!> prescribed, and the load factor is unknown: a new contact of zero length, or a free span that just opens, has no other regular
+!> parameter. An edit without a new contact or free span (a contact ends, a free span closes) has no length to prescribe; the load
+!> factor is prescribed instead.
 module set_trial
    use kinds, only: wp
    use problem, only: problem_t
@@ -22,7 +23,7 @@ module set_trial
 
 contains
 
-   !> Finds the equilibrium of a neighbour of the set of `problem`.
+   !> Finds the equilibrium of a neighbour of the contact set of `problem`.
    subroutine solve_neighbour(problem, state, run, strip, neighbour, next, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! first guess, of `problem`
@@ -50,7 +51,8 @@ contains
       found = next%system%ok
    end subroutine solve_neighbour
 
-   !> Candidates of the held ends, 0: the end is fixed at a segment boundary, or the neighbour holds none.
+   !> Candidates (touchdown nodes) at the ends with prescribed places; 0: no end is prescribed, or it is fixed at a segment
+   !> boundary.
    function held_ends(next, strip, neighbour) result(ends)
       type(next_t), intent(in) :: next
       type(strip_t), intent(in) :: strip(:)

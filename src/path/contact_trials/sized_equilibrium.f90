@@ -1,10 +1,10 @@
 !> Equilibrium of a contact set in which the size of one contact or free span is prescribed and the load factor is unknown.
 !>
-!> Unknowns are the load factor and the places of all touchdown points, except that the ends of what has a prescribed size keep
-!> their distance, or a single end its place; equations are the conditions of all touchdown points. For given unknowns the touchdown
-!> points are held, and the equilibrium is regular: with given ends neither a free span that opens with zero length nor an
-!> osculating contact is singular, and the equilibrium is nearly linear in the unknowns. Broyden's method; its first matrix consists
-!> of differences.
+!> Unknowns are the load factor and the places of all touchdown points, except that the two ends of the contact or free span of
+!> prescribed size keep their distance, or a single end keeps its place; equations are the conditions of all touchdown points. For
+!> given unknowns the touchdown points are fixed, and the equilibrium is regular: with fixed ends neither a free span that opens
+!> with zero length nor an osculating contact is singular, and the equilibrium is nearly linear in the unknowns. The unknowns are
+!> found by Broyden's method, whose first matrix is made of finite differences.
 module sized_equilibrium
    use kinds, only: wp
    use model, only: method_load
@@ -25,13 +25,13 @@ module sized_equilibrium
 
 contains
 
-   !> Finds the equilibrium.
+   !> Finds the equilibrium and its load factor.
    subroutine solve_sized(problem, held, system, step, state, ok)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: held(2)            !! candidates of the ends with prescribed distance, or one end with prescribed place
       !! and 0
       type(system_t), intent(inout) :: system
-      real(wp), intent(in) :: step(2)           !! steps of load factor and places for differences
+      real(wp), intent(in) :: step(2)           !! steps of load factor and places for finite differences
       type(state_t), intent(inout) :: state     !! a guess on entry
       logical, intent(out) :: ok
       type(problem_t) :: frozen
@@ -67,7 +67,7 @@ contains
          other = state
          call go_by(move(1, :), other, state, changed)
          if (.not. ok) return
-         ! Broyden's update: what the step has changed beyond the matrix's prediction.
+         ! Broyden's update by the difference between the changed errors and those that the matrix predicted.
          error = (changed - (1.0_wp - whole) * error) / max(dot_product(move(1, :), move(1, :)), tiny(whole))
          do k = 1, n
             slope(k, :) = slope(k, :) + error * move(1, k)
@@ -78,12 +78,12 @@ contains
 
    contains
 
-      !> Equilibrium after a change of the unknowns; the load factor comes last.
+      !> Finds the equilibrium after a change of the unknowns; the load factor comes last.
       subroutine go_by(change, from, to, error)
          real(wp), intent(in) :: change(:)
          type(state_t), intent(in) :: from
          type(state_t), intent(out) :: to
-         real(wp), intent(out) :: error(:)      !! of the touchdown points' conditions
+         real(wp), intent(out) :: error(:)      !! errors of the touchdown points' conditions
          type(control_t) :: control
          type(increment_t) :: report
          real(wp) :: distance(problem%candidates%n), all(problem%candidates%n)

@@ -31,7 +31,7 @@ contains
       heading%load = -heading%load
    end function tangent_along
 
-   !> Square of the whole displacement, at least that of the displacements which half of the digits resolve.
+   !> Square of the total displacement; at least the square of the smallest displacement that half of the digits resolve.
    real(wp) function whole_square(next)
       type(next_t), intent(in) :: next
       whole_square = max(metric(next%problem, next%state%u, next%state%u), epsilon(whole_square))
@@ -41,7 +41,7 @@ contains
    subroutine step_by(next, heading, distance, state, system, tests)
       type(next_t), intent(in) :: next
       type(path_tangent_t), intent(in) :: heading
-      real(wp), intent(in) :: distance           !! as part of the whole displacement and the whole load factor
+      real(wp), intent(in) :: distance           !! path length, as a share of the total displacement or of the load factor
       type(state_t), intent(out) :: state
       type(system_t), intent(inout) :: system    !! factored at the state
       type(span_test_t), allocatable, intent(out) :: tests(:) !! not allocated: no equilibrium was found

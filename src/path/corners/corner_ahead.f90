@@ -22,7 +22,7 @@ module corner_ahead
       real(wp) :: length = -1.0_wp               !! arc length to the corner by the last trial; negative: none
       real(wp) :: before = -1.0_wp               !! arc length by the trial before
       real(wp) :: chord = 0.0_wp                 !! chord length of the last trial
-      logical :: goes_around = .false.           !! the last trial would be on the path if the point itself were the corner
+      logical :: goes_around = .false.           !! true: the last trial would be on the path if the point itself were the corner
    end type corner_t
 
 contains
@@ -43,7 +43,7 @@ contains
       end associate
    end subroutine look_for_corner
 
-   !> True for a corner that is closer than the smallest increment.
+   !> True if the corner is closer than the smallest increment.
    pure logical function is_near(problem, step, run, corner)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

@@ -32,7 +32,7 @@ contains
       integer, intent(in) :: meshes              !! meshes made for the corner's errors, see arrival_t; if another mesh is
       !! requested, nothing has changed
       class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request  !! of the corner
+      type(request_t), intent(inout) :: request  !! requirements of the corner as a trial
       logical, intent(out) :: turned             !! the path is at the corner, with its new contact set
       logical, intent(out) :: finished           !! the step ended before
       type(outcome_t), intent(inout) :: outcome
@@ -73,11 +73,11 @@ contains
       end if
    end subroutine turn_corner
 
-   !> C+ or C- if the number of contact regions changes; '' for one node more or less at the end of a region, which depends on the
-   !> mesh.
+   !> Label of a corner: C+ or C- if the number of contact regions changes; '' for one node more or less at the end of a region,
+   !> which depends on the mesh.
    character(2) function corner_label(problem, place, active) result(label)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: place         !! with the contact set before the corner
+      type(state_t), intent(in) :: place         !! state at the corner, with the contact set before it
       logical, intent(in) :: active(:)           !! contact set behind the corner
       type(state_t) :: beyond
       integer :: regions

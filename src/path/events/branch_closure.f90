@@ -106,7 +106,7 @@ contains
 
    contains
 
-      !> True for an event that is the known bifurcation: a change of inertia, or a load extremum at this bifurcation.
+      !> True if an event is the known bifurcation: a change of inertia, or a load extremum at this bifurcation.
       pure logical function is_that(event)
          type(event_t), intent(in) :: event
          is_that = event%kind == event_bifurcation

@@ -51,12 +51,12 @@ contains
       if (present(found)) found = modes
    end function zero_eigenvalue
 
-   !> Values of the event's eigenvalue at samples on both sides of its zero if other eigenvalues vanish there, too. Among the
-   !> eigenvalues that change their sign, the k-th by magnitude is the same one on both sides.
+   !> Selects the values of the event's eigenvalue at samples on both sides of its zero if other eigenvalues vanish there, too.
+   !> Among the eigenvalues that change their sign, the k-th by magnitude is the same eigenvalue on both sides.
    pure subroutine follow_through_zero(modes, event, mu)
       type(modes_t), intent(in) :: modes(n_samples)
       type(event_t), intent(in) :: event
-      real(wp), intent(inout) :: mu(n_samples)  !! on entry selected by number in the order
+      real(wp), intent(inout) :: mu(n_samples)  !! in: eigenvalues selected by their number in the order
       integer :: first, last, k, i, j, left
       logical :: wanted, beyond
       first = negative_count(modes(1))

@@ -46,7 +46,7 @@ contains
          call look_behind(problem, step, run, trial, division, located_event)
          located_event%event%before = before
          if (located_event%located) return
-         ! The last point serves only if it is an equilibrium on the new mesh.
+         ! The event may be placed at the last point only if this point is in equilibrium on the new mesh.
          call note_balance(step, run%last%system, located_event%report, located_event%located)
          if (.not. located_event%located) return
          located_event%point = run%last
@@ -67,10 +67,9 @@ contains
       end if
    end subroutine locate_event
 
-   !> Locates a value by prescribing it: correction with the value as the constraint, from a point interpolated between the ends of
-   !> the
-   !> increment. The event stays unlocated if the value cannot be prescribed, if it does not change steadily on the increment (then
-   !> two points may have it), or if no such point lies between the ends.
+   !> Locates a value event by prescribing the value: correction with the value as the constraint, from a point interpolated between
+   !> the ends of the increment. The event stays unlocated if the value cannot be prescribed, if it does not change steadily on the
+   !> increment (then two points may have it), or if no such point lies between the ends.
    subroutine locate_by_holding(problem, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -205,7 +204,7 @@ contains
       end do
    end subroutine forget_opening
 
-   !> Zero of the event function by Chandrupatla's bracketing rule.
+   !> Finds the zero of the event function by Chandrupatla's bracketing rule.
    subroutine bracket_zero(problem, step, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -229,8 +228,8 @@ contains
          event%scale = bracket%scale
          below = run%last
          above = trial
-         ! A lost contact may leave no gap if something else supports the node; with the contact kept closed its reaction changes
-         ! sign.
+         ! A contact region that is lost may leave no gap if something else supports the node; with the contact kept closed its
+         ! reaction changes sign.
          located = abs(bracket%f_high) <= step%locate_tolerance * bracket%scale .and. .not. held
          search: do while (.not. located)
             if (.not. next_guess(bracket, step%locate_tolerance, located_event%fraction)) then
@@ -324,8 +323,8 @@ contains
       located_event%point = there
    end subroutine meet_value
 
-   !> Checks that the located state lies on the path between both ends, and that the load of a limit point is not below (maximum) or
-   !> above (minimum) the loads of both ends.
+   !> True if the located state lies on the path between both ends and, for a limit point, its load is not below (maximum) or above
+   !> (minimum) the loads of both ends.
    logical function is_what_it_says(problem, step, run, trial, located_event) result(right)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

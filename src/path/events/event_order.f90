@@ -13,11 +13,11 @@ module event_order
 
 contains
 
-   !> Events that are not reported on their own: bifurcations that only repeat the sign change of a limit point, that are a further
-   !> eigenvalue of a multiple bifurcation, that are a jump of the pivot count due to a change of the contact set, or that are
-   !> rounding at a last point which is a bifurcation itself; bifurcations behind the trial or due to another path close by; and
-   !> limit points that were not located beside a contact change. If the contact set is unchanged up to the trial, the pivot count
-   !> has no jumps: a change without a located bifurcation then means that the trial is on another path.
+   !> (seen) true: the event is not reported on its own. These are bifurcations that only repeat the sign change of a limit point,
+   !> that are a further eigenvalue of a multiple bifurcation, that are a jump of the pivot count due to a change of the contact
+   !> set, or that are rounding at a last point which is a bifurcation itself; bifurcations behind the trial or due to another path
+   !> close by; and limit points that were not located beside a contact change. If the contact set is unchanged up to the trial, the
+   !> pivot count has no jumps: a change without a located bifurcation then means that the trial is on another path.
    function duplicates_of(run, trial, changes, seen) result(told)
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
@@ -56,7 +56,7 @@ contains
       end do
    end function duplicates_of
 
-   !> For each located limit point at a corner of the path: index of the located contact change at the same place. 0: none.
+   !> (seen) for a located limit point at a corner of the path: index of the located contact change at the same place. 0: none.
    pure function beside(seen) result(change)
       type(located_event_t), intent(in) :: seen(:)
       integer :: change(size(seen))

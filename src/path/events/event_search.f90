@@ -17,17 +17,17 @@ module event_search
    !> Results of the search for events, before anything is recorded.
    type :: findings_t
       type(located_event_t), allocatable :: seen(:)
-      logical :: comes_home = .false.          !! the last of them is a branch closure: the branch returns to its parent path
+      logical :: comes_home = .false.          !! the last event is a branch closure: the branch returns to its parent path
       logical, allocatable :: duplicate(:)     !! (seen) true: duplicate of another event, or spurious; not reported
       integer, allocatable :: beside(:) !! (seen) limit point at a corner: index of the contact change there; 0: none
       logical :: stops = .false.               !! the trial meets the stop condition
-      logical :: as_it_is = .false.            !! the mesh will not be refined for the sake of errors
+      logical :: as_it_is = .false.            !! the mesh will not be refined, however large the errors are
       type(error_bars_t), allocatable :: bars  !! error bars of the trial; not allocated: not shown
    end type findings_t
 
 contains
 
-   !> All events between the last point and the trial.
+   !> Finds all events between the last point and the trial.
    subroutine find_events(problem, step, run, trial, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -57,7 +57,7 @@ contains
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
       type(findings_t), intent(inout) :: findings
-      type(event_t), allocatable :: events(:)     ! up to the limit point
+      type(event_t), allocatable :: events(:)     ! events up to the limit point
       type(event_t), allocatable :: beyond_it(:)
       type(path_point_t) :: top
       type(path_state_t) :: beyond
@@ -94,7 +94,7 @@ contains
       if (limit == 0 .and. findings%comes_home) limit = size(findings%seen)
    end function limit_among
 
-   !> Locates events between the point of a path state and a later point, and appends them to those seen.
+   !> Locates the wanted events between the point of a path state and a later point, and appends them to those seen.
    subroutine look(problem, step, from, to, wanted, seen)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -113,7 +113,7 @@ contains
       call move_alloc(found, seen)
    end subroutine look
 
-   !> Removes the values that lie between both ends of the whole increment, which were detected already.
+   !> Removes the value events whose value lies between those at both ends of the whole increment: these were detected already.
    subroutine drop_known(first, last, events)
       type(test_values_t), intent(in) :: first, last
       type(event_t), allocatable, intent(inout) :: events(:)

@@ -54,8 +54,9 @@ contains
       if (found) call bring_to_balance(problem, step, located_event, found)
       if (found) then
          located_event%event%pivots = located_event%point%system%negative_pivots
-         ! The state is in balance like any other point, and the function zero relative to its change over the increment. At the
-         ! zero of an eigenvalue other test functions are undefined; the samples have decided about them.
+         ! The event is located: the residual of the interpolated state is within tolerance, and the function is zero relative to
+         ! its change over the increment. At the zero of an eigenvalue other test functions are undefined; their values at the
+         ! samples have decided about them.
          located_event%located = .true.
          if (located_event%event%kind == event_bifurcation) call confirm_bifurcation(problem, step, run, trial, search, &
             & located_event)

@@ -44,8 +44,9 @@ contains
       end do
    end function better_from_nearer
 
-   !> True if the located event has more interface points of foundations inside elements than the last point: a point in between
-   !> gives them nodes. The interface points of the last point were refused nodes already.
+   !> True if a shorter increment may locate the event better: the mesh has no nodes at interface points of foundations that lie
+   !> inside elements at the event, but not yet at the last point. A point in between gives them nodes; those inside elements at the
+   !> last point were refused nodes already.
    logical function passes_kinks(problem, last, located_event)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: last
@@ -55,8 +56,9 @@ contains
          & inner_cuts(find_cuts(problem, last)))
    end function passes_kinks
 
-   !> True if line contacts became force-free before the end of the step in a way that the trial behind the end does not show:
-   !> elements so long that they buckle between their nodes hide the detachment.
+   !> True if a detachment before the end of the step went undetected: without force-free contact, the number of negative pivots at
+   !> this end differs from that at the last point by more than the located detachments explain. The trial behind the end does not
+   !> show the detachment if the elements are so long that they buckle between their nodes.
    logical function hides_release(problem, run, findings, end) result(hides)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -76,7 +78,8 @@ contains
       hides = hides .and. pivots /= run%last%test_values%free_pivots
    end function hides_release
 
-   !> True for a turning point of a monitor that changes by rounding only, for example a monitor that is constant by symmetry.
+   !> True if the event is a turning point of a monitor that changes by rounding only, for example a monitor that is constant by
+   !> symmetry.
    logical function turns_by_rounding(problem, step, run, trial, located_event) result(no_turn)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

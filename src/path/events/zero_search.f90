@@ -1,4 +1,4 @@
-!> Zero of an event function inside an increment, by points of the path on both sides.
+!> Finds the zero of an event function inside an increment, by points of the path on both sides.
 module zero_search
    use kinds, only: wp
    use model, only: step_t
@@ -19,7 +19,7 @@ module zero_search
    public :: zero_search_t, find_zero, swerve_per_force
 
    integer, parameter :: max_centres = 6
-   real(wp), parameter :: apart = 0.75_wp !! largest middle spacing over the length of all samples on a continuous path; smooth: 1/2
+   real(wp), parameter :: apart = 0.75_wp !! largest distance of the middle samples / first to last on a continuous path
    real(wp), parameter :: reach = epsilon(1.0_wp)**0.2_wp !! spacing of the samples over the increment, see smooth_zero
 
    !> Data of the search for the zero of an event function.
@@ -31,7 +31,7 @@ module zero_search
       ! The point evaluated last.
       type(path_point_t) :: here
       real(wp) :: value_here = 0.0_wp
-      type(modes_t) :: modes                     !! lowest eigenvalues there, at a bifurcation
+      type(modes_t) :: modes                     !! lowest eigenvalues at this point, for a bifurcation
       logical :: known = .false.                 !! the point converged, with the trial's contact set
    end type zero_search_t
 
@@ -78,8 +78,8 @@ contains
       end do
    end subroutine narrow_bracket
 
-   !> Zero of the cubic through four samples around the estimate, repeated until the estimate moves by less than two sample
-   !> spacings.
+   !> Finds the zero of the cubic through four samples around the estimate, repeated until the estimate moves by less than two
+   !> sample spacings.
    subroutine interpolate_zero(problem, run, trial, division, search, located_event, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

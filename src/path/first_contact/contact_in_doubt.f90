@@ -1,9 +1,10 @@
 !> Next contact set by contact at many nodes, the last resort: used if no increment converges with the present contact spans and no
 !> test gives the next set.
 !>
-!> The nodes begin with the present contact set (at_touches), advance by unrecorded increments until their contact corresponds to
-!> points and lines that pass their tests (find_spans_ahead); the path then goes back to the first point with this contact set
-!> (go_back). This point must be near (is_near); contacts lost and gained are determined by comparison (tell_differences).
+!> Increments with contact at nodes begin with the present contact set (at_touches) and are not recorded. They continue until the
+!> contact corresponds to points and lines that pass their tests (find_spans_ahead); the path then goes back to the first point with
+!> this contact set (go_back). This point must be near (is_near); contacts lost and gained are determined by comparison
+!> (tell_differences).
 module contact_in_doubt
    use kinds, only: wp
    use model, only: method_load, method_cylindrical
@@ -30,9 +31,10 @@ module contact_in_doubt
 
 contains
 
-   !> Next set of contact spans and its equilibrium ahead of the present point, at the nearest point at which the set is valid.
+   !> Finds the next set of contact spans by contact at nodes, and its equilibrium ahead of the present point, at the nearest point
+   !> at which the set is valid.
    subroutine ask_nodes(problem, run, reach, next, found)
-      type(problem_t), intent(in) :: problem       !! with contact spans
+      type(problem_t), intent(in) :: problem       !! problem with the present contact spans
       type(path_state_t), intent(in) :: run
       real(wp), intent(in) :: reach                !! size of the increment that failed
       type(next_t), intent(out) :: next
@@ -52,7 +54,7 @@ contains
       control%method = method_load
       on%last%system = new_system(nodes)
       on%last%state = here
-      ! First with the present contact set, whose forces at nodes are still unknown.
+      ! First the equilibrium with the present contact set, whose forces at nodes are still unknown.
       call correct(nodes, here, control, .true., on%last%state, on%last%system, report)
       apart = 0.0_wp
       if (report%converged) apart = path_length(nodes, here, on%last%state)
@@ -81,7 +83,8 @@ contains
       next%located = next%times == 0
    end subroutine ask_nodes
 
-   !> Contacts lost or gained with the next set, reported at its first point.
+   !> Determines the contacts lost or gained by comparing the next set with the present one; they are reported at the next set's
+   !> first point.
    subroutine tell_differences(problem, run, before, spacing, round, next)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -101,20 +104,20 @@ contains
       next%divides = differences%divided > 0 .and. differences%lost == 0
    end subroutine tell_differences
 
-   !> True if the distance to the next equilibrium agrees with the path's rate over the change of load, apart from the difference of
-   !> the meshes; a farther equilibrium is on another path.
+   !> True if the next equilibrium is near enough to be on the same path: its distance agrees with the path's rate over the change
+   !> of load, apart from the difference of the meshes.
    logical function is_near(problem, run, next, apart) result(near)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
-      real(wp), intent(in) :: apart                !! distance of the present point from the same contact at nodes
+      real(wp), intent(in) :: apart  !! path distance from the present point to the equilibrium with the same contact at nodes
       real(wp) :: rise, jump
       rise = next%state%load_factor - run%last%state%load_factor
       jump = path_length(next%problem, carried(problem, run%last%state, next%problem), next%state)
       near = (jump - max(apart, sqrt(epsilon(rise)) * problem%size)) * abs(run%last%tangent%load) <= turning * abs(rise)
    end function is_near
 
-   !> Nodes on line contacts, and nodes next to point contacts.
+   !> (candidates) true: the node lies on a line contact, or next to a point contact.
    function at_touches(nodes, state, contact_span) result(active)
       type(problem_t), intent(in) :: nodes
       type(state_t), intent(in) :: state
@@ -127,7 +130,7 @@ contains
          do side = 1, 2
             e = nodes%candidates%element(side, c)
             if (e == 0) cycle
-            ! The element's half next to the node.
+            ! The half of the element next to the node belongs to the node.
             at = state%geometry%element(e)%s + nodes%origin(e)
             at(side) = 0.5_wp * sum(at)
             do k = 1, size(contact_span)

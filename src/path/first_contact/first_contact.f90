@@ -28,7 +28,8 @@ contains
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system    !! in/out: assembled and factored at `state`
       integer, parameter :: max_rounds = 30
-      real(wp), parameter :: small = sqrt(epsilon(1.0_wp)) !! load factor: a gap above rounding stays open
+      real(wp), parameter :: small = sqrt(epsilon(1.0_wp))  !! load factor of the small load, at which a gap above rounding stays
+      !! open
       type(state_t) :: trial
       type(control_t) :: control
       type(contact_step_t) :: step

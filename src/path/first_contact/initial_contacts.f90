@@ -15,10 +15,10 @@ contains
 
    !> All isolated places with a least gap of zero. A rod along its obstacle has no isolated places.
    function find_initial_contacts(problem) result(contact_span)
-      type(problem_t), intent(in) :: problem         !! on the deck's mesh
+      type(problem_t), intent(in) :: problem         !! problem on the deck's mesh
       type(contact_span_t), allocatable :: contact_span(:)
       real(wp), allocatable :: at(:), gap(:)
-      logical, allocatable :: touches(:)              ! with one additional value at each end
+      logical, allocatable :: touches(:)              ! true: gap of zero at the sample; one additional value at each end
       integer :: contact, rod_segment, i
       allocate (contact_span(0))
       do contact = 1, size(problem%deck%contact)
@@ -35,7 +35,7 @@ contains
       end do
    end function find_initial_contacts
 
-   !> Gap at the deck's nodes along a rod segment, and its minimum inside each element.
+   !> Samples the gap at the deck's nodes along a rod segment, and its minimum inside each element.
    subroutine sample_gap(problem, contact, rod_segment, at, gap)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, rod_segment
@@ -68,7 +68,7 @@ contains
       end subroutine keep
    end subroutine sample_gap
 
-   !> Minimum of the gap inside an element; the gap is assumed to have only one minimum there.
+   !> Finds the minimum of the gap inside an element; the gap is assumed to have only one minimum there.
    subroutine least_inside(problem, contact, e, place, least)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: contact, e

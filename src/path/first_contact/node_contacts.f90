@@ -13,12 +13,13 @@ module node_contacts
 
 contains
 
-   !> Contact spans from runs of nodes in contact: one or two nodes make a point contact, more a line contact on each rod segment. A
-   !> few open nodes between others are waves by the concentration of forces at nodes.
+   !> Contact spans from rows of consecutive nodes in contact: one or two nodes make a point contact, more make a line contact on
+   !> each rod segment. A few open nodes between nodes in contact count as closed, because contact forces concentrated at nodes make
+   !> the rod wavy.
    function touches_at_nodes(problem, state, most) result(contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: most        !! largest number of consecutive open nodes that count as such waves
+      integer, intent(in) :: most        !! largest number of consecutive open nodes that count as closed
       type(contact_span_t), allocatable :: contact_span(:)
       logical, dimension(problem%candidates%n) :: told, active, done
       integer, allocatable :: run(:)
@@ -45,8 +46,9 @@ contains
       end do
    end function touches_at_nodes
 
-   !> Nodes in contact, including nodes without contact force whose support on the obstacle carries it: next to nodes in contact,
-   !> and alone for a hinge or for a clamp parallel to the obstacle, because contact may spread from there.
+   !> (candidates) true: the node is in contact. This includes nodes without contact force whose support on the obstacle carries the
+   !> force: next to nodes in contact, and alone for a hinge or for a clamp parallel to the obstacle, because contact may spread
+   !> from there.
    function nodes_in_contact(problem, state) result(told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -91,7 +93,8 @@ contains
       end do
    end subroutine close_waves
 
-   !> All active candidates in a row with one of them; a row all round a closed chain begins anywhere.
+   !> Finds the row of consecutive active candidates that contains candidate c. On a closed chain that is active all round the row
+   !> begins at c.
    pure subroutine follow_run(problem, active, c, run, closed)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: active(:)
@@ -137,7 +140,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: run(:)      !! candidates
-      logical, intent(in) :: closed      !! as in follow_run
+      logical, intent(in) :: closed      !! true: the row is a closed chain
       type(contact_span_t), allocatable :: line(:)
       type(contact_span_t) :: new
       integer :: i, e

@@ -1,4 +1,4 @@
-!> From contact at many nodes, found by the complementarity problem, to point and line contacts along the rod.
+!> Converts contact at many nodes, found by the complementarity problem, to point and line contacts along the rod.
 module nodes_to_spans
    use kinds, only: wp
    use model, only: method_cylindrical
@@ -25,11 +25,12 @@ module nodes_to_spans
 
 contains
 
-   !> Increments with contact at nodes, of growing length, until the contact corresponds to points and lines that pass their tests.
+   !> Makes increments of growing length with contact at nodes, until the contact corresponds to points and lines that pass their
+   !> tests.
    subroutine find_spans_ahead(problem, run, nodes, on, next, first, found, report, why)
       type(problem_t), intent(in) :: problem     !! present point
       type(path_state_t), intent(in) :: run
-      type(problem_t), intent(in) :: nodes       !! sampled mesh
+      type(problem_t), intent(in) :: nodes       !! problem on a mesh whose nodes detect contact
       type(path_state_t), intent(inout) :: on    !! in: the run on this mesh; out: the run at the start of the last increment
       type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       real(wp), intent(out) :: first             !! load factor after the first increment
@@ -48,7 +49,7 @@ contains
          if (report%converged) then
             ahead%tangent = path_tangent_of(nodes, on, ahead)
             relation = relate(nodes, on%last%state, ahead%state, on%last%tangent, ahead%tangent, on%fresh)
-            ! A start has no direction that could be wrong.
+            ! At the start of a path there is no direction with which the increment could be compared.
             if (problem%is_sampled()) report%converged = same_path(relation) .and. .not. too_far(nodes, on%control, relation)
             if (.not. report%converged) report%message = 'what equilibrium there is ahead lies on another path'
          end if
@@ -59,7 +60,8 @@ contains
          end if
          if (.not. allocated(why)) first = ahead%state%load_factor
          call find_spans(nodes, ahead%state, next, found, why)
-         ! Close to a dead end directions are noise; farther increments have a direction.
+         ! Close to the point where no increment converged, path directions are rounding noise; increments further away have a
+         ! direction.
          if (found) found = leads_to_next(problem, run, next)
          if (found) exit
          on%last = ahead
@@ -68,10 +70,10 @@ contains
       end do
    end subroutine find_spans_ahead
 
-   !> Contact spans that correspond to a converged state of contact at nodes, and their equilibrium at the same load. Not found if
-   !> their tests fail, because contact at nodes may represent contact spans better slightly further along the path.
+   !> Finds contact spans that correspond to a converged state of contact at nodes, and their equilibrium at the same load. Not
+   !> found if their tests fail, because contact at nodes may represent contact spans better slightly further along the path.
    subroutine find_spans(problem, trial, next, found, why)
-      type(problem_t), intent(in) :: problem     !! sampled mesh
+      type(problem_t), intent(in) :: problem     !! problem on a mesh whose nodes detect contact
       type(state_t), intent(in) :: trial
       type(next_t), intent(out) :: next          !! its contact spans have the numbers 1, 2, ...
       logical, intent(out) :: found

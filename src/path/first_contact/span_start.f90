@@ -21,14 +21,15 @@ module span_start
    private
    public :: prepare_spans, begin_spans
 
-   real(wp), parameter :: small_part = 2.0_wp**(-12) !! part of the first increment for a second attempt; half of the allowed
-   !! increments with contact at nodes double it to the full increment
-   integer, parameter :: most_parts = 24        !! halvings of the first increment; earlier contact is contact at the start
+   real(wp), parameter :: small_part = 2.0_wp**(-12)  !! length of the first increment in a second attempt, as a share of the full
+   !! one; by doubling it reaches the full increment within half of the allowed increments with contact at nodes
+   integer, parameter :: most_parts = 24  !! halvings of the first increment to find the onset of contact; contact that begins still
+   !! earlier counts as contact at the start
 
 contains
 
-   !> Problem with which a path with contact spans starts: without contact spans if there is no contact yet, else with nodes that
-   !> detect contact. Unchanged if the deck has no contact with contact spans.
+   !> Makes the problem with which a path with contact spans starts: without contact spans if there is no contact yet, else with
+   !> nodes that detect contact. Unchanged if the deck has no contact with contact spans.
    subroutine prepare_spans(problem)
       type(problem_t), intent(inout) :: problem      !! in: on the deck's mesh
       type(contact_span_t), allocatable :: clamp(:), first(:)
@@ -74,7 +75,7 @@ contains
       touches = gap <= touching_gap(problem)
    end function touches_at_first
 
-   !> Gap of a node of a contact at the start.
+   !> Computes the gap of a node of a contact at the start, with the normal and the curvature of the obstacle.
    subroutine first_gap(problem, k, i, gap, normal, bend)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: k, i                    !! index of the contact, index into its nodes
@@ -98,7 +99,7 @@ contains
 
    contains
 
-      !> True for a line contact, and for a point contact whose force is not carried by a support.
+      !> True if a contact span carries force: a line contact, or a point contact whose force is not taken by a support.
       logical function carries(contact_span)
          type(contact_span_t), intent(in) :: contact_span
          real(wp) :: gap, normal(2), bend
@@ -144,7 +145,7 @@ contains
 
    contains
 
-      !> True for a place in an element at the lowest node; a place closer to a node than gaps can resolve is at the node.
+      !> True if a place in an element is beside the lowest node; a place closer to a node than gaps can resolve is at the node.
       logical function beside(place)
          type(contact_span_t), intent(in) :: place
          associate (whole => problem%layout%rod_segment(place%rod_segment))
@@ -165,10 +166,10 @@ contains
       end function lower_end
    end function nearest_gap
 
-   !> True for the end of a rod at a support on the obstacle, a hinge or a clamp parallel to it: contact may spread from there, but
-   !> has no force yet.
+   !> True if a node is the end of a rod at a support on the obstacle, a hinge or a clamp parallel to the obstacle: contact may
+   !> spread from there, but has no force yet.
    logical function held_end(problem, contact, node, normal) result(held)
-      type(problem_t), intent(in) :: problem         !! on the deck's mesh
+      type(problem_t), intent(in) :: problem         !! problem on the deck's mesh
       integer, intent(in) :: contact, node
       real(wp), intent(in) :: normal(2)              !! normal of the obstacle there
       type(geometry_t) :: home
@@ -186,7 +187,7 @@ contains
 
    !> Point contact at the supported end of a rod (held_end).
    type(contact_span_t) function touch_at_end(problem, contact, node, number) result(contact_span)
-      type(problem_t), intent(in) :: problem         !! on the deck's mesh
+      type(problem_t), intent(in) :: problem         !! problem on the deck's mesh
       integer, intent(in) :: contact, node, number
       contact_span%contact = contact
       contact_span%number = number
@@ -194,10 +195,11 @@ contains
       if (problem%beside(1, node) > 0) contact_span%at = problem%layout%rod_segment(contact_span%rod_segment)%length
    end function touch_at_end
 
-   !> First point of a path with contact at the start; the run passes from contact at nodes to contact spans.
+   !> Finds the first point of a path with contact at the start; the run passes from contact at nodes to contact spans.
    subroutine begin_spans(problem, run, trial, report)
-      type(problem_t), intent(inout) :: problem  !! in: sampled mesh; out: with contact spans, at the beginning of the path
-      type(path_state_t), intent(inout) :: run          !! at its start
+      type(problem_t), intent(inout) :: problem  !! in: on a mesh whose nodes detect contact; out: with contact spans, at the
+      !! beginning of the path
+      type(path_state_t), intent(inout) :: run          !! the run at its start
       type(path_point_t), intent(out) :: trial
       type(increment_t), intent(out) :: report
       type(next_t) :: next
@@ -211,7 +213,8 @@ contains
          call copy_path_state(run, on)
          call find_spans_ahead(problem, run, problem, on, next, first, found, report, why)
          if (.not. found) then
-            ! The nodes have gone beyond the first increment, which may have been too long.
+            ! Increments with contact at nodes have passed the end of the first increment without success; this increment may have
+            ! been too long.
             if (small .or. .not. allocated(why)) exit
             small = .true.
             run%control%increment = small_part * run%control%increment

@@ -30,9 +30,11 @@ module stiffness_homotopy
    ! Growth factor of the stiffness per step: squared after a success, its root after a failure.
    real(wp), parameter :: first_growth = 1.0e2_wp !! the boundary layers beside interface points are then a third as long
    real(wp), parameter :: least_growth = 1.1_wp
-   integer, parameter :: most_tries = 3           !! softer beginnings; meshes at one stiffness until no interface point is missing
+   integer, parameter :: most_tries = 3  !! largest number of softer foundations tried at the beginning, and of meshes at one
+   !! stiffness until no interface point lacks a node
 
-   !> An increment of the path, made on softer foundations.
+   !> End of the path's first increment on foundations with a part of the deck's stiffness (one step of the growth of the
+   !> stiffness).
    type :: rung_t
       type(problem_t) :: problem
       type(state_t) :: state
@@ -41,7 +43,7 @@ module stiffness_homotopy
 
 contains
 
-   !> Copy of a step as a procedure, like copy_problem.
+   !> Copies such an equilibrium; a procedure for the reason given at copy_problem.
    pure subroutine copy_rung(from, to)
       type(rung_t), intent(in) :: from
       type(rung_t), intent(inout) :: to
@@ -61,7 +63,7 @@ contains
    subroutine check_start(problem, system, stiffness, rounding)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(inout) :: system      !! factored at the start; its pivot count becomes that of the tangent used
-      real(wp), intent(out) :: stiffness, rounding !! see path_stiffness
+      real(wp), intent(out) :: stiffness, rounding !! stiffness along the path and its rounding error, see path_stiffness
       type(problem_t) :: soft
       type(state_t) :: start
       type(system_t) :: other
@@ -82,7 +84,7 @@ contains
    !> Makes the first increment from a start on stiff foundations.
    subroutine take_stiff_start(problem, run, trial, report, taken)
       type(problem_t), intent(inout) :: problem    !! out: on the mesh of `trial`
-      type(path_state_t), intent(inout) :: run     !! in/out: its point on this mesh
+      type(path_state_t), intent(inout) :: run     !! the run; out: its point is on this mesh
       type(path_point_t), intent(inout) :: trial
       type(increment_t), intent(out) :: report
       logical, intent(out) :: taken                !! false: no point was found, and problem and run are unchanged
@@ -148,7 +150,7 @@ contains
       taken = trial%system%ok
    end subroutine take_stiff_start
 
-   !> Equilibrium of a step's state on the mesh and with the stiffness of the next step.
+   !> Finds the equilibrium with the mesh and the stiffness of the next step, from the state of the present step of the stiffness.
    subroutine stand_there(control, here, next, system, report)
       type(control_t), intent(in) :: control
       type(rung_t), intent(in) :: here
@@ -215,8 +217,8 @@ contains
    !> Problem of the same deck with a part of the stiffness of all foundations without tension; with less than the full stiffness
    !> also without the corners of laws, because the first point is found before any is reached.
    function softened(problem, whole, part) result(soft)
-      type(problem_t), intent(in) :: problem       !! on any mesh
-      type(problem_t), intent(in) :: whole         !! with the deck's stiffness
+      type(problem_t), intent(in) :: problem       !! problem on any mesh
+      type(problem_t), intent(in) :: whole         !! problem with the deck's stiffness
       real(wp), intent(in) :: part
       type(problem_t) :: soft                      !! its deck is changed; its mesh must be made anew
       integer :: o

@@ -15,22 +15,22 @@ module attempt
    !> The attempts to make an increment from one point of the path.
    type :: attempt_t
       ! The point.
-      integer :: point = -1                      !! number of the step's accepted points before it
-      real(wp) :: first_increment = 0.0_wp       !! size of the first increment tried from it
+      integer :: point = -1                      !! number of the step's accepted points before this point
+      real(wp) :: first_increment = 0.0_wp       !! size of the first increment tried from this point
       logical :: changed = .false.               !! a contact change was made when the point was last examined
       ! The last increment.
-      type(path_point_t) :: trial                !! its end, in equilibrium if the report says so
-      type(increment_t) :: report                !! report of its correction
-      type(request_t) :: request                 !! what the trial requires before the path can go on
+      type(path_point_t) :: trial                !! end of the increment, in equilibrium if the report says so
+      type(increment_t) :: report                !! report of the correction to the trial
+      type(request_t) :: request                 !! requirements of the trial before the path can continue
       type(relation_t) :: relation               !! relation of the point and the trial
-      type(corner_t) :: corner                   !! corner between the two
+      type(corner_t) :: corner                   !! corner of the path between the point and the trial
       logical :: astray = .false.                !! the trial is in equilibrium, but not on the path ahead of the point
       logical :: begins = .false.                !! contact spans begin with this increment
       logical :: has_trial = .false.             !! the next trial is in equilibrium already, on another mesh
       logical :: finished = .false.              !! the step ended within the increment
       ! Counters.
-      integer :: cuts = 0                        !! increments from the point that failed
-      integer :: failures = 0                    !! increments that left the path since one succeeded at first try
+      integer :: cuts = 0                        !! failed increments from the point
+      integer :: failures = 0                    !! increments to other paths since one succeeded at first try
       integer :: searches = 0                    !! halvings made to separate events
       integer :: meshes = 0                      !! meshes made for the increment's errors, see arrival_t
       integer :: corner_meshes = 0               !! meshes made for a corner of the contact set
@@ -54,7 +54,7 @@ contains
       attempt%point = run%step_points
    end subroutine start_from
 
-   !> True for an increment that ends on the path ahead of the point.
+   !> True if the increment ends in equilibrium on the path ahead of the point.
    pure logical function leads_on(attempt)
       type(attempt_t), intent(in) :: attempt
       leads_on = attempt%report%converged .and. .not. attempt%astray

@@ -61,7 +61,8 @@ contains
 
    contains
 
-      !> Arc length up to which points are at the same place.
+      !> Arc length of the run's point since the start of the step or branch, enlarged by the location tolerance: points up to this
+      !> arc length are at the same place.
       real(wp) function place()
          place = (1.0_wp + step%locate_tolerance) * (run%arc_length - run%left_at)
       end function place

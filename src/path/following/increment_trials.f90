@@ -1,4 +1,4 @@
-!> One increment from the last accepted point: predicted, corrected, and compared with the path behind it.
+!> Makes one increment from the last accepted point: predicts it, corrects it, and compares the result with the path behind.
 module increment_trials
    use kinds, only: wp
    use model, only: step_t
@@ -39,8 +39,8 @@ contains
       attempt%has_trial = .false.
    end subroutine try_increment
 
-   !> Makes the increment with which contact at nodes becomes contact spans. If it leaves the path, problem and path state are
-   !> restored: another set of spans may be right for a shorter one.
+   !> Makes the increment with which contact at nodes becomes contact spans. If the increment leaves the path, problem and path
+   !> state are restored: another set of contact spans may be right for a shorter increment.
    subroutine begin_with_spans(problem, step, run, attempt)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -96,7 +96,7 @@ contains
       if (attempt%has_trial .and. .not. turned_over(attempt%relation)) attempt%astray = .false.
    end subroutine look_astray
 
-   !> True for a trial behind a corner of the path that shorter increments have revealed.
+   !> True if the trial lies behind a corner of the path, which shorter increments have revealed.
    pure logical function around_corner(before, attempt) result(around)
       type(relation_t), intent(in) :: before     !! relation of the point and the previous trial
       type(attempt_t), intent(in) :: attempt

@@ -79,7 +79,7 @@ contains
       if (outcome%used_up) outcome%why = 'the allowed number of points was used up before the stop condition'
    end function points_used_up
 
-   !> Makes a contact change that, on a new mesh, lies before the last accepted point: at that point.
+   !> Makes a contact change at the last accepted point, if on a new mesh the change lies before this point.
    subroutine catch_up(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -109,7 +109,7 @@ contains
    end subroutine set_control
 
    !> Makes the contact change on the way to the trial, if there is one; otherwise the trial is accepted as a point of the path. If
-   !> anything is required first, it is in attempt%request.
+   !> a repetition of the increment is required first, attempt%request says so.
    subroutine take_trial(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -136,7 +136,7 @@ contains
       end associate
    end subroutine take_trial
 
-   !> Prepares what the trial requires: the increment again in another way, or the next one.
+   !> Prepares the next trial: the increment again, in the way that the last trial requires, or else the next increment.
    subroutine serve_request(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step

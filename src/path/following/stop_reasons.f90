@@ -64,7 +64,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       real(wp), intent(out) :: at               !! load factor at the turn, or at the last point
-      integer, intent(out) :: points            !! number of points found by arc length
+      integer, intent(out) :: points            !! number of points found
       logical, intent(out) :: found             !! the controlled quantity turns back
       type(look_t) :: look
       real(wp) :: rate_here, rate_there, load, slope
@@ -93,7 +93,7 @@ contains
 
    contains
 
-      !> Derivative of the controlled quantity (load or monitor) by arc length at the look's point.
+      !> Derivative of the controlled quantity (load or monitor) by arc length at the point followed last.
       real(wp) function rate()
          associate (here => look%here)
             rate = here%tangent%load

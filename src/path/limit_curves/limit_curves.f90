@@ -28,8 +28,8 @@ module limit_curves
    public :: follow_limit_curves
 
    integer, parameter :: max_cuts = 12              !! halvings of a step along the curve
-   real(wp), parameter :: farthest = 0.5_wp         !! largest distance of the zero from its prediction over the step,
-   real(wp), parameter :: nearest = 0.3_wp          !! or in units, whichever is larger
+   real(wp), parameter :: farthest = 0.5_wp  !! a zero is rejected if it is farther from its prediction than this share of the step
+   real(wp), parameter :: nearest = 0.3_wp          !! and than this many units of the coordinates
    real(wp), parameter :: sharpest = 0.7_wp         !! smallest cosine of the angle between two steps
    real(wp), parameter :: easy = 5.0_wp             !! evaluations of one search up to which the step grows
    real(wp), parameter :: first_step = 0.1_wp       !! first step of the curve over the deck's increment
@@ -242,7 +242,7 @@ contains
          end associate
       end subroutine shorten_to_values
 
-      !> Makes a trial the last limit point.
+      !> Accepts a trial of the search as the last limit point of the curve.
       subroutine go(to)
          type(trial_t), intent(in) :: to
          real(wp) :: unit

@@ -24,7 +24,7 @@ module limit_mesh
 
 contains
 
-   !> Error bars of the last limit point.
+   !> Computes the error bars of the last limit point.
    subroutine bars_here(follower, bars)
       type(follower_t), intent(in) :: follower
       type(error_bars_t), allocatable, intent(out) :: bars

@@ -23,7 +23,7 @@ contains
    !> Makes the curve's obstacle rigid. The state is in equilibrium with contact spans, or a predictor with contact at nodes.
    subroutine make_rigid(curve, problem, state, direction, ok)
       type(limit_curve_t), intent(in) :: curve
-      type(problem_t), intent(inout) :: problem  !! at the last limit point
+      type(problem_t), intent(inout) :: problem  !! problem at the last limit point
       type(state_t), intent(inout) :: state
       real(wp), allocatable, intent(inout) :: direction(:, :) !! (3, nodes) path direction, displacements
       logical, intent(out) :: ok                 !! false: no equilibrium was found
@@ -44,7 +44,7 @@ contains
 
    contains
 
-      !> Contact at the nodes instead of contact spans.
+      !> Makes contact at the nodes instead of contact spans.
       subroutine stand_at_nodes()
          type(problem_t) :: next
          next = rigid_problem(problem, curve)
@@ -56,7 +56,7 @@ contains
    !> Replaces the pressed parts of the foundation contact by line contacts.
    subroutine lay_down(curve, deck, problem, state, direction, ok)
       type(limit_curve_t), intent(in) :: curve
-      type(model_t), intent(in) :: deck          !! with its obstacle rigid
+      type(model_t), intent(in) :: deck          !! model of the deck with the curve's obstacle rigid
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
       real(wp), allocatable, intent(inout) :: direction(:, :)

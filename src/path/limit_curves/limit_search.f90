@@ -1,4 +1,4 @@
-!> Search for one limit point of a limit curve: the surface of equilibria next to the last limit point, and the zero of the load
+!> Searches for one limit point of a limit curve: the surface of equilibria next to the last limit point, and the zero of the load
 !> rate on that surface (see limit_curves).
 module limit_search
    use kinds, only: wp
@@ -16,26 +16,26 @@ module limit_search
    private
    public :: follower_t, copy_follower, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
 
-   integer, parameter :: max_searches = 40          !! evaluations of h for one limit point
+   integer, parameter :: max_searches = 40          !! evaluations of the load rate h for one limit point
    real(wp), parameter :: first_move = 0.01_wp      !! first step of a search, in units of the coordinates
    real(wp), parameter :: longest_move = 3.0_wp     !! longest step of a search
-   real(wp), parameter :: narrow = 1.0e-10_wp       !! distance at which places are not told apart
+   real(wp), parameter :: narrow = 1.0e-10_wp       !! places closer than this, in units of the coordinates, count as one
    real(wp), parameter :: small_drop = 0.01_wp !! relative decrease of the load over one unit of arc length from the limit point
 
    !> The last limit point and the data to move from there.
    type :: follower_t
-      type(problem_t) :: base                        !! with the deck's value of the parameter
-      type(problem_t) :: problem                     !! at the last limit point
+      type(problem_t) :: base                        !! problem with the deck's value of the parameter
+      type(problem_t) :: problem                     !! problem at the last limit point
       type(limit_curve_t) :: curve
       type(state_t) :: state                     !! the last limit point
       type(system_t) :: system                   !! storage of the equations
       type(control_t) :: control                     !! path tangent at the last limit point
       real(wp) :: coordinate = 0.0_wp                !! the parameter, or its decimal logarithm
       real(wp) :: unit(2) = 1.0_wp                   !! units of the arc length a and of the coordinate
-      real(wp) :: rate_scale = 1.0_wp                !! reference value of h
+      real(wp) :: rate_scale = 1.0_wp                !! reference value of the load rate h
    end type follower_t
 
-   !> One evaluation of h.
+   !> One evaluation of the load rate h on the surface of equilibria.
    type :: trial_t
       type(problem_t) :: problem
       type(state_t) :: state
@@ -81,7 +81,7 @@ contains
       follower%rate_scale = 2.0_wp * small_drop * abs(follower%state%load_factor) / follower%unit(1)
    end subroutine scale_rate
 
-   !> Evaluates h at a point of the surface, with both coordinates in their units from the last limit point.
+   !> Evaluates the load rate h at a point of the surface, with both coordinates in their units from the last limit point.
    subroutine evaluate(follower, place, trial)
       type(follower_t), intent(inout) :: follower
       real(wp), intent(in) :: place(2)
@@ -187,7 +187,7 @@ contains
       end function accurate
    end subroutine search
 
-   !> True for moduli and stiffnesses.
+   !> True if the curve's parameter must be positive: a modulus or a stiffness.
    pure logical function must_be_positive(curve)
       type(limit_curve_t), intent(in) :: curve
       must_be_positive = any(curve%parameter == [parameter_modulus, parameter_ea, parameter_ei])

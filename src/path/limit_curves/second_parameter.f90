@@ -45,7 +45,7 @@ contains
 
    !> The problem with another value of the parameter.
    function problem_at(base, curve, value) result(problem)
-      type(problem_t), intent(in) :: base       !! with the deck's value
+      type(problem_t), intent(in) :: base       !! the problem with the deck's value of the parameter
       type(limit_curve_t), intent(in) :: curve
       real(wp), intent(in) :: value
       type(problem_t) :: problem
@@ -192,7 +192,7 @@ contains
          end do
       end subroutine touch_nodes
 
-      !> True for a candidate at the same node in the same contact.
+      !> True if two candidates are at the same node and belong to the same contact.
       logical function same_place(list, candidate, new)
          type(candidates_t), intent(in) :: list
          integer, intent(in) :: candidate, new

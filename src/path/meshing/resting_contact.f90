@@ -1,5 +1,5 @@
-!> Touchdown point that moves fastest along its rod, and the equilibrium on another mesh with this point at its old position: near a
-!> limit point one touchdown point may move far while the rest hardly moves.
+!> Finds the touchdown point that moves fastest along its rod, and the equilibrium on another mesh with this point at its old
+!> position: near a limit point one touchdown point may move far while the rest hardly moves.
 module resting_contact
    use kinds, only: wp
    use problem, only: problem_t
@@ -16,7 +16,7 @@ module resting_contact
 
 contains
 
-   !> Touchdown point with the largest rate of position by load.
+   !> Finds the touchdown point with the largest rate of position by load.
    subroutine find_fastest(problem, point, fastest, rate)
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: point
@@ -35,7 +35,7 @@ contains
       rate = rates(fastest)
    end subroutine find_fastest
 
-   !> Equilibrium with a touchdown point at its present position.
+   !> Finds the equilibrium with one touchdown point fixed at its present position.
    subroutine stay_in_place(problem, run, fastest, point, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

@@ -1,4 +1,4 @@
-!> Remeshing of a run: for another contact set, for spans that have grown, or for the error tolerance.
+!> Remeshes a run: for another contact set, for spans that have grown, or for the error tolerance.
 module span_mesh
    use kinds, only: wp
    use model, only: method_load, method_displacement
@@ -84,7 +84,7 @@ contains
       call copy_problem(asked, here)
       here%demand = taken_along(problem, run%last%state, asked%demand)
       cut = find_cuts(problem, trial%state)
-      ! Without a load the future ends of contact are unknown.
+      ! At an unloaded start the ends that contact will have under load are unknown; the mesh is made at the trial.
       if (settled .and. run%fresh) call remesh_trial(asked, problem, run, trial, .false., taken)
       if (.not. taken .and. (problem%has_spans() .or. request%at_last_point .or. marked(problem, trial%state, &
          & cut))) call stand_here()
@@ -101,7 +101,7 @@ contains
       if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, .false., taken)
       done = done .or. taken
       if (.not. done .and. allocated(finer)) then
-         ! The coarsened mesh does not lead on.
+         ! No equilibrium was found from the coarsened mesh: the mesh before it is restored.
          call step_back(finer, problem, run)
          done = .true.
       end if
@@ -177,8 +177,8 @@ contains
       trial = moved
    end subroutine remesh_trial
 
-   !> Coarsens the mesh as the last point permits, if this gives fewer elements and an equilibrium. The next trial shows whether the
-   !> mesh is good enough.
+   !> Coarsens the mesh as far as the errors of the last point permit, if the coarser mesh has fewer elements and an equilibrium.
+   !> The next trial shows whether this mesh is good enough.
    subroutine coarsen_mesh(problem, run)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
@@ -250,7 +250,7 @@ contains
       call copy_path_state(before, run)
    end subroutine stand_on
 
-   !> Equilibrium of the run's point on the mesh to which it was transferred.
+   !> Finds the equilibrium of the run's point on the mesh to which it was transferred.
    subroutine rebalance(problem, run, done)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run              !! unchanged without success

@@ -21,10 +21,10 @@ module answer_trials
 
 contains
 
-   !> Transfers the run to the contact set of an answer.
+   !> Transfers the run to the next contact set, which a rule gives as its answer to the located change.
    subroutine take_answer(problem, run, interval, change, answer, next, on, holds, why)
       type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run             !! at the change's place
+      type(path_state_t), intent(in) :: run             !! the run at the place of the change
       type(step_interval_t), intent(in) :: interval
       type(change_t), intent(in) :: change       !! located change, to which a rule gives the answer
       type(answer_t), intent(in) :: answer
@@ -40,7 +40,7 @@ contains
       end if
    end subroutine take_answer
 
-   !> Tries one contact set, from the run's point.
+   !> Transfers the run from its point to one contact set, if an equilibrium with this set is found.
    subroutine try(problem, run, interval, change, answer, next, on, grows, why)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -50,16 +50,16 @@ contains
       type(problem_t), intent(inout) :: next
       type(path_state_t), intent(inout) :: on
       character(:), allocatable, intent(out) :: why
-      logical, intent(out) :: grows              !! as in change_set
+      logical, intent(out) :: grows              !! false: a new line contact has no positive length, see change_set
       call copy_problem(problem, next)
       call copy_path_state(run, on)
       call change_set(next, on, change%tests(change%which), change%begins, answer, least_reach(problem, interval, &
          & change%which), grows, why)
    end subroutine try
 
-   !> A point contact becomes a line contact. Another point contact, for instance the mirror image in a structure whose mesh is not
-   !> symmetric, may become a line before the first line has its initial length; then no equilibrium has only one of the lines, and
-   !> both begin together.
+   !> Transfers the run where a point contact becomes a line contact. Another point contact, for instance the mirror image in a
+   !> structure whose mesh is not symmetric, may become a line before the first line has its initial length; then no equilibrium has
+   !> only one of the lines, and both begin together.
    subroutine take_larger(problem, run, interval, change, answer, next, on, why)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -109,7 +109,7 @@ contains
       logical :: grows
       wider = answer
       do doublings = 0, most + 1
-         ! If no distance is successful, the least one.
+         ! If no distance is successful, the least distance is used.
          if (doublings > most) wider = answer
          call try(problem, run, interval, change, wider, next, on, grows, why)
          holds = .not. allocated(why)
@@ -136,9 +136,10 @@ contains
       end do
    end function pushes
 
-   !> Path distance within which the equilibrium behind a vanished length is searched for: the arc length of the path on which a
-   !> line contact's length, or a contact's distance to a segment boundary, changes by the shortest length that a mesh resolves
-   !> (contact_spans%shortest), at its mean rate on the interval, times reach_of. 0 for tests that are no lengths.
+   !> Path distance within which the equilibrium is searched for after a length has vanished: the arc length over which a line
+   !> contact's length, or a contact's distance to a segment boundary, changes by the shortest length that a mesh resolves
+   !> (contact_spans%shortest) at its mean rate on the interval, times the number of increments of extrapolation (reach_of). 0 for
+   !> tests that are no lengths.
    real(wp) function least_reach(problem, interval, which) result(reach)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval

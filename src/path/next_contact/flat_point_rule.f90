@@ -29,7 +29,7 @@ module flat_point_rule
 
 contains
 
-   !> Answer to the curvature test of a point contact.
+   !> Determines the next contact set after a zero of the curvature test of a point contact.
    subroutine answer_flat_point(problem, state, tests, which, fall, answer, more, apart)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -45,7 +45,7 @@ contains
       too = .false.
       if (present(more)) too = flat_next(problem, tests, which, fall, more)
       associate (test => tests(which))
-         ! A uniform straight rod at a straight wall has no contact pressure.
+         ! Zero pressure counts as pressed: a uniform straight rod at a straight wall has no contact pressure.
          pressed = would_press(problem, state, test%candidate, test%sense)
          lifted = pulled_off(problem, state, test%candidate, test%sense)
          if (pressed) then
@@ -97,7 +97,7 @@ contains
       end do
    end subroutine lay_down_points
 
-   !> Point contact on a symmetry plane that a force lifts while the rod beside the point is pressed: replaced by a line contact
+   !> Replaces a point contact on a symmetry plane, which a force lifts while the rod beside the point is pressed, by a line contact
    !> that begins behind the lifted length.
    subroutine lay_down_behind(problem, state, test, lifted, answer)
       type(problem_t), intent(in) :: problem
@@ -174,9 +174,9 @@ contains
       end do
    end subroutine go_beside
 
-   !> Sides (before, after) of a contact node on which an osculating contact changes its kind. Besides the test's node these are
-   !> nodes that are osculating at the same point of the path and would also be pressed (or pulled): unchanged, they would be
-   !> neutral.
+   !> (sides before, after) true: an osculating contact at the node changes its kind on this side. Besides the test's node these are
+   !> nodes that are osculating at the same point of the path and would also be pressed (or pulled): if they were left unchanged,
+   !> their positions would be in neutral equilibrium.
    function flat_sides(problem, state, c, test, pressed) result(flat)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -238,7 +238,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c                     !! candidate
-      real(wp), intent(in) :: sense                !! as in a curvature test
+      real(wp), intent(in) :: sense  !! side of a support that fixes the rotation: before (-1), after (1); 0: no such support
+      !! (span_test_t)
       real(wp) :: lifted
       would_press = density_beside(problem, state, c, sense) >= 0.0_wp
       if (.not. would_press) return
@@ -253,7 +254,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c                     !! candidate
-      real(wp), intent(in) :: sense                !! as in a curvature test
+      real(wp), intent(in) :: sense  !! side of a support that fixes the rotation: before (-1), after (1); 0: no such support
+      !! (span_test_t)
       if (abs(sense) > 0.0_wp) then
          density = virtual_pressure(problem, state, c, merge(1, 2, sense < 0.0_wp))
       else
@@ -267,7 +269,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c                     !! candidate
-      real(wp), intent(in) :: sense                !! as in a curvature test
+      real(wp), intent(in) :: sense  !! side of a support that fixes the rotation: before (-1), after (1); 0: no such support
+      !! (span_test_t)
       real(wp) :: force, jump
       length = 0.0_wp
       if (problem%candidates%moves(c) .or. stands(problem, state, c)) return

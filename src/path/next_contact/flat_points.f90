@@ -1,5 +1,5 @@
-!> Osculating contacts, that is, point contacts with the curvature of their obstacle: a point becomes a line or divides, a line has
-!> become a point, or two points merge.
+!> Equilibria with an osculating contact, that is, a point contact with the curvature of its obstacle. Such a contact occurs where a
+!> point contact becomes a line contact or divides, a line contact has become a point, or two points merge.
 module flat_points
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
@@ -41,8 +41,8 @@ contains
       if (problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
    end subroutine find_flat_point
 
-   !> Equilibrium in which the point contact with the least relative curvature may have negative relative curvature, for instance if
-   !> it becomes a line earlier on another mesh: its node follows the obstacle's direction.
+   !> Finds the equilibrium in which the point contact with the least relative curvature may have negative relative curvature, for
+   !> instance if it becomes a line earlier on another mesh: its node follows the obstacle's direction.
    subroutine turn_flattest(problem, from, control, state, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from          !! origin of `control`
@@ -71,9 +71,9 @@ contains
       if (found) state%reaction(c) = point_force(problem, state, c)
    end subroutine turn_flattest
 
-   !> Equilibrium just beyond the point where a line contact has become a point contact. At this point the contact is osculating,
-   !> its rotational stiffness is unbounded, and free spans beside it may buckle, so that the load is a poor parameter; relative
-   !> curvature is prescribed instead.
+   !> Finds the equilibrium just beyond the point where a line contact has become a point contact. At this point the contact is
+   !> osculating, its rotational stiffness is unbounded, and free spans beside it may buckle, so that the load is a poor parameter;
+   !> relative curvature is prescribed instead.
    subroutine leave_flat_point(problem, candidate, reach, place, away, found)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -126,7 +126,7 @@ contains
       excess = 10.0_wp * flat_excess / problem%size
    end function least_told
 
-   !> Equilibrium at which a point contact has a given relative curvature.
+   !> Finds the equilibrium at which a point contact has a given relative curvature.
    subroutine go_to_excess(problem, candidate, excess, whole, state, found)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate

@@ -1,5 +1,6 @@
-!> Free spans and line contacts that begin with zero length, where the equations of their touchdown points are singular: with the
-!> touchdown points fixed, load and position are found at which the contact conditions are satisfied (held_touchdown).
+!> Starts free spans and line contacts of zero length. At zero length the equations of their touchdown points are singular; the
+!> touchdown points are therefore fixed, and the load and the position are found at which the contact conditions are satisfied
+!> (held_touchdown).
 module held_openings
    use kinds, only: wp
    use contact_spans, only: first_length
@@ -69,12 +70,12 @@ contains
       ok = run%last%system%ok
    end subroutine begin_span
 
-   !> Equilibrium of a span that is about to open at the run's load, with its touchdown points fixed; the misfits of their contact
-   !> conditions give the sense in which they will move. Without an equilibrium the state is unchanged.
+   !> Finds the equilibrium at the run's load with the touchdown points of an opening span fixed; the misfits of their contact
+   !> conditions give the sense in which the touchdown points will move. Without an equilibrium the state is unchanged.
    subroutine rest_held(problem, run, opened)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      integer, intent(in) :: opened(2)           !! as begin_span
+      integer, intent(in) :: opened(2)           !! numbers of contact spans, as in begin_span
       type(state_t) :: state
       type(system_t) :: system
       type(control_t) :: here
@@ -92,7 +93,7 @@ contains
    subroutine spread_ahead(problem, run, opened, ok)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      integer, intent(in) :: opened(2)           !! as begin_span
+      integer, intent(in) :: opened(2)           !! numbers of contact spans, as in begin_span
       logical, intent(out) :: ok
       type(state_t) :: state
       type(system_t) :: system
@@ -113,7 +114,7 @@ contains
       if (ok) call move_to(problem, state, run%last)
    end subroutine spread_ahead
 
-   !> Steps of load factor and position for finite differences.
+   !> Steps of the load factor and of the position [length] for finite differences.
    pure function held_steps(problem, run) result(step)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -121,7 +122,7 @@ contains
       step = [held_load(run), 1.0e-2_wp * first_length * maxval(problem%layout%rod_segment%length)]
    end function held_steps
 
-   !> Step of the load factor.
+   !> Step of the load factor for finite differences.
    pure real(wp) function held_load(run) result(step)
       type(path_state_t), intent(in) :: run
       step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%last%state%load_factor))
@@ -146,7 +147,7 @@ contains
    real(wp) function spreading_rate(problem, point, opened) result(rate)
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: point
-      integer, intent(in) :: opened(2)           !! as begin_span
+      integer, intent(in) :: opened(2)           !! numbers of contact spans, as in begin_span
       type(state_t) :: ahead, here
       real(wp) :: step, misfit(2), place(problem%candidates%n), change
       integer :: ends(2), k

@@ -1,5 +1,5 @@
 !> Equilibria with touchdown points at prescribed positions and the load as an unknown. If a span opens with zero length, or a point
-!> contact is osculating, the equations of the touchdown points themselves are singular, but these are not.
+!> contact is osculating, the equations of the touchdown points are singular; with prescribed positions the equilibrium is regular.
 module held_touchdown
    use kinds, only: wp
    use model, only: method_load
@@ -15,21 +15,21 @@ module held_touchdown
    public :: solve_held
 
    integer, parameter :: max_iterations = 20
-   real(wp), parameter :: small = 1.0e-8_wp !! misfit below which iteration ends when it no longer decreases: if the relative
-   !! curvature is small, the position of least gap is sensitive to rounding
+   real(wp), parameter :: small = 1.0e-8_wp  !! misfit (opening_misfit) below which the iteration ends when the misfit no longer
+   !! decreases: if the relative curvature is small, the position of least gap is sensitive to rounding
    real(wp), parameter :: least_step = 1.0e-11_wp !! change of the load below the corrector's accuracy, as a share of the load
    real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of a rotation
 
 contains
 
-   !> Newton's method with finite differences for the load factor and the position of touchdown points, which move together. With at
-   !> most one point and `places` false, only the load is unknown, and the sum of the conditions must be zero.
+   !> Finds the load factor and the position of touchdown points, which move together, by Newton's method with finite differences.
+   !> With at most one point and `places` false only the load is unknown, and the sum of the misfits must be zero.
    subroutine solve_held(problem, points, system, places, step, state, ok, also)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(2)           !! candidates, 0: none
       type(system_t), intent(inout) :: system
       logical, intent(in) :: places              !! true: the position is an unknown, too
-      real(wp), intent(in) :: step(2)            !! finite difference steps of load factor and position
+      real(wp), intent(in) :: step(2)            !! steps of load factor and position for finite differences
       type(state_t), intent(inout) :: state      !! a guess on entry
       logical, intent(out) :: ok
       integer, intent(in), optional :: also(:)   !! further candidates with fixed positions
@@ -86,7 +86,7 @@ contains
 
    contains
 
-      !> Equilibrium after a change of the load and of the points' positions.
+      !> Finds the equilibrium after a change of the load and of the points' positions.
       subroutine go_by(move, from, to, left, whole)
          real(wp), intent(in) :: move(2)         !! changes of load factor and position
          type(state_t), intent(in) :: from

@@ -1,4 +1,4 @@
-!> Ends of line contacts that arrive at a segment boundary with a couple or a force: two ends from both sides, as a lifted part
+!> Arrival of ends of line contacts at a segment boundary with a couple or a force: two ends from both sides, where a lifted part
 !> comes into contact again, or one end at a node with a couple. The arriving end is fixed at the boundary; the change is located at
 !> the load at which the fixing force or couple is zero.
 module line_arrival
@@ -21,7 +21,8 @@ module line_arrival
 
 contains
 
-   !> Set with the ends at the segment boundary, and its equilibrium if found on the interval or within its length beyond.
+   !> Finds the contact set with the arriving ends at the segment boundary, and its equilibrium, if found on the interval or beyond
+   !> its end by at most its length.
    subroutine find_arrival(problem, interval, test, next, found)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
@@ -39,8 +40,8 @@ contains
       call find_load(problem, interval, next%problem%contact_span(k)%candidate(3 - side), meets, next, found)
    end subroutine find_arrival
 
-   !> Set with the end of a line contact at the segment boundary, and the end of a second line contact if one arrives from the other
-   !> side. Not allocated if no line contact arrives.
+   !> Makes the contact set with the end of a line contact at the segment boundary, and the end of a second line contact if one
+   !> arrives from the other side. Not allocated if no line contact arrives.
    subroutine set_at_breakpoint(problem, interval, test, set, k, side, meets)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
@@ -76,8 +77,8 @@ contains
       if (meets) set = end_moved(set, other, side, merge(problem%layout%rod_segment(rod_segment)%length, 0.0_wp, way < 0))
    end subroutine set_at_breakpoint
 
-   !> Load at which the node at the segment boundary needs no fixing, by the secant method: the zero of its couple, or of its force
-   !> if two line contacts meet and the couple is zero.
+   !> Finds the load at which the node at the segment boundary needs no fixing, by the secant method: the zero of its couple, or of
+   !> its force if two line contacts meet and the couple is zero.
    subroutine find_load(problem, interval, c, meets, next, found)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
@@ -117,7 +118,7 @@ contains
 
    contains
 
-      !> Couple and force that would fix the node at a load.
+      !> Computes the couple and the force that would fix the node at a load.
       subroutine look_at(load, couple, force)
          real(wp), intent(in) :: load
          real(wp), intent(out) :: couple, force

@@ -1,4 +1,4 @@
-!> Contact that ends beside a support on the obstacle: a line contact shrinks onto the support, or a point contact returns to the
+!> Loss of contact beside a support on the obstacle: a line contact shrinks onto the support, or a point contact returns to the
 !> clamp beside which it began. The remaining span has no length by which the change could be located. The set without this span is
 !> used: at its onset the rod has the curvature of the obstacle beside a clamp, or its direction beside a hinge.
 module lost_at_support
@@ -21,7 +21,7 @@ module lost_at_support
 
 contains
 
-   !> (sides) true: the point contact on this side of a span is at a clamp on the obstacle.
+   !> (sides) true: the point contact on this side of the free span is at a clamp on the obstacle.
    function clamped_ends(problem, state, test) result(clamped)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -35,7 +35,7 @@ contains
       end do
    end function clamped_ends
 
-   !> Equilibrium at which the point contact beside a span has reached the clamp on the other side of the span.
+   !> Finds the equilibrium at which the point contact beside a span has reached the clamp on the other side of the span.
    subroutine go_into_clamp(problem, run, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -51,8 +51,8 @@ contains
       call lose(run, interval, next, found)
    end subroutine go_into_clamp
 
-   !> Equilibrium at which a line contact has shrunk onto the support at its end. Not found if contact continues beyond the support,
-   !> or if the line contact has no support at an end.
+   !> Finds the equilibrium at which a line contact has shrunk onto the support at its end. Not found if contact continues beyond
+   !> the support, or if the line contact has no support at an end.
    subroutine lose_line(problem, run, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -69,7 +69,8 @@ contains
       call lose(run, interval, next, found)
    end subroutine lose_line
 
-   !> Onset of the set without the contact, by the curvature or slope test at a support that is nearest to zero.
+   !> Finds the onset of the set without the contact: the zero of the curvature or slope test at a support. Of several such tests
+   !> the one nearest to zero is used.
    subroutine lose(run, interval, next, found)
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval

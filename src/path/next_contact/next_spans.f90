@@ -18,8 +18,8 @@ module next_spans
    private
    public :: next_t, copy_next, new_next, settle, go_to_load, tests_of, holds
 
-   !> Point of the path with another contact set, found before the run accepts this set. Its tangent is that with which the path
-   !> arrives; without displacements it is unknown.
+   !> Point of the path with another contact set, found before the run accepts this set. Its tangent is the path tangent on arrival
+   !> from the present set; the tangent is unknown if nothing has been displaced.
    type, extends(path_point_t) :: next_t
       type(problem_t) :: problem
       real(wp) :: rate = 0.0_wp                   !! closed free span: derivative of the line contact's least pressure by the load
@@ -34,7 +34,7 @@ module next_spans
 
 contains
 
-   !> Copy as a procedure, like copy_problem.
+   !> Copies such a point; a procedure for the reason given at copy_problem.
    pure subroutine copy_next(from, to)
       type(next_t), intent(in) :: from
       type(next_t), intent(inout) :: to
@@ -44,16 +44,16 @@ contains
    !> Another contact set, not in equilibrium yet.
    function new_next(problem, state, contact_span) result(next)
       type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state          !! of `problem`: first guess
-      type(contact_span_t), intent(in) :: contact_span(:) !! with ends as in the state
+      type(state_t), intent(in) :: state          !! state of `problem`, the first guess
+      type(contact_span_t), intent(in) :: contact_span(:) !! contact spans of the other set, with ends as in the state
       type(next_t) :: next
       next%problem = new_span_problem(problem, contact_span)
       next%state = carried(problem, state, next%problem)
       next%system = new_system(next%problem)
    end function new_next
 
-   !> Equilibrium at the state's load factor: first with fixed touchdown points, because only forces in equilibrium give their
-   !> places.
+   !> Finds the equilibrium at the state's load factor: first with fixed touchdown points, because only forces in equilibrium
+   !> determine the places of the touchdown points.
    subroutine settle(next, found)
       type(next_t), intent(inout) :: next
       logical, intent(out) :: found
@@ -102,7 +102,7 @@ contains
       tests = run_span_tests(next%problem, next%state, max(next%system%force_scale, tiny(1.0_wp)))
    end function tests_of
 
-   !> True if all tests are passed.
+   !> True if the set passes all its tests at its equilibrium.
    logical function holds(next)
       type(next_t), intent(in) :: next
       holds = .not. any_fails(tests_of(next))

@@ -1,9 +1,9 @@
-!> Contact that passes segment boundaries of its rod: the end of a line contact, or a point contact that may not roll there, arrives
-!> at a boundary and continues behind it; or a line contact that extends past a boundary shrinks and ends before it. A remainder
-!> below the least length counts as zero, and the continuation on the other side starts with a larger length: the path jumps over
-!> this small distance. Contacts that reach another boundary within this distance pass it as well, because a span below the least
-!> length would stop every increment; mirror images pass together in this way. A point contact that may roll stays at the boundary
-!> until it leaves by rolling (test_leaving).
+!> Passage of contacts across segment boundaries of their rod: the end of a line contact, or a point contact that may not roll
+!> there, arrives at a boundary and continues behind it; or a line contact that extends past a boundary shrinks and ends before it.
+!> A remainder below the least length counts as zero, and the continuation on the other side starts with a larger length: the path
+!> jumps over this small distance. Contacts that reach another boundary within this distance pass this boundary as well, because a
+!> span below the least length would stop every increment; mirror images pass together in this way. A point contact that may roll
+!> stays at the boundary until it leaves by rolling (test_leaving).
 module passages
    use kinds, only: wp
    use problem, only: problem_t
@@ -18,6 +18,7 @@ module passages
    private
    public :: pass_breakpoints, is_turned, behind
 
+   !> Passage of one contact across a segment boundary.
    type :: passage_t
       integer :: contact_span = 0           !! index into the set
       integer :: way = 0                    !! boundary before (-1) or after (1) the contact span
@@ -32,7 +33,8 @@ module passages
 
 contains
 
-   !> Contact set after the passage of a test that is zero, and after other passages within the same distance.
+   !> Determines the contact set after the passage that belongs to a zero length or crossing test, and after other passages within
+   !> the same distance.
    subroutine pass_breakpoints(problem, tests, which, fall, set, passes, passed, meets)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)
@@ -77,7 +79,7 @@ contains
       end do
    end subroutine pass_breakpoints
 
-   !> True for passages by ends of line contacts that arrive at the boundary of the passage `one` from its other side.
+   !> (passages) true: the end of another line contact arrives at the boundary of the passage `one` from the other side.
    pure function meet(one, passage, set)
       type(passage_t), intent(in) :: one, passage(:)
       type(contact_span_t), intent(in) :: set(:)
@@ -94,8 +96,8 @@ contains
       end do
    end function meet
 
-   !> True for the end of a line contact that has come to a node on which a couple acts, if the couple lifts the rod behind the node
-   !> over more than the least length of a free span.
+   !> True if the end of a line contact has reached a node on which a couple acts that lifts the rod behind the node over more than
+   !> the least length of a free span.
    logical function is_turned(problem, state, test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -109,7 +111,7 @@ contains
       end associate
    end function is_turned
 
-   !> Last of the passages taken, and the path parameter at which it has passed.
+   !> Finds the last of the passages `taken`, and the path parameter at which it is complete (length / decrease of the length).
    pure subroutine find_last(passage, taken, last, time)
       type(passage_t), intent(in) :: passage(:)
       logical, intent(in) :: taken(:)
@@ -158,7 +160,7 @@ contains
       passage%rate = fall * problem%size
    end function passage_of
 
-   !> Contact set after one passage.
+   !> Changes the contact set by one passage.
    subroutine pass(problem, passage, to, set, gone, passes)
       type(problem_t), intent(in) :: problem
       type(passage_t), intent(in) :: passage
@@ -205,7 +207,7 @@ contains
 
    contains
 
-      !> Adds a free span in front of the existing ones.
+      !> Puts a free span at the front of the list `passes`.
       subroutine add(between)
          integer, intent(in) :: between(2)
          passes = reshape([between, passes], [2, size(passes, 2) + 1])

@@ -18,14 +18,15 @@ module set_begins
 
 contains
 
-   !> Onset of the new set: the least pressure of its line contact is zero or slightly above, or a given test is zero. Secant
-   !> method, bracketed if possible. If the closed span has zero length and the set is valid on the whole increment, the onset is at
-   !> the run's point: the two meshes may place the onset slightly before it.
+   !> Finds the onset of the new set, that is, the load at which the least pressure of its line contact is zero or slightly above,
+   !> or at which a given test is zero. The secant method is used, bracketed if possible. If the closed span has zero length and the
+   !> set is valid on the whole increment, the onset is at the run's point: the two meshes may place the onset slightly before this
+   !> point.
    subroutine find_begin(run, interval, gone, next, found, test)
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
       logical, intent(in) :: gone                !! the closed span has zero length
-      type(next_t), intent(inout) :: next        !! as from new_next
+      type(next_t), intent(inout) :: next        !! the new set, as from new_next
       logical, intent(out) :: found
       integer, intent(in), optional :: test      !! test of the new set that is zero at the onset; absent: its least pressure
       real(wp), parameter :: small = 1.0e-3_wp * test_slack(test_pressure)
@@ -73,7 +74,7 @@ contains
 
    contains
 
-      !> Least pressure, or the given test, at a load factor.
+      !> Computes the least pressure, or the given test, at a load factor.
       subroutine look_at(load, least)
          real(wp), intent(in) :: load
          real(wp), intent(out) :: least
@@ -90,11 +91,13 @@ contains
       end subroutine look_at
    end subroutine find_begin
 
-   !> Goes back from a point of the next set towards a load factor, as far as the set is valid, by halving the interval. If the set
-   !> is valid up to this load factor, both sets have the same equilibrium there, and the change is further back.
+   !> Moves the next set from a point of its path back towards a load factor, as far as the set is valid, by halving the load
+   !> interval. If the set is valid up to this load factor, both sets have the same equilibrium there, and the change is further
+   !> back.
    subroutine go_back(to, next)
       real(wp), intent(in) :: to
-      type(next_t), intent(inout) :: next        !! in: at a point further on; out: at the farthest point back that was found valid
+      type(next_t), intent(inout) :: next  !! in: the next set at a point further on; out: at the farthest point back that was found
+      !! valid
       type(next_t) :: nearer
       real(wp) :: fails, since, whole              ! load factors at which the set fails and at which it is valid; length of the
       ! interval

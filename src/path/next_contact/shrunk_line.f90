@@ -1,5 +1,5 @@
-!> Line contact below the least length, or point contact within this distance of a segment boundary: its remaining length is set to
-!> zero, which changes the equilibrium slightly.
+!> Equilibrium after a small remaining length is set to zero: a line contact shorter than the least length has become a point
+!> contact, or a point contact nearer than this length to a segment boundary is placed at the boundary.
 module shrunk_line
    use kinds, only: wp
    use model, only: method_load
@@ -15,15 +15,15 @@ module shrunk_line
    private
    public :: come_to_rest
 
-   !> Factor on the reach within which an osculating contact may lie: the end of a line contact is located by moments, an osculating
-   !> contact by curvature, and mesh errors of both differ.
+   !> An osculating contact is accepted up to this multiple of the path distance `reach`: the end of a line contact is located by
+   !> moments, an osculating contact by curvature, and the mesh errors of both differ.
    real(wp), parameter :: farther = 10.0_wp
 
 contains
 
-   !> Equilibrium of the run after a line contact has shrunk. A line that became a point contact: the equilibrium just beyond
-   !> osculation. A line, or a point at a segment boundary: the equilibrium at the same load. The run is unchanged if none is found
-   !> within reach.
+   !> Finds the equilibrium of the run after a line contact has shrunk or a point contact has come to a segment boundary. If a line
+   !> contact has become a free point contact: the equilibrium just beyond osculation. Otherwise: the equilibrium at the same load.
+   !> The run is unchanged if no equilibrium is found within `reach`.
    subroutine come_to_rest(problem, run, candidate, reach, leaves)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run

@@ -1,4 +1,4 @@
-!> Answer of a rule to a zero test of the contact spans: the next contact set and its properties.
+!> Answer of a rule (span_rules) to a contact test that is zero: the next contact set and its properties.
 module span_answer
    use kinds, only: wp
    use problem, only: problem_t
@@ -12,7 +12,8 @@ module span_answer
       type(contact_span_t), allocatable :: contact_span(:) !! next set, without contacts that begin (beginning_together)
       integer :: between(2) = 0                   !! numbers of the contact spans beside a new free span, 0: a segment
       !! boundary; both equal: a line contact begins, between its own ends
-      integer, allocatable :: crosses(:, :)       !! (2, spans) as `between`, at segment boundaries; the last to begin comes first
+      integer, allocatable :: crosses(:, :)  !! (2, spans) as `between`, for free spans at segment boundaries; the last to begin
+      !! comes first
       character(2) :: label = '  '                !! contact gained (C+) or lost (C-); empty if contact only spreads or shrinks
       logical :: divides = .false.                !! a part of the lost contact remains on both sides
       character(:), allocatable :: no_rule  !! allocated if there is no rule: names the change; contact at nodes is used

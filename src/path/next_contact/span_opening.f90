@@ -1,7 +1,7 @@
-!> A line contact lifts off where its contact force would become tensile: at zero pressure a free span begins with zero length
-!> and undetermined ends. Local laws give the first ends from the zone of tensile contact force slightly further along the path. The
-!> gap w of the free span has EI w'''' = -r, with x along the rod and the density r of the line's contact force, positive in
-!> compression; r1, r2 > 0:
+!> Opening of a free span in a line contact. A line contact lifts off where its contact force would become tensile: at zero pressure
+!> a free span begins with zero length and undetermined ends. Local laws give the first ends from the zone of tensile contact force
+!> slightly further along the path. The gap w of the free span has EI w'''' = -r, with x along the rod and the density r of the
+!> line's contact force, positive in compression; r1, r2 > 0:
 !>
 !>   inside the line, tensile for |x| < x0, r = r2 (x^2 - x0^2)/2:
 !>                               w = r2 (a^2 - x^2)^3/(720 EI) for |x| < a = sqrt(5) x0;
@@ -39,8 +39,8 @@ module span_opening
 
 contains
 
-   !> Equilibrium with the span open, from a state with tensile contact force on a line contact. Not found if the tensile zone is
-   !> too long for the local laws, or if nothing of the line contact remains.
+   !> Finds the equilibrium with the free span open, from a state with tensile contact force on a line contact. Not found if the
+   !> tensile zone is too long for the local laws, or if nothing of the line contact remains.
    subroutine open_line(problem, place, beyond, test, scale, number, next, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: place           !! state of `problem` in equilibrium at which the test is zero
@@ -48,7 +48,7 @@ contains
       type(span_test_t), intent(in) :: test        !! test of pressure, couple or force, below zero at `beyond`
       real(wp), intent(in) :: scale                !! scale of forces
       integer, intent(in) :: number                !! number of the first new contact span
-      type(next_t), intent(out) :: next            !! at the load factor of `beyond`
+      type(next_t), intent(out) :: next            !! the set with the span open, at the load factor of `beyond`
       logical, intent(out) :: found
       type(contact_span_t), allocatable :: contact_span(:)
       if (test%kind == test_force .or. test%kind == test_couple) then
@@ -64,8 +64,8 @@ contains
       if (found) found = holds(next)
    end subroutine open_line
 
-   !> Contact spans with all spans open that open at one point of the path, for instance two in a symmetric structure. Not allocated
-   !> if the local laws do not apply.
+   !> Determines the contact spans after the opening of all free spans that open at the same point of the path, for instance two in
+   !> a symmetric structure. Not allocated if the local laws do not apply.
    subroutine opened_touches(problem, place, state, scale, number, contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: place           !! state at which the span opens
@@ -97,7 +97,8 @@ contains
       if (.not. same_set(set, now)) contact_span = numbered(set, number - 1)
    end subroutine opened_touches
 
-   !> True for a tensile zone at an end of a line contact whose pressure at this end was positive when the span opened.
+   !> True if a zone with tensile contact force now reaches an end of the line contact at which the pressure was positive when the
+   !> span opened.
    logical function reaches_end(problem, place, before, now, zone, nothing) result(reaches)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: place           !! state at which the span opens
@@ -108,11 +109,11 @@ contains
       reaches = reaches .or. zone(2) >= now%at(2) .and. density_at(problem, place, before, before%at(2)) > nothing
    end function reaches_end
 
-   !> Opens one tensile zone of a line contact.
+   !> Opens a free span at one zone of a line contact with tensile contact force.
    subroutine open_zone(problem, state, line, zone, set, rest, told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! at the present state
+      type(contact_span_t), intent(in) :: line            !! line contact with its ends in the present state
       real(wp), intent(in) :: zone(2)
       type(contact_span_t), allocatable, intent(inout) :: set(:)
       integer, intent(inout) :: rest               !! index of the part of the line contact behind this zone
@@ -146,7 +147,7 @@ contains
       if (problem%candidates%moves(c)) then
          set = begun(set, line%contact, line%rod_segment, line%at(side))
       else if (.not. problem%model%fixed(3, problem%candidates%node(c))) then
-         ! A line contact that continues over a segment boundary, or that ends at a boundary which fixes its end: no law.
+         ! No local law exists for a line contact that continues over a segment boundary, or ends at a boundary which fixes its end.
          told = .false.
          return
       else if (free_across(c)) then
@@ -166,8 +167,8 @@ contains
       end function free_across
    end subroutine open_zone
 
-   !> Contact spans with line contacts that end before a segment boundary lifted by a force or a couple. Not allocated if the local
-   !> laws do not apply.
+   !> Determines the contact spans after a force or a couple has lifted the ends of line contacts at a segment boundary: the line
+   !> contacts then end before the boundary. Not allocated if the local laws do not apply.
    subroutine lifted_touches(problem, state, candidate, by_couple, contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -214,9 +215,9 @@ contains
       contact_span = now
    end subroutine lifted_touches
 
-   !> Contact spans with a line contact that ends before a node with a couple, and a point contact at this node. With x from the
-   !> line's end the gap is r x^3 (l - x)/(24 EI), whose slope at the node is negligible, and its moment there, -r l^2/4, equals the
-   !> couple. Not allocated if the couple has the opposite sense.
+   !> Determines the contact spans with a line contact that ends before a node with a couple, and a point contact at this node. With
+   !> x from the line's end the gap is r x^3 (l - x)/(24 EI), whose slope at the node is negligible, and its moment there, -r l^2/4,
+   !> equals the couple. Not allocated if the couple has the opposite sense.
    subroutine turned_end(problem, state, candidate, now, contact_span)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -243,7 +244,7 @@ contains
    function pulled_zones(problem, state, line) result(zone)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! at the present state
+      type(contact_span_t), intent(in) :: line            !! line contact with its ends in the present state
       real(wp), allocatable :: zone(:, :)          !! (2, zones)
       type(pressure_t) :: pressure
       real(wp), allocatable :: at(:), density(:)
@@ -264,7 +265,7 @@ contains
 
    contains
 
-      !> End of a zone, between a place with tensile and one with compressive force.
+      !> End of a zone of tensile contact force, between a place with tensile and a place with compressive force.
       real(wp) function zero_between(negative, positive) result(zero)
          real(wp), intent(in) :: negative, positive !! places
          type(bracket_t) :: bracket
@@ -281,7 +282,7 @@ contains
    real(wp) function least_density(problem, state, line, zone) result(least)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(contact_span_t), intent(in) :: line            !! at the present state
+      type(contact_span_t), intent(in) :: line            !! line contact with its ends in the present state
       real(wp), intent(in) :: zone(2)              !! tensile zone of another state
       real(wp) :: ends(2)
       integer :: i

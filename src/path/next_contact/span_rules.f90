@@ -25,7 +25,7 @@ module span_rules
 
 contains
 
-   !> Answer to a test that is zero.
+   !> Next contact set for a test that is zero, by the rule for this kind of test.
    function answer_to(problem, state, tests, which, fall, last, more, apart) result(answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -103,7 +103,7 @@ contains
       end do
    end function beginning_together
 
-   !> Tests of contacts that begin or end soon after a located change.
+   !> Tests that become zero soon after a located change, because another contact begins or ends there.
    pure function coming_next(tests, which, fall, reach) result(next)
       type(span_test_t), intent(in) :: tests(:)    !! tests at the change's place
       integer, intent(in) :: which                 !! index of the zero test
@@ -115,7 +115,7 @@ contains
          & .not. at_zero(tests, which) .and. tests%value <= reach * fall)
    end function coming_next
 
-   !> True for gaps on the two sides of a segment boundary that both close at the boundary: they are one contact.
+   !> True if two gap tests belong to one contact: both gaps close at the same segment boundary, from its two sides.
    pure logical function one_contact(problem, a, b)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: a, b
@@ -133,8 +133,8 @@ contains
       end associate
    end function one_contact
 
-   !> Tests that are zero together with a located test, which is accurate to its own value; others are accurate to a few times this
-   !> value.
+   !> (tests) true: the test is zero at the same point of the path as the located one. The located test is accurate to its own value
+   !> there, the others to a few times this value.
    pure function at_zero(tests, which)
       type(span_test_t), intent(in) :: tests(:)
       integer, intent(in) :: which
@@ -183,7 +183,7 @@ contains
       answer%contact_span = pack(answer%contact_span, .not. gone)
    end subroutine shrink_lines
 
-   !> Remainder of a line contact below the least length: a point contact at the centre of its end forces, or nothing.
+   !> Replaces a line contact below the least length by its remainder: a point contact at the centre of its end forces, or nothing.
    subroutine shrink(problem, state, k, line, gone)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -223,10 +223,10 @@ contains
       end do
    end function others_touch
 
-   !> Contact at the end of a rod, or at a corner of the obstacle, whose rod has become tangent to the obstacle. Relative curvature
-   !> away from the obstacle, also where the contact force would move: the point contact leaves the end. Relative curvature towards
-   !> the obstacle: another point contact begins beside it. Otherwise, for instance without a moment, a line contact begins at the
-   !> end.
+   !> Changes the contact at the end of a rod, or at a corner of the obstacle, whose rod has become tangent to the obstacle. If the
+   !> relative curvature at the end is negative (the rod bends towards the obstacle), another point contact begins beside the end.
+   !> Else, if the relative curvature is positive where the contact force would move to, the point contact leaves the end.
+   !> Otherwise, for instance without a moment, a line contact begins at the end.
    subroutine lie_down_from_end(problem, state, test, answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -259,7 +259,8 @@ contains
    end subroutine lie_down_from_end
 
    !> Relative curvature at the end of a rod, and at a distance inside, to which the contact force moves from the end: with the
-   !> shear force at the end without the contact force, m' = -r' x n.
+   !> shear force at the end without the contact force, m' = -r' x n (m moment, n internal force, r position, ' derivative along the
+   !> rod).
    function excess_inside(problem, state, candidate, side, distance) result(excess)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

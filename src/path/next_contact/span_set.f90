@@ -32,7 +32,7 @@ contains
    subroutine change_set(problem, run, test, begins, answer, reach, grows, why)
       type(problem_t), intent(inout) :: problem  !! undefined if no equilibrium is found
       type(path_state_t), intent(inout) :: run   !! in: at the zero of the test; undefined if no equilibrium is found
-      type(span_test_t), intent(in) :: test      !! at this zero
+      type(span_test_t), intent(in) :: test      !! the test at this zero
       type(span_test_t), intent(in) :: begins(:) !! gaps that close there, that of `test` last; empty if `test` is no gap
       type(answer_t), intent(in) :: answer       !! rule's answer to the test
       real(wp), intent(in) :: reach              !! largest path distance to the equilibrium with the new set
@@ -56,13 +56,14 @@ contains
       end if
       call take_sense(problem, run, test, answer, old, leaves)
       call evaluate_tests(problem, run%last)
-      ! A line that has become a point may leave a neutral span there; the pivots of the line are definite.
+      ! Where a line contact has become a point contact, a free span beside it may be in neutral equilibrium, so that its pivot has
+      ! no certain sign; the pivot count with the line contact is kept.
       run%since_change%shrunk = test%kind == test_length
       if (run%since_change%shrunk) run%last%test_values%negative_pivots = pivots
       run%since_change%arrives = any(test%kind == [test_length, test_crossing])
    end subroutine change_set
 
-   !> Equilibrium of the run with the contact spans of an answer.
+   !> Finds the equilibrium of the run with the next contact spans.
    subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, grows, leaves)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run          !! in: at the zero of the test
@@ -97,14 +98,14 @@ contains
       end if
    end subroutine stand_with
 
-   !> Sense of the path in which the new contact or free span grows.
+   !> Sets the path tangent to the sense in which the new contact or free span grows.
    subroutine take_sense(problem, run, test, answer, old, leaves)
-      type(problem_t), intent(in) :: problem     !! with the contact spans of the answer
+      type(problem_t), intent(in) :: problem     !! problem with the contact spans of the answer
       type(path_state_t), intent(inout) :: run
       type(span_test_t), intent(in) :: test      !! test that was zero
       type(answer_t), intent(in) :: answer
       type(contact_span_t), intent(in) :: old           !! contact span of the test, before the change
-      logical, intent(in) :: leaves              !! as in stand_with
+      logical, intent(in) :: leaves              !! true: a line contact became a point, and the run has moved past this point
       real(wp) :: rate
       select case (test%kind)
       case (test_gap)
@@ -135,7 +136,7 @@ contains
       end select
    end subroutine take_sense
 
-   !> True for an answer that opens a free span between two contact spans.
+   !> True if the next set has a new free span: between two contact spans, or between one and a segment boundary.
    pure logical function parts(answer)
       type(answer_t), intent(in) :: answer
       parts = answer%between(1) /= answer%between(2)
@@ -153,7 +154,8 @@ contains
    !> last added span is zero.
    subroutine add_contact_spans(problem, run, begins, ok)
       type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run  !! in: at the zero of the gaps; the last new span has the number `spans_begun`
+      type(path_state_t), intent(inout) :: run  !! in: at the zero of the gaps; out: in equilibrium, the last new span having the
+      !! number `spans_begun`
       type(span_test_t), intent(in) :: begins(:)
       logical, intent(out) :: ok                 !! false: no force-free equilibrium near this state
       integer, parameter :: most = 8             ! iterations; more let the position of a force-free point contact drift
@@ -196,7 +198,8 @@ contains
       call move_to(problem, first, run%last)
    end subroutine add_contact_spans
 
-   !> Position on the rod segment where a contact span begins: a segment boundary that allows rolling, if closer than `shortest`.
+   !> Position along the rod segment where a contact span begins: the place of the gap, or a segment boundary that allows rolling if
+   !> it is closer than `shortest`.
    pure real(wp) function beginning_place(problem, test) result(at)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test
@@ -223,7 +226,7 @@ contains
       end if
    end function candidate_of
 
-   !> Closed gaps at the positions of the contact spans that add_contact_spans has added.
+   !> The gap tests `begins` at the positions of the contact spans that add_contact_spans has added.
    pure function new_contact_at(problem, run, begins) result(there)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

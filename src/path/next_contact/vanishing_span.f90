@@ -1,6 +1,6 @@
-!> A free span vanishes: its gap closes everywhere, or its length becomes zero. At this point the position of a point contact beside
-!> the span is neutral, and no increment with the present set converges further on. The set without the span is regular and is
-!> located at its onset.
+!> A free span vanishes: its gap closes everywhere, or its length becomes zero. At this point a point contact beside the span is in
+!> neutral equilibrium along the rod, and no increment with the present set converges further on. The set without the span is
+!> regular and is located at its onset.
 !>
 !> Either the whole span comes into contact (an arc under pressure, a straight rod at a wall, a remainder between two contacts); the
 !> onset is at zero pressure of the new line contact. Or the span is a closing bow between two point contacts, whose relative
@@ -35,8 +35,8 @@ module vanishing_span
 
 contains
 
-   !> Set without a free span, and its equilibrium at its onset, if the path leads there. The following sets are tried in this
-   !> order; the first one that is valid within reach is taken:
+   !> Finds the contact set without the closing free span, and its equilibrium at its onset, if the path leads there. The following
+   !> sets are tried in this order; the first one that is valid within reach is taken:
    !>
    !>   the line contact beside the span extends to the segment boundary on its other side (find_arrival)
    !>   a line contact along the whole span (lie_down), unless contact moves past the segment boundary there (is_passage)
@@ -74,8 +74,8 @@ contains
       if (size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, run%last%state))) next%label = 'C+'
    end subroutine locate_vanishing
 
-   !> Set without a line contact that has shrunk onto the support at its end, and its equilibrium at its onset, if the path leads
-   !> there.
+   !> Finds the contact set without a line contact that has shrunk onto the support at its end, and its equilibrium at its onset, if
+   !> the path leads there.
    subroutine locate_lost_line(problem, run, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -134,7 +134,7 @@ contains
       end associate
    end function behind_turn
 
-   !> Line contact into which a free span closes, and its equilibrium at zero pressure.
+   !> Finds the line contact into which a free span closes, and its equilibrium at zero pressure.
    subroutine lie_down(problem, run, interval, which, next, lies)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -219,19 +219,19 @@ contains
       end function length
    end function closes
 
-   !> True if the gap of a span is zero everywhere within rounding, or its length is below the least one.
+   !> True if a free span has closed: its gap is zero everywhere within rounding, or its length is below the least length.
    pure logical function is_gone(problem, test) result(gone)
       type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test      !! of the span
+      type(span_test_t), intent(in) :: test      !! test of the free span
       gone = abs(test%value) * problem%size <= rounding_gap(problem) .or. &
          & test%ends(2) - test%ends(1) < shortest * problem%layout%rod_segment(test%rod_segment)%length
    end function is_gone
 
-   !> True for the remainder of a span before a segment boundary that contact moves past: this contact passes the boundary
-   !> (passages).
+   !> True if the free span is a short remainder before a segment boundary beyond which the contact beside the span can continue:
+   !> the contact then passes the boundary (passages), and the remainder does not come into contact.
    pure logical function is_passage(problem, test)
       type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test      !! of the span
+      type(span_test_t), intent(in) :: test      !! test of the free span
       integer :: side
       side = findloc(test%beside > 0, .true., 1)
       is_passage = count(test%beside > 0) == 1 .and. test%ends(2) - test%ends(1) <= line_share * &
@@ -239,11 +239,12 @@ contains
       if (is_passage) is_passage = beyond(problem, test%beside(side), merge(1, -1, side == 1)) > 0
    end function is_passage
 
-   !> True for a closing bow: a span between two point contacts in which a line contact would have tensile contact force.
+   !> True if the free span is a closing bow: it lies between two point contacts, and a line contact in it would have tensile
+   !> contact force.
    logical function is_wave(problem, state, test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(span_test_t), intent(in) :: test      !! of the span
+      type(span_test_t), intent(in) :: test      !! test of the free span
       logical :: clamped(2)
       integer :: k
       is_wave = all(test%beside > 0)
@@ -262,7 +263,7 @@ contains
       end do
    end function is_wave
 
-   !> Equilibrium at which the two point contacts beside a span merge.
+   !> Finds the equilibrium at which the two point contacts beside a span merge.
    subroutine become_one(problem, interval, which, next, found)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval

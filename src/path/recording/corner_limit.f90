@@ -66,7 +66,7 @@ contains
    subroutine look_whether_back(problem, step, run, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run   !! at a contact change, with the path tangent behind the change
+      type(path_state_t), intent(inout) :: run   !! the run at a contact change, with the path tangent behind the change
       type(outcome_t), intent(inout) :: outcome
       type(path_tangent_t) :: prescribed
       if (is_arc_length(run%control%method)) return

@@ -188,7 +188,7 @@ contains
       if (allocated(error)) outcome%why = error%message
    end subroutine announce
 
-   !> Null vectors of a bifurcation: modes with vanishing eigenvalues, on the mesh and at the deck's nodes.
+   !> Finds the null vectors of a bifurcation: modes with vanishing eigenvalues, on the mesh and at the deck's nodes.
    subroutine find_null_vectors(problem, step, system, state, event, point, modes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

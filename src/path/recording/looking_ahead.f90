@@ -15,7 +15,7 @@ module looking_ahead
 
    integer, parameter :: most_cuts = 10        !! largest number of halvings of the increment in one look
 
-   !> Position of a look along the path.
+   !> A look ahead: the point reached by following the path without recording.
    type :: look_t
       type(path_point_t) :: here               !! the last accepted point of the run, or the point reached last
       type(control_t) :: control               !! constraint of the increments
@@ -24,8 +24,8 @@ module looking_ahead
 
 contains
 
-   !> A look from the last accepted point of the run; the increment is the last arc length, or its estimate from the load increment
-   !> if nothing has moved yet.
+   !> Begins a look at the last accepted point of the run; the increment is the last arc length, or its estimate from the load
+   !> increment if nothing has moved yet.
    pure function look_from(run) result(look)
       type(path_state_t), intent(in) :: run
       type(look_t) :: look

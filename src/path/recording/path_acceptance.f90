@@ -60,7 +60,7 @@ contains
       type(path_point_t), intent(inout) :: trial !! its test values are set here
       type(arrival_t), intent(in) :: arrival
       class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request  !! of the trial; if it requires another one, nothing was recorded
+      type(request_t), intent(inout) :: request  !! requirements of the trial; if another trial is required, nothing was recorded
       logical, intent(out) :: finished           !! the step is complete
       type(outcome_t), intent(inout) :: outcome
       type(findings_t) :: findings
@@ -116,7 +116,7 @@ contains
       end do
    end subroutine find_corners
 
-   !> Sets the conditions for error bars: the end of the step, and whether the mesh may be refined.
+   !> Sets two conditions on which error bars depend: whether the trial is the end of the step, and whether the mesh may be refined.
    subroutine begin_asking(problem, step, run, trial, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -125,8 +125,9 @@ contains
       type(arrival_t), intent(in) :: arrival
       type(findings_t), intent(inout) :: findings
       findings%stops = stop_met(step, run%last%test_values, trial%test_values)
-      ! A mesh given by the deck is not changed. A second mesh made by the program would lack the nodes missing in the first. (A
-      ! point before the event supplies them: the mesh of the next increment begins there.)
+      ! The mesh is not refined if the deck gives it, or if it was remade for this increment already: a second mesh made here would
+      ! lack the same nodes at interface points as the first. (A point before the event supplies them: the mesh of the next
+      ! increment begins there.)
       findings%as_it_is = .not. any(problem%layout%rod_segment%placed) .or. arrival%tries > 0
    end subroutine begin_asking
 
@@ -148,7 +149,8 @@ contains
       end do
    end subroutine settle_events
 
-   !> Checks one located event: spurious, accepted with error bars, or to be located again on a shorter increment or another mesh.
+   !> Decides on one located event: rejected as spurious, accepted with error bars, or to be located again on a shorter increment or
+   !> another mesh.
    subroutine settle_event(problem, step, run, trial, arrival, i, findings, request, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -169,7 +171,7 @@ contains
          if (request%shorter) return
          call bars_at_event(problem, step, run, trial, located_event%event, located_event%point, located_event%bars, &
             & findings%as_it_is)
-         ! The bars may contain a larger rounding error.
+         ! The error bars may show that rounding is larger than assumed before.
          findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
          if (findings%duplicate(i)) return
          call doubt_limit(problem, run, trial, located_event)
@@ -180,7 +182,7 @@ contains
       end associate
    end subroutine settle_event
 
-   !> Error bars of the trial, if they are shown or required for a mesh request.
+   !> Computes the error bars of the trial, if they are shown or required for a mesh request.
    subroutine settle_trial(problem, step, run, trial, arrival, findings, request, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -264,7 +266,8 @@ contains
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
       integer :: pivots
-      ! At a contact change the tangent may be singular: a point contact with zero relative curvature beside a neutral span.
+      ! At a contact change the tangent may be singular, for example if a point contact has zero relative curvature and the free
+      ! span beside it is in neutral equilibrium; the pivots just before the change are used.
       pivots = trial%system%negative_pivots
       if (arrival%changes) pivots = count_before(run, findings%seen, findings%duplicate, 1.0_wp)
       call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, &

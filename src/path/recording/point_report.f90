@@ -116,7 +116,7 @@ contains
          allocate (reaction(n), density(n), gap(n), place(2, n), source=0.0_wp)
          call measure_mesh(reaction, density, gap, place)
          if (problem%deck_mesh) then
-            ! Rows belong to nodes there, wherever these have moved.
+            ! On the deck's mesh each row belongs to a node of the deck, wherever the node has moved.
             call move_alloc(reaction, point%reaction)
             call move_alloc(density, point%reaction_density)
             call move_alloc(gap, point%gap)
@@ -167,7 +167,7 @@ contains
          end do
       end subroutine take_reactions
 
-      !> Reactions, reaction densities and gaps at the nodes of the mesh, with the positions of these nodes.
+      !> Computes reactions, reaction densities and gaps at the nodes of the mesh, with the positions of these nodes.
       subroutine measure_mesh(reaction, density, gap, place)
          real(wp), intent(inout) :: reaction(:), density(:), gap(:), place(:, :) !! (rows), (2, rows)
          real(wp) :: length

@@ -1,4 +1,4 @@
-!> Mesh and residual requests of a point whose errors exceed the deck's tolerance or are far below this tolerance.
+!> Requests another mesh or a smaller residual for a point whose errors exceed the deck's tolerance or are far below it.
 module remeshing
    use kinds, only: wp
    use model, only: step_t, method_displacement
@@ -17,7 +17,8 @@ module remeshing
    private
    public :: ask_at_event, ask_for_mesh, ask_for_less, sizes_there
 
-   real(wp), parameter :: most_sharp = 1.0e-5_wp !! smallest part of the step's tolerance; below it residuals are rounding
+   real(wp), parameter :: most_sharp = 1.0e-5_wp  !! least residual tolerance requested / step's tolerance; below it residuals are
+   !! rounding
 
 contains
 

@@ -40,8 +40,8 @@ module error_report
 
 contains
 
-   !> Error bars of an event located between the last accepted point and a trial point. For a detachment the error contributions are
-   !> those of the elements without the force-free line contacts.
+   !> Computes the error bars of an event located between the last accepted point and a trial point. For a detachment the error
+   !> contributions are those of the elements without the force-free line contacts.
    subroutine bars_at_event(problem, step, run, trial, event, point, bars, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -128,8 +128,8 @@ contains
       end subroutine bars_at_release
    end subroutine bars_at_event
 
-   !> Error bars of an accepted point: either a point at which a test of contact spans is zero, or any point prescribed by the
-   !> control.
+   !> Computes the error bars of an accepted point: either a point at which a test of contact spans is zero, or any point prescribed
+   !> by the control.
    subroutine bars_at_point(problem, step, run, point, label, finished, test, bars, wanted, changing, as_it_is)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -175,8 +175,8 @@ contains
       call timing_stop(phase_accuracy)
    end subroutine bars_at_point
 
-   !> True for a limit point at a corner of the force law of a stop: stops are at the same nodes on all meshes, so that a gap
-   !> measures the error.
+   !> True if the event is a limit point at a corner of the force law of a stop: stops are at the same nodes on all meshes, so that
+   !> a gap measures the error.
    pure logical function at_law_of_stop(problem, event) result(at)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -184,7 +184,7 @@ contains
       if (at) at = is_stop(problem, event%law%candidate)
    end function at_law_of_stop
 
-   !> True for a contact change at nodes whose position depends on the mesh.
+   !> True if the event is a contact change at nodes whose position depends on the mesh.
    pure logical function is_at_mesh_nodes(problem, event) result(is)
       type(problem_t), intent(in) :: problem
       type(event_t), intent(in) :: event
@@ -204,9 +204,9 @@ contains
       end do
    end function only_stops
 
-   !> Error bars of a point where contact begins. The gap inside a free span is only as accurate as the element polynomials; the
-   !> force of the new contact vanishes at the same load and is a function of the nodal values, so that the bars are computed for
-   !> its zero.
+   !> Computes the error bars of a point where contact begins. The gap inside a free span is only as accurate as the element
+   !> polynomials; the force of the new contact vanishes at the same load and is a function of the nodal values, so that the bars
+   !> are computed for its zero.
    subroutine bars_at_contact_start(problem, step, run, point, begun, touched, newest, bars)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -262,7 +262,7 @@ contains
       end do
    end function shares_on
 
-   !> Error bars of a point of a limit curve, computed like those of a limit point of a path.
+   !> Computes the error bars of a point of a limit curve, computed like those of a limit point of a path.
    subroutine bars_on_curve(problem, state, system, heading, length, rise, bars)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -295,7 +295,7 @@ contains
    !> Keeps the largest relative error bar of the load factors of a buckling step, and a message for the first bar wider than
    !> allowed.
    subroutine note_buckling_bars(buckling, widest, accuracy)
-      type(buckling_t), intent(in) :: buckling   !! with bars
+      type(buckling_t), intent(in) :: buckling   !! modes and load factors with their error bars
       real(wp), intent(in) :: widest             !! largest bar allowed, relative to the load factor
       type(accuracy_t), intent(inout) :: accuracy
       integer :: k
@@ -310,7 +310,7 @@ contains
    !> Keeps the largest relative error bar of a point of a limit curve. Monitors that the deck counts must have bounded bars.
    subroutine note_curve_bar(problem, point, name, step, accuracy)
       type(problem_t), intent(in) :: problem
-      type(limit_point_t), intent(in) :: point   !! with bars
+      type(limit_point_t), intent(in) :: point   !! point of the curve with its error bars
       character(*), intent(in) :: name           !! name of the curve
       type(step_t), intent(in) :: step
       type(accuracy_t), intent(inout) :: accuracy
@@ -430,7 +430,7 @@ contains
 
    contains
 
-      !> Message for the first touchdown point whose place has no bound on its error.
+      !> Writes the message for the first touchdown point whose place has no bound on its error.
       subroutine note_places()
          integer :: k
          do k = 1, size(bars%place)

@@ -103,7 +103,8 @@ contains
       call evaluate_tests(problem, here)
    end subroutine point_within
 
-   !> Projection of a state onto the chord, from 0 to 1, clipped. It orders events that different methods located.
+   !> Position of a state on the increment, 0 to 1, by projection onto the chord between the ends, clipped. The position orders
+   !> events that different methods located.
    pure real(wp) function chord_fraction(problem, run, division, place) result(fraction)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -112,9 +113,7 @@ contains
       fraction = min(max(metric(problem, division%chord, chord_between(problem, run%last%state, place)) / &
          & division%length**2, 0.0_wp), 1.0_wp)
    end function chord_fraction
-   !> Fraction of an increment at a state on it, measured by the quantity that divides the increment if this is the load, else
-   !> along the
-   !> chord.
+   !> Fraction of an increment at a state on it, measured by the load if the load divides the increment, else along the chord.
    pure real(wp) function part_of_increment(problem, run, trial, division, place) result(fraction)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run

@@ -27,7 +27,8 @@ module located_events
 
 contains
 
-   !> Residual of a state that was interpolated, not iterated; `balanced` is true if the residual is within tolerance or rounding.
+   !> Reports the residual of a state that was interpolated, not iterated; `balanced` is true if the residual is within tolerance or
+   !> rounding.
    pure subroutine note_balance(step, system, report, balanced)
       type(step_t), intent(in) :: step
       type(system_t), intent(in) :: system      !! assembled at that state

@@ -20,7 +20,7 @@ module path_point
       type(state_t) :: state
       type(system_t) :: system                   !! assembled and factored at `state`
       type(path_tangent_t) :: tangent            !! path tangent at `state`, in the direction of travel
-      type(test_values_t) :: test_values         !! at `state`
+      type(test_values_t) :: test_values         !! test values at `state`
    end type path_point_t
 
 contains

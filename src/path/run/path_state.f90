@@ -31,9 +31,9 @@ module path_state
       type(path_tangent_t) :: first, last
    end type recent_path_t
 
-   integer, parameter :: trail_length = 3        !! number of parts kept: a path that turns round meets its most recent points first
+   integer, parameter :: trail_length = 3        !! number of parts kept; a path that reverses meets its latest points first
 
-   !> A point of the path, and the problem with the mesh and the contact set on which it is.
+   !> A point of the path, and the problem with its mesh and contact set.
    type :: point_on_mesh_t
       type(problem_t) :: problem
       type(path_point_t) :: point
@@ -46,13 +46,14 @@ module path_state
       type(mesh_density_t), allocatable :: coarser(:) !! (rod segments) coarser mesh that is accurate enough for the last point
       type(point_on_mesh_t), allocatable :: before_coarsening !! state to return to until a point is accepted on the coarser mesh
       integer :: points_to_keep = 0              !! number of further points for which the mesh is not coarsened
-      logical :: change_behind = .false. !! on the new mesh a point contact becomes a line contact before the last accepted point
+      logical :: change_behind = .false.  !! true: on the new mesh a point contact becomes a line contact before the last accepted
+      !! point
    end type mesh_history_t
 
    !> Derivatives of the tests of contact spans by arc length.
    type :: slopes_t
-      real(wp), allocatable :: here(:)           !! at the last accepted point; not allocated: unknown
-      real(wp), allocatable :: ahead(:)          !! at the trial point
+      real(wp), allocatable :: here(:)           !! derivatives at the last accepted point; not allocated: unknown
+      real(wp), allocatable :: ahead(:)          !! derivatives at the trial point
       integer :: closer = 0 !! times that the increment from the last accepted point was shortened for these derivatives
       logical :: rough = .false. !! still requested after several shortenings: the tests are not smooth along the path
    end type slopes_t
@@ -69,7 +70,7 @@ module path_state
       real(wp) :: at = 0.0_wp                    !! arc length of that change
    end type since_change_t
 
-   !> Last accepted point as the path arrived there, if the contact changes at that point: the path leaves it with another tangent
+   !> Arrival of the path at the last accepted point, if the contact changes there: the path leaves this point with another tangent
    !> (corner_limit).
    type :: arrived_t
       integer :: point = 0 !! row in the results; 0: no contact change there, or the limit point is reported already
@@ -97,7 +98,8 @@ module path_state
       type(onset_t) :: onset                     !! point contact that begins at the next point
       logical :: on_bifurcation = .false.        !! the last point is a recorded bifurcation: its pivots have the sign of rounding
       type(since_change_t) :: since_change       !! consequences of the last contact change that are still active
-      type(point_on_mesh_t), allocatable :: before_change !! the last contact change that a rule made, with the set before it
+      type(point_on_mesh_t), allocatable :: before_change  !! place of the last contact change that a rule made, with the contact
+      !! set before it, or before the first of several changes at this place (set_mending)
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
       type(mesh_history_t) :: mesh
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load change of the last increment
@@ -144,8 +146,8 @@ contains
       end associate
    end function path_tangent_of
 
-   !> Adds the path from the last accepted point to a new one. The path has a corner at a contact change: both tangents are those of
-   !> this part of the path.
+   !> Adds the part of the path between the last accepted point and a new one to the recent path. The path has a corner at a contact
+   !> change: both tangents are those of this part of the path.
    subroutine leave_trail(problem, run, point)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run

@@ -56,8 +56,7 @@ contains
       run%control%increment = min(run%control%increment, step%largest)
    end subroutine begin_arc_length
 
-   !> True for a step that can be completed without any displacement: it has a load stop value, moves obstacles or closes their
-   !> gaps.
+   !> True if a step can be completed without any displacement: it has a load stop value, moves obstacles or closes their gaps.
    pure logical function may_rest(step)
       type(step_t), intent(in) :: step
       may_rest = .false.
@@ -85,7 +84,7 @@ contains
    !> up.
    subroutine next_increment(step, report, relation, spans, control)
       type(step_t), intent(in) :: step
-      type(increment_t), intent(in) :: report   !! of the increment just made
+      type(increment_t), intent(in) :: report   !! report of the increment just made
       type(relation_t), intent(in) :: relation  !! relation of the two ends of the increment
       logical, intent(in) :: spans              !! contact spans: nodes moved along their rods
       type(control_t), intent(inout) :: control

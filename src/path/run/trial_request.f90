@@ -1,16 +1,18 @@
-!> What a trial requires before the path can go on: nothing, or the increment again in another way. Acceptance and contact changes
-!> return it as a value, and the path follower serves it.
+!> Requirements of a trial increment before its end can be accepted: none, or the same increment again, shorter, on another mesh or
+!> with a smaller residual. Acceptance and contact changes return the requirements as a value, and the path follower fulfils them.
 module trial_request
    use mesh_density, only: mesh_density_t
    implicit none
    private
    public :: request_t
 
+   !> Requirements of one trial, and results of its contact changes.
    type :: request_t
       ! Requirements of the last trial. The trial is not recorded: the increment is repeated from the last accepted point.
-      logical :: shorter = .false.               !! at half its length
-      logical :: smaller_residual = .false.      !! with an iteration that ends with a smaller residual
-      type(mesh_density_t), allocatable :: density(:) !! (rod segments) on a mesh of this density; not allocated: it is high enough
+      logical :: shorter = .false.               !! the increment is halved
+      logical :: smaller_residual = .false.      !! the iteration must end with a smaller residual
+      type(mesh_density_t), allocatable :: density(:)  !! (rod segments) density of the mesh that is needed; not allocated: the
+      !! present one is high enough
       logical :: events_located = .false.        !! events were located between the last accepted point and the trial
       ! Contact changes.
       logical :: set_changed = .false.           !! the run has moved to a contact change, with the next set
@@ -27,7 +29,7 @@ module trial_request
 
 contains
 
-   !> Clears the requirements of the trial before.
+   !> Clears the requirements of the previous trial.
    pure subroutine begin_trial(self)
       class(request_t), intent(inout) :: self
       self%shorter = .false.
@@ -37,7 +39,7 @@ contains
       if (allocated(self%no_set)) deallocate (self%no_set)
    end subroutine begin_trial
 
-   !> Clears what was kept for the trials of the increment before.
+   !> Clears the data kept for all trials of the previous increment.
    pure subroutine begin_increment(self)
       class(request_t), intent(inout) :: self
       self%at_last_point = .false.
