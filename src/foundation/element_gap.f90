@@ -13,7 +13,6 @@ module element_gap
    use obstacle_geometry, only: moved_gap
    use gauss_tableau, only: max_stages
    use force_law, only: segment_open, segment_unknown
-   use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    implicit none
    private
    public :: element_gap_t, gap_root_t, new_element_gap, ground_gap, gap_look, gap_value, gap_parts, gap_crossings, gap_extreme, &
@@ -52,8 +51,6 @@ module element_gap
    !> Distance over scale below which the limit is used: at this distance and for order 1, the rounding error of the gap over the
    !> distance equals the second-order change from the limit.
    real(wp), parameter :: at_root = epsilon(1.0_wp)**(1.0_wp / 3.0_wp)
-
-   real(wp), parameter :: finest_place = 4.0_wp * epsilon(1.0_wp) !! accuracy of places, as part of the element: their rounding
 
 contains
 
@@ -204,16 +201,25 @@ contains
          end do
       end subroutine find_extreme
 
-      !> One root between two places of different sign.
+      !> One root between two places of different sign: regula falsi, Illinois variant.
       subroutine add_root(first, second, value_first, value_second)
          real(wp), intent(in) :: first, second, value_first, value_second
-         type(bracket_t) :: bracket
-         real(wp) :: x, fx
-         bracket = new_bracket(value_first, value_second, first, second)
-         do while (next_guess(bracket, finest_place, x))
+         real(wp) :: low, high, f_low, f_high, x, fx
+         integer :: iteration
+         low = first; high = second; f_low = value_first; f_high = value_second
+         do iteration = 1, 100
+            x = min(max(high - f_high * (high - low) / (f_high - f_low), first), second)
             fx = gap_value(problem, gap, x) - level
-            if (.not. abs(fx) > 0.0_wp) exit
-            call take_value(bracket, x, fx)
+            if ((fx < 0.0_wp) .neqv. (f_high < 0.0_wp)) then
+               low = high
+               f_low = f_high
+            else
+               f_low = 0.5_wp * f_low
+            end if
+            high = x
+            f_high = fx
+            if (abs(high - low) <= 1.0e-13_wp .or. .not. abs(fx) > 0.0_wp) exit
+            if (.not. abs(f_high - f_low) > 0.0_wp) exit
          end do
          n = n + 1
          place(n) = x
