@@ -13,7 +13,7 @@ module card_values
    private
    public :: card_values_t, cursor_t, is_listed
 
-   !> A place of reading: a card, and one of its data lines.
+   !> Position of a reader in the deck: a card, and one of its data lines.
    type :: cursor_t
       integer :: card = 0           !! index of the card; 0: before the first one
       integer :: line = 0           !! index of the data line; one less than the first of the card: before its first line
@@ -45,7 +45,8 @@ module card_values
 
 contains
 
-   !> Moves the cursor to the next sound card; false, and the cursor is at the beginning again, after the last one.
+   !> Moves the cursor to the next card without errors. False if no such card follows: the cursor is then before the first card
+   !> again.
    logical function next_card(self, at, keywords, also_bad) result(found)
       class(card_values_t), intent(in) :: self
       type(cursor_t), intent(inout) :: at        !! at no card: the search begins with the first card
@@ -81,7 +82,7 @@ contains
       end do
    end function is_listed
 
-   !> Moves the cursor to the next sound data line of its card; false after the last one.
+   !> Moves the cursor to the next data line of its card without errors; false if no such line follows.
    logical function next_line(self, at) result(found)
       class(card_values_t), intent(in) :: self
       type(cursor_t), intent(inout) :: at

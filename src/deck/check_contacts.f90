@@ -23,7 +23,8 @@ module check_contacts
 
 contains
 
-   !> Number, lengths and places of the candidates.
+   !> Checks the candidates of obstacles on coupled ground: their number, their tributary lengths (a half-space needs positive
+   !> ones), and that no two candidates load the same place of the ground.
    subroutine check_ground_candidates(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards

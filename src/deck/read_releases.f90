@@ -10,7 +10,7 @@ module read_releases
    private
    public :: read_release_cards
 
-   !> What the lines of a card release.
+   !> Components that the lines of a *RELEASE card release, and the spring of the joint.
    type :: joint_t
       logical :: free(3) = .false.                      !! components
       real(wp) :: stiffness = 0.0_wp                    !! of a spring in these components; 0: none
@@ -63,7 +63,7 @@ contains
       free = .false.
    end subroutine read_free
 
-   !> The ends of some elements at a node.
+   !> Marks the element ends at a node that belong to the given elements: (end, element).
    pure function ends_of(model, elements, node) result(chosen)
       type(model_t), intent(in) :: model
       integer, intent(in) :: elements(:), node
@@ -97,7 +97,7 @@ contains
          trim(merge('one element ', 'no element  ', n == 1))//'; a joint needs a second one')
    end subroutine release_all
 
-   !> Gives the chosen ends at a node a node of their own, which remain connected to each other.
+   !> Gives the chosen element ends at a node a new common node, by which they remain connected to each other.
    subroutine release(deck, at, model, node, chosen, joint, released)
       type(checked_deck_t), intent(inout) :: deck
       type(cursor_t), intent(in) :: at

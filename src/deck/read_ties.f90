@@ -76,7 +76,8 @@ contains
       integer :: lead, k
       lead = other
       if (kind == 'LINK') then
-         ! An additional pinned node with a rotation of its own carries the link as a rigid bar.
+         ! LINK: a bar with hinges at both ends. An additional node, pinned to the other one and with a rotation of its own, carries
+         ! the bar.
          call copy_node(deck%names, model%mesh, other)
          lead = model%mesh%n_nodes
          do k = 1, 2
