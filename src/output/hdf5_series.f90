@@ -253,7 +253,7 @@ contains
       table%n = table%n + 1
    end subroutine add_column
 
-   !> Stores it if the present row lacks a column.
+   !> Stores the name of the first missing column as an error if the present row lacks a column.
    subroutine check_complete(table)
       type(table_t), intent(inout) :: table
       if (table%buffered == 0 .or. table%filled == table%n .or. allocated(table%wrong)) return
