@@ -12,8 +12,8 @@ module path_record
       integer :: contact = 0                  !! index into model%contact
       real(wp) :: start = 0.0_wp, end = 0.0_wp !! stress-free arc length along the candidates' chain
       real(wp) :: angle_start = 0.0_wp, angle_end = 0.0_wp !! [degrees] from the obstacle's reference direction; NaN for lines
-      integer :: contact_span(2) = 0          !! numbers of the contact spans at its ends, see contact_spans; 0: contact at nodes,
-      !! with a foundation, or not yet numbered
+      integer :: contact_span(2) = 0          !! numbers of the contact spans in which the region begins and ends, see
+      !! contact_spans; 0: contact at nodes, with a foundation, or not yet numbered
       logical :: line = .false.               !! true: both ends are touchdown points of a line contact
       type(error_bar_t) :: bar(2)             !! error bars of start and end
    end type region_t
@@ -27,7 +27,7 @@ module path_record
       integer :: iterations = 0
       real(wp) :: residual = 0.0_wp           !! relative
       integer :: negative_pivots = 0          !! of the tangent on the null space of the active constraints
-      integer :: free_pivots = 0              !! negative pivots without contacts that carry no force
+      integer :: free_pivots = 0              !! negative pivots after contacts that carry no force are released
       integer :: active_contacts = 0
       integer :: lcp_size = 0, lcp_pivots = 0 !! largest LCP and all pivots of this increment
       character(:), allocatable :: warning    !! one sentence, if the results become doubtful at this point
@@ -64,7 +64,8 @@ module path_record
       real(wp), allocatable :: null_vector(:, :, :) !! (3, n_nodes, multiplicity) BP only: largest displacement 1
    end type critical_t
 
-   !> Path to which the following points belong.
+   !> Start of a path: the branch (or the path of the steps) to which the following points belong, and where the branch leaves its
+   !> parent.
    type :: branch_start_t
       integer :: branch = 0                   !! number in the result file, from 1; 0: back on the path of the steps
       character(name_length) :: name = ''
