@@ -27,7 +27,7 @@ contains
       has_foundation = any(problem%ground%chain%obstacle == obstacle)
    end function has_foundation
 
-   !> Sum of the forces: a component, or the sum of the normal forces.
+   !> Sum of an obstacle's foundation forces: a component, or the sum of the normal forces.
    real(wp) function foundation_force_sum(problem, state, obstacle, component) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -38,7 +38,7 @@ contains
       total = founded(component, obstacle)
    end function foundation_force_sum
 
-   !> The sum, linearised.
+   !> Linearisation of the sum of an obstacle's foundation forces.
    function new_foundation_force_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -46,7 +46,7 @@ contains
       at = [(place_at(problem, state, ends(k)), k=1, size(ends))]
    end function places_at
 
-   !> Positions in a state `after` that is close to `before` and has the same nodes.
+   !> Positions of touchdown points in a state `after` that is close to `before` and has the same nodes.
    function places_after(problem, before, after, ends) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, after
@@ -56,7 +56,7 @@ contains
       at = [(place_after(problem, before, after, ends(k)), k=1, size(ends))]
    end function places_after
 
-   !> Position of one touchdown point in a state `after`.
+   !> Position of one touchdown point in a state `after`: its node's position plus the step that the touchdown condition requires.
    real(wp) function place_after(problem, before, after, candidate) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, after
@@ -64,7 +64,7 @@ contains
       at = place_at(problem, after, candidate) + touchdown_step(problem, before, after, candidate)
    end function place_after
 
-   !> Position of one touchdown point.
+   !> Position of one touchdown point: that of its node, or of the rolling contact force beside the node.
    real(wp) function place_at(problem, state, candidate) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -82,7 +82,8 @@ contains
       at = place_after(problem, self%before, state, self%candidate)
    end function place_of_state
 
-   !> Position of a touchdown point, linearised. Unbalanced moments on both sides of the end of a line contact move it, too.
+   !> Linearisation of a touchdown point's position. Unbalanced moments on both sides of the end of a line contact move the point,
+   !> too.
    function new_place_functional(problem, state, system, candidate) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -96,7 +97,7 @@ contains
       associate (beside => problem%candidates%element(:, candidate))
          place%element = pack(beside, beside > 0)
          number = linearised(problem, state, system, place)
-         ! The error bar of a place does not count the misfit that the iteration left.
+         ! The residual of the touchdown condition that the iteration left does not count in the error bar of the position.
          number%defect = 0.0_wp
          slope = touchdown_slope(problem, state, candidate)
          if (.not. abs(slope) > 0.0_wp) return
@@ -106,7 +107,7 @@ contains
       end associate
    end function new_place_functional
 
-   !> Position of a touchdown point, prepared for its error bar.
+   !> Identifies a touchdown point by contact span and end, with its position, for its error bar.
    type(place_bar_t) function named_place(problem, candidate, at) result(place)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -116,7 +117,7 @@ contains
       place%at = at
    end function named_place
 
-   !> True for the end of a line contact; false for its beginning, or for a point contact.
+   !> True if a touchdown point is the end of a line contact; false for the beginning of a line contact and for a point contact.
    pure logical function is_last(problem, candidate)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate

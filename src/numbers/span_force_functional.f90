@@ -39,8 +39,9 @@ contains
       total = sum(pushed(component, :), mask=problem%model%contact%obstacle == obstacle)
    end function span_force_sum
 
-   !> Derivative of the sum along the path, by the load factor: a difference in this direction. The functional's derivatives by
-   !> single unknowns are differences, too; those of stiff rods may be 10,000 times the rate, and their errors as large as the rate.
+   !> Derivative of the sum along the path, by the load factor, as one difference along the path tangent. The derivatives of the
+   !> functional by single unknowns are differences, too; those of stiff rods may be 10,000 times the rate, and their errors as
+   !> large as the rate.
    real(wp) function span_force_rate(problem, state, system, obstacle, component) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -61,7 +62,7 @@ contains
       total = span_force_sum(problem, state, self%obstacle, self%component)
    end function sum_of_state
 
-   !> The sum, linearised. Reactions at fixed segment boundaries are unbalanced forces on unknowns of their own.
+   !> Linearisation of the sum. Reactions at fixed segment boundaries are unbalanced forces on unknowns of their own.
    function new_span_force_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -96,14 +97,14 @@ contains
       end do
    end function new_span_force_functional
 
-   !> True for a contact node of the obstacle's contact spans.
+   !> True if a candidate is a node of one of the obstacle's contact spans.
    pure logical function counts(problem, obstacle, c)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: obstacle, c
       counts = problem%candidates%contact_span(c) > 0 .and. problem%candidates%obstacle(c) == obstacle
    end function counts
 
-   !> Elements beside the contact nodes of the obstacle's contact spans.
+   !> Elements beside the nodes of the obstacle's contact spans.
    pure function elements_beside(problem, obstacle) result(element)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: obstacle
@@ -147,7 +148,7 @@ contains
       end associate
    end subroutine set_own_part
 
-   !> Displacement of a contact node whose work with a force on the node is the contribution of this force to the sum. Node axes;
+   !> Displacement of a contact node whose work with a force on the node is the contribution of this force to the sum. In node axes;
    !> the rotation of the node is zero.
    function shift(problem, state, system, component, c) result(along)
       type(problem_t), intent(in) :: problem
@@ -161,7 +162,7 @@ contains
          if (component < 3) then
             along(component) = 1.0_wp
          else
-            ! The sum of pressures along a line contact is not that of the section forces at its ends.
+            ! Along a line contact the sum of the normal forces does not follow from the section forces at the ends of the line.
             if (.not. problem%candidates%moves(c)) return
             call candidate_gap(problem, state, c, gap, normal, bend)
             along(1:2) = normal
