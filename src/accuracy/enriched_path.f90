@@ -34,12 +34,12 @@ module enriched_path
       !! component along them
    end type enriched_path_t
 
-   !> A point of that path.
+   !> A point of the enriched problem's path.
    type :: enriched_point_t
       type(state_t) :: state
       type(system_t), allocatable :: system      !! factored at the point
       type(path_tangent_t) :: heading            !! path tangent at the point
-      real(wp), allocatable :: value(:)          !! load factor, monitors, places of touchdown points
+      real(wp), allocatable :: value(:)          !! load factor, monitors, positions of touchdown points
       logical :: ok = .false.                    !! false: Newton's method failed, and the other components are undefined
    end type enriched_point_t
 
@@ -157,7 +157,7 @@ contains
          & places_at(path%problem, point%state, path%ends)]
    end function values_at
 
-   !> True if a second step would change almost nothing.
+   !> True if the Newton step is so short that a second one would change almost nothing.
    logical function is_short(problem, point, step, ahead)
       type(problem_t), intent(in) :: problem
       type(enriched_point_t), intent(in) :: point   !! start of the step
@@ -167,7 +167,7 @@ contains
       if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, point%state, ahead) <= near
    end function is_short
 
-   !> True for a step with small rotations and without foundations, whose contact is nonlinear, too.
+   !> True if the rotations of the step are small and no foundation acts, whose contact would make the equations nonlinear, too.
    pure logical function turns_little(problem, system, step) result(little)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! defines the node axes

@@ -121,12 +121,12 @@ contains
       type(state_t), intent(in) :: state         !! located state of the event
       type(system_t), intent(in) :: system       !! factored there
       real(wp), intent(in) :: load_rate          !! load rate of the path there
-      type(state_t), intent(in) :: there         !! state of the enriched problem at the same prescribed place
+      type(state_t), intent(in) :: there         !! state of the enriched problem where the prescribed quantity has the same value
       real(wp), intent(in) :: value              !! event function on the enriched problem
-      integer, intent(out) :: element            !! the element with the place; 0: none
+      integer, intent(out) :: element            !! element that contains the smallest gap; 0: none
       real(wp), intent(out) :: part
-      real(wp), intent(out) :: most              !! bound of the difference at that distance from the nodes
-      real(wp), intent(out) :: doubt             !! interpolation error of both rod profiles there
+      real(wp), intent(out) :: most              !! bound of the difference at the distance of the smallest gap from the nodes
+      real(wp), intent(out) :: doubt             !! interpolation error of both rod profiles at the smallest gap
       type(element_gap_t) :: gap(2)
       real(wp) :: tau, factor
       integer :: j
@@ -142,14 +142,14 @@ contains
       gap = [told_gap(problem, state, candidate), told_gap(finer, there, candidate)]
       factor = factor / zero%event%gap_scale
       part = value - zero_value(problem, zero, state, system, load_rate) + along(tau) * factor
-      ! At the nodes the profile has no error of its own.
+      ! At the nodes the profile has no interpolation error.
       most = 4.0_wp * tau * (1.0_wp - tau) * maxval([(abs(gap_change(0.125_wp * j) - along(0.125_wp * j)), j=1, 7)]) * factor
       if (gap(1)%profile%mended) doubt = (4.0_wp * tau * (1.0_wp - tau))**4 * &
          & max(profile_error(gap(1)%profile), profile_error(gap(2)%profile)) * factor
 
    contains
 
-      !> Linear interpolation of the changes at both ends.
+      !> Linear interpolation of gap_change between both ends of the element.
       real(wp) function along(tau)
          real(wp), intent(in) :: tau
          along = (1.0_wp - tau) * gap_change(0.0_wp) + tau * gap_change(1.0_wp)

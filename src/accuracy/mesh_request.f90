@@ -33,19 +33,21 @@ module mesh_request
    real(wp), parameter :: part_of_asked = 0.5_wp !! part of the tolerance for which a mesh is designed, because its error is only
    !! predicted
    real(wp), parameter :: part_of_iteration = 0.1_wp !! part of the tolerance that the iteration may use
-   !> Ratio by which error contributions may differ while a bar is valid, although the true ones are equal.
+   !> Largest ratio of two estimated error contributions whose true values are equal, while a bar is valid.
    real(wp), parameter :: share_known = (1.0_wp + largest_unseen) / (1.0_wp - largest_unseen)
    real(wp), parameter :: of_rest = 1.4_wp       !! factor of the iteration's remainder in a bar, see error_bar
    real(wp), parameter :: most_spared = 0.7_wp !! largest ratio of the new to the present number of elements for which coarsening is
    !! worthwhile
-   integer, parameter :: most_cancelling = 4 !! after this number of meshes one that hardly helps is the last; until then errors of
-   !! few elements may cancel
-   integer, parameter :: most_unbounded = 2      !! the same number for a mesh whose bars are not bounded
-   integer, parameter :: most_unknown = 5        !! the same number for a mesh without estimates, or several such meshes in a row
+   integer, parameter :: most_cancelling = 4 !! number of meshes for a point after which a mesh that hardly reduces the error is the
+   !! last; until then errors of few elements may cancel
+   integer, parameter :: most_unbounded = 2      !! the same number of meshes if the bars are not bounded
+   integer, parameter :: most_unknown = 5        !! number of meshes without error estimates, for one point or several points in a
+   !! row, after which none is tried
    !> Rounding error of a position over the structure's size: the largest value in runs of a prototype. No accuracy is required
    !> below it.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
-   !> Rounding of a displacement that symmetry holds, over the structure's size: on unstable parts of a path it is larger than that
+   !> Rounding of a displacement that symmetry makes zero, over the structure's size: on unstable parts of a path it is larger than
+   !> that
    !> of positions, and other libraries of LAPACK give other values (1e-13 in the deep arch).
    real(wp), parameter :: idle_rounding = 10.0_wp * place_rounding
    real(wp), parameter :: enough_progress = 0.7_wp !! largest ratio of errors that counts as progress, on a mesh finer by `least`
@@ -220,7 +222,8 @@ contains
       demand = demand_of(problem, state, wanted, g / whole)
    end subroutine spare_mesh
 
-   !> Error contributions of the elements for all numbers that count, scaled to the bars that they cause.
+   !> Error contributions of the elements, scaled to the bars that they cause: for each element the largest over all numbers that
+   !> count.
    subroutine indicate(bars, sizes, counted, asked, critical, bounds, can_settle, indicator, ratio, known, bounded, unsettled)
       type(error_bars_t), intent(in) :: bars
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
@@ -255,7 +258,7 @@ contains
 
    contains
 
-      !> Adds one number: its contributions scaled to its bar.
+      !> Includes one number: its contributions scaled to its bar.
       subroutine add(told, has_bounds, bar, rounding, row)
          logical, intent(in) :: told, has_bounds
          real(wp), intent(in) :: bar, rounding
@@ -271,7 +274,7 @@ contains
          if (.not. of_mesh > 0.0_wp) return
          ! Rounding wider than the tolerance is reported at the end; the mesh is made as accurate as the rounding.
          allowed = max(allowed - left, left)
-         ! No element causes the iteration's remainder.
+         ! The remainder of the iteration is no error of any element.
          if (of_mesh > allowed) unsettled = unsettled .or. (can_settle .and. abs(bars%rest(row)) > max(sum(bars%share(row, :)), &
             & rounding))
          if (of_mesh > allowed .or. bounds) bounded = bounded .and. has_bounds
@@ -297,7 +300,7 @@ contains
       where (free .and. indicator > 0.0_wp) g = indicator**(1.0_wp / (2 * problem%model%mesh%stages + 1))
    end function elements_share
 
-   !> Number of elements, all with equal contributions, for a prescribed error.
+   !> Number of elements that satisfies a prescribed error, if all elements contribute equally.
    pure real(wp) function number_for(problem, free, whole, error) result(n)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: free(:)
@@ -416,7 +419,7 @@ contains
       end associate
    end function rounding_of
 
-   !> Largest ratio of a bar to the tolerance, with its number: 0 the load factor, else a monitor.
+   !> Largest ratio of a bar to the tolerance, and the number that has it: 0 for the load factor, else a monitor.
    subroutine excess(bars, sizes, counted, asked, critical, told, ratio, which)
       type(error_bars_t), intent(in) :: bars
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values
