@@ -17,7 +17,7 @@ module ground_following
    private
    public :: keep_to_ground, keep_layers
 
-   real(wp), parameter :: short = 1.0e-3_wp !! part of an element over which the layer is straight
+   real(wp), parameter :: short = 1.0e-3_wp !! distance over which the boundary layer is straight, as part of an element
 
 contains
 

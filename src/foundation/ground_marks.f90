@@ -33,7 +33,7 @@ contains
       end associate
    end function is_live
 
-   !> Gap at an interface point less the gap of its corner, and the derivative of the gap by the nominal coordinate.
+   !> Gap at an interface point less the gap of its corner of the law, and the derivative of the gap by the nominal coordinate.
    pure subroutine mark_error(problem, state, m, error, slope, normal)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

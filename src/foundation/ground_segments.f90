@@ -43,8 +43,8 @@ contains
       length = (stiffest(stages) * bending / stiffness)**0.25_wp
    end function followed_length
 
-   !> Part of the foundations' stiffness up to which no element would be too long for its foundation; foundations without corners or
-   !> ends of contact are left out.
+   !> Largest part of the foundations' stiffness for which no element would be too long to represent its deflection; foundations
+   !> without corners or ends of contact do not count.
    pure real(wp) function followed_part(problem) result(part)
       type(problem_t), intent(in) :: problem
       integer :: c
@@ -74,9 +74,9 @@ contains
       end associate
    end function follows
 
-   !> Gap on the element after a candidate, as accurate as the nodes allow: with Hermite correction if the element is short enough
-   !> for its foundation, much more accurate than the polynomial in the quadrature of the foundation's forces. (No correction for
-   !> rods with shear flexibility, which would need the foundation's forces at the nodes.)
+   !> Gap on the element after a candidate, as accurate as the nodes allow. If the element is short enough for its foundation, the
+   !> gap has the Hermite correction, and is much more accurate than the polynomial in the quadrature of the foundation's forces.
+   !> (No correction for rods with shear flexibility, which would need the foundation's forces at the nodes.)
    pure function told_gap(problem, state, candidate) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -174,7 +174,7 @@ contains
       end associate
    end function segment_of
 
-   !> Reaction per penetration and length on a segment; 0 without contact.
+   !> Foundation stiffness on a segment of the law: reaction per penetration and length; 0 without contact.
    pure real(wp) function segment_stiffness(problem, candidate, segment) result(stiffness)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate, segment
@@ -211,8 +211,8 @@ contains
       end do
    end subroutine segment_at
 
-   !> Error of every gap of a state due to rounding of displacements and the residual of Newton's method. It comes from the
-   !> displacements of all nodes: whoever needs it for many candidates computes it once.
+   !> Error of every gap of a state due to rounding of displacements and the residual of Newton's method. The result depends on the
+   !> displacements of all nodes and is the same for all candidates: callers compute it once.
    pure real(wp) function gap_rounding(state)
       type(state_t), intent(in) :: state
       gap_rounding = noise * maxval(abs(state%u(1:2, :)))
@@ -295,7 +295,7 @@ contains
       end associate
    end function crosses_at
 
-   !> True if the gap has the value of a corner of the law inside the element after a candidate.
+   !> True if the gap passes the value of a corner of the law at some place inside the element after a candidate, see element_cuts.
    logical function is_cut(problem, state, candidate, rounding, smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -337,7 +337,7 @@ contains
 
    contains
 
-      !> True if the next candidate's element continues the span, without an interface point between.
+      !> True if the element of the next candidate belongs to the same span: no interface point lies between.
       pure logical function goes_on(at)
          integer, intent(in) :: at
          integer :: m
