@@ -16,9 +16,10 @@ module span_division
    private
    public :: span_nodes, sampled_division, outgrown, present_demand, lasting_demand, looking_demand
 
-   ! Least numbers of elements: a free span needs an inner node.
+   ! Least numbers of elements of a span: a free span needs a node inside.
    integer, parameter :: least_free = 2, least_conforming = 2
-   real(wp), parameter :: whole_number = 0.01_wp    !! a sum of parts that differs from an integer by less than this is the integer
+   real(wp), parameter :: whole_number = 0.01_wp    !! tolerance for sums of parts: a sum that differs from an integer by less than
+   !! this is the integer
    integer, parameter :: least_placed = 2           !! least number of elements of a span on a mesh made for a tolerance, as the
    !! error estimate requires
    ! Numbers of elements of a mesh whose nodes detect contact: the lower bound, and the upper bound if the deck has more.
