@@ -11,7 +11,8 @@ module axial_rigidity
    private
    public :: rigidity_t, new_rigidity, stretched, shrinking_forces
 
-   integer, parameter, public :: rigidity_rounds = 2 !! number of correction rounds; each reduces the error by about eight digits
+   integer, parameter, public :: rigidity_rounds = 2 !! number of corrections of a solution; each reduces the error by about eight
+   !! digits
 
    !> Linear maps from unknowns to the artificial extension of inextensible elements and back.
    type :: rigidity_t

@@ -39,7 +39,7 @@ contains
       end associate
    end subroutine set_foundation
 
-   !> Reactions of coupled ground, and the remaining openings.
+   !> Reactions of coupled ground at the present gaps, and the gaps of open candidates to the settled surface (openings).
    subroutine set_coupling(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -154,8 +154,8 @@ contains
          if (.not. system%turned(node)) return
          ! On a track of variable curvature the node's rotation is a nonlinear function of the displacement.
          d = dof(problem, node, 3)
-         ! r - residual: end force of the free element only; the obstacle's force inside the line contact is part of the conforming
-         ! elements.
+         ! The force r - residual is the end force of the free element only: the obstacle's force inside the line contact belongs to
+         ! the conforming elements.
          if (problem%candidates%follows(candidate) .and. system%unknown(candidate) > 0) k(1, 1) = k(1, 1) + &
             & (r - system%residual(system%unknown(candidate))) * system%bend(candidate)
          k(1, 1) = k(1, 1) + system%residual(d) * track_bend_rate(problem, state, candidate)

@@ -132,7 +132,7 @@ contains
       if (p > 0) reaction = reaction - corner_share(system, candidate) * force(system%unknown(p)) / system%slope(p)
    end function contact_reaction
 
-   !> Adds the derivatives of that reaction by the forces on the unknowns, times a factor.
+   !> Adds the derivatives of contact_reaction by the forces on the unknowns, times a factor.
    pure subroutine reaction_weights(system, candidate, factor, weight)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate         !! candidate with an eliminated unknown
