@@ -245,7 +245,8 @@ contains
       x = x + mended_by(profile, tau)
    end function profile_place
 
-   !> Hermite correction of a position; its size is about the error of the uncorrected position. Zero for an uncorrected profile.
+   !> Hermite correction of a position; its size is about the error of the uncorrected position. Zero for a profile without
+   !> correction.
    pure function mended_by(profile, tau) result(x)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau

@@ -127,7 +127,7 @@ contains
       call carry_to(from, state, to, new)
    end function carried
 
-   !> Transfer of a rate field to another mesh, by the difference of two transferred states.
+   !> Transfers a field of displacement rates to another mesh, by the difference of two transferred states.
    function carried_field(from, state, field, to, there) result(new)
       type(problem_t), intent(in) :: from, to
       type(state_t), intent(in) :: state        !! state of `from`
