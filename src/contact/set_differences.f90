@@ -6,7 +6,7 @@ module set_differences
    private
    public :: differences_t, compare_sets
 
-   !> Number of changes of each kind.
+   !> Numbers of contacts lost, gained, divided and merged from one contact set to the next.
    type :: differences_t
       integer :: lost = 0, gained = 0, divided = 0, merged = 0
    end type differences_t
