@@ -16,7 +16,8 @@ module contact_set
 
    real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! over the structure's size
    real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! over the force scale
-   integer, parameter :: largest_lcp = 400                !! more uncertain candidates are switched by sign, without LCP
+   integer, parameter :: largest_lcp = 400                !! largest number of uncertain candidates for an LCP; more of them change
+   !! between open and active by their signs
    integer, parameter :: max_rounds = 20
    character(*), parameter :: singular_border = 'the bordered system is singular: the structure cannot follow what the '// &
       & 'increment prescribes'
@@ -135,8 +136,8 @@ contains
 
    contains
 
-      !> Too many candidates for an LCP: those of the last LCP take its result, the others change between open and active by their
-      !> signs; then the equations are linearised again.
+      !> With too many candidates for an LCP, those of the last LCP take its result, and the others change between open and active
+      !> by their signs. The equations must then be linearised again.
       subroutine flip()
          result%active = state%active .neqv. wrong
          result%active(lcp%candidate) = state%active(lcp%candidate) .neqv. lcp%z > 0.0_wp
@@ -183,7 +184,7 @@ contains
       end function held
    end subroutine hold_once
 
-   !> Candidates whose predicted gap or reaction has the wrong sign; bilateral candidates are never violated. The error of a
+   !> Marks the candidates whose predicted gap or reaction has the wrong sign; bilateral candidates are never marked. The error of a
    !> reaction is the rounding of the forces, which at the start of a path are those of the load increment.
    function violated(problem, state, system, rise, gap, reaction) result(wrong)
       type(problem_t), intent(in) :: problem
@@ -212,7 +213,7 @@ contains
       end do
    end function largest_force
 
-   !> Candidates that become uncertain because of violated signs.
+   !> Candidates that become uncertain because the sign of their own or a neighbour's gap or reaction is violated.
    function next_in_doubt(problem, system, wrong, in_doubt, round) result(more)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
