@@ -212,7 +212,7 @@ contains
       row = least_row(basis, value, basis%column, candidate)
    end function blocking_row
 
-   !> The row with the least (value, inverse(1), ..., inverse(n))/weight in lexicographic order.
+   !> Row with the least vector (value, inverse(1), ..., inverse(n))/weight in lexicographic order, among the rows of a mask.
    integer function least_row(basis, value, weight, mask) result(row)
       type(basis_t), intent(in) :: basis
       real(wp), intent(in) :: value(:)
@@ -230,7 +230,7 @@ contains
       row = maxloc(weight, 1, candidate)
    end function least_row
 
-   !> Rounding error to be expected in sums of terms of this size.
+   !> Rounding error to be expected in sums of terms of the given size.
    pure function slack_of(basis, terms) result(slack)
       type(basis_t), intent(in) :: basis
       real(wp), intent(in) :: terms(:)
@@ -239,7 +239,7 @@ contains
       if (basis%ties) slack = tie_tolerance * terms
    end function slack_of
 
-   !> Keeps the candidates with the least value/weight, and those equal to it within rounding.
+   !> Keeps those candidates whose value/weight is the least, or equal to the least within rounding.
    pure subroutine keep_least(value, slack, weight, candidate)
       real(wp), intent(in) :: value(:)
       real(wp), intent(in) :: slack(:)  !! rounding of the values

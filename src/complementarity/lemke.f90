@@ -198,7 +198,7 @@ contains
       balancing_exponent = -(exponent(a) - modulo(exponent(a), 2)) / 2
    end function balancing_exponent
 
-   !> Pivots until z0 leaves.
+   !> Follows the path of almost complementary bases by pivots until the artificial variable z0 leaves.
    subroutine follow_path(problem, basis, d, limit, active, outcome, pivots)
       type(scaled_lcp_t), intent(in) :: problem
       type(basis_t), intent(inout) :: basis
@@ -290,8 +290,8 @@ contains
       w(set) = 0.0_wp
    end subroutine solve_active
 
-   !> M x = -q on the set, where q is rounding only: x has one sign, which is accidental, and the forces y = |x| have no effect on
-   !> w.
+   !> True for a ray: M x = -q on the set, where q is rounding only, has a solution x of one sign; the forces y = |x| then have no
+   !> effect on w.
    pure logical function is_ray(problem, set, x)
       type(scaled_lcp_t), intent(in) :: problem
       integer, intent(in) :: set(:)
