@@ -78,7 +78,7 @@ module problem
       !! same on every mesh
       real(wp), allocatable :: coordinates(:, :)         !! (2, deck's nodes) at the start; stored displacements refer to these
       integer, allocatable :: beside(:, :)               !! (2, nodes) elements that end and begin at the node; 0: none
-      type(load_t) :: constant                           !! constant loads of the steps before this one
+      type(load_t) :: constant                           !! constant loads that the steps before this one left
       integer :: step = 1
       integer :: n_unknowns = 0                          !! three for each node
       real(wp) :: size = 1.0_wp                          !! diagonal of the bounding box of the structure
@@ -205,7 +205,7 @@ contains
       call count_from_deck(new, new%ground%chain)
    end function remeshed_problem
 
-   !> Makes arc coordinates of a closed chain count from the contact's first node in the deck, where the mesh may have no node.
+   !> Makes arc coordinates of a closed chain begin at the contact's first node in the deck, where the mesh may have no node.
    subroutine count_from_deck(problem, list)
       type(problem_t), intent(in) :: problem
       type(candidates_t), intent(inout) :: list

@@ -176,7 +176,7 @@ contains
       call chain_gap(problem, state, problem%candidates, candidate, gap, normal, bend)
    end subroutine candidate_gap
 
-   !> As candidate_gap, for a candidate of either list: problem%candidates or problem%ground%chain.
+   !> As candidate_gap, for a candidate of either list: problem%candidates or problem%ground%chain (foundations).
    pure subroutine chain_gap(problem, state, list, candidate, gap, normal, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
