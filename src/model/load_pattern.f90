@@ -130,6 +130,7 @@ contains
       if (allocated(self%point)) n_points = size(self%point)
    end function n_points
 
+   !> True if any load of the pattern, prescribed displacements and thermal strains included, is not zero.
    pure logical function does_anything(self)
       class(load_t), intent(in) :: self
       integer :: i
@@ -142,7 +143,7 @@ contains
       end do
    end function does_anything
 
-   !> True if a load or prescribed displacement acts on the node, which is then no ordinary node of the rod.
+   !> True if a load or prescribed displacement acts on the node, which is then a segment boundary (rod_layout).
    pure logical function acts_at(self, node)
       class(load_t), intent(in) :: self
       integer, intent(in) :: node

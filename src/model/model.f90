@@ -25,7 +25,7 @@ module model
    integer, parameter :: family_ul2 = 1 !! the paper's straight updated-Lagrangian element
    integer, parameter :: family_ge = 2  !! geometrically exact, Gauss collocation with `stages` points
 
-   ! Imperfection shapes; see imperfection_t.
+   ! Shapes of imperfections; see imperfection_t.
    integer, parameter :: shape_none = 0, shape_sine = 1, shape_cosine = 2, shape_clamped = 3, shape_nodal = 4
 
    integer, parameter :: quantity_displacement = 1, quantity_reaction = 2, quantity_contact = 3
@@ -162,7 +162,7 @@ module model
       real(wp) :: factor = 1.0_wp, offset = 0.0_wp !! value = offset + factor * quantity
    end type monitor_t
 
-   !> "stop / locate when `monitor` (0: the load factor) passes `value`".
+   !> A stop or a located point: the load factor (monitor 0) or a monitor passes a value.
    type :: threshold_t
       integer :: monitor = 0
       real(wp) :: value = 0.0_wp
@@ -191,16 +191,18 @@ module model
       integer :: line = 0                       !! line of its card in the deck
    end type mode_offset_t
 
-   !> "Follow the k-th limit point of this step while a second parameter varies."
+   !> A limit curve: the k-th limit point of this step is followed while a second parameter varies.
    type :: limit_curve_t
       character(name_length) :: name = ''
       integer :: limit_point = 1                !! number of the limit point (LP) on the step's own path
       integer :: parameter = parameter_modulus
-      integer :: obstacle = 0                   !! modulus, gap (of all its contacts): index into model%obstacle
-      character(name_length) :: set = ''        !! imperfection (factor on its amplitudes), EA, EI: the element set of its card
+      integer :: obstacle = 0                   !! parameters modulus and gap: index into model%obstacle (gap: of all its contacts)
+      character(name_length) :: set = ''        !! parameters imperfection (factor on its amplitudes), EA, EI: the element set of
+      !! the card
       integer, allocatable :: element(:)        !! elements of that set
-      logical :: logarithmic = .false.          !! true: increments are decades
-      logical :: to_rigid = .false.             !! modulus: true: at the end one more point with a rigid obstacle is computed
+      logical :: logarithmic = .false.          !! true: increments are those of the parameter's decimal logarithm
+      logical :: to_rigid = .false.             !! parameter modulus, true: one more point with a rigid obstacle is computed at the
+      !! end
       real(wp) :: increment = 0.0_wp            !! first increment, with sign
       real(wp) :: last = 0.0_wp                 !! value of the parameter at which the curve ends
       real(wp) :: largest = 0.0_wp              !! largest increment
@@ -230,10 +232,10 @@ module model
       integer :: max_points = 0
       logical :: error_bars = .true.            !! true: error bars at critical points and the end of the step
       logical :: bars_everywhere = .false.      !! true: error bars at all points
-      real(wp) :: widest_bar = 0.0_wp           !! over the size of the value: wider ones fail the run
-      real(wp) :: asked = 0.0_wp                !! requested relative error for which meshes are made: at critical points and the
-      !! end,
-      real(wp) :: asked_of_path = 0.0_wp        !! and at the other points; 0: no error is requested
+      real(wp) :: widest_bar = 0.0_wp           !! largest error bar over the size of the value; a run with a wider one fails
+      real(wp) :: asked = 0.0_wp                !! requested relative error at critical points and at the end of the step, for which
+      !! meshes are made; 0: none
+      real(wp) :: asked_of_path = 0.0_wp        !! requested relative error at the other points; 0: none
       integer, allocatable :: asked_of(:)       !! monitors to which the requested error applies, 0: the load factor
       type(threshold_t), allocatable :: stop(:)
       type(threshold_t), allocatable :: locate(:)
