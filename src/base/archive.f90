@@ -114,7 +114,7 @@ contains
       a%n = a%n + size(bytes)
    end subroutine put
 
-   !> Position of the next bytes to be loaded; false if the archive has fewer bytes left, which marks it as damaged.
+   !> Position of the next bytes to be loaded. False if the archive has fewer bytes left: it is then marked as damaged.
    logical function take(a, bytes, first)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: bytes

@@ -138,7 +138,7 @@ contains
       if (lacks_bound(bar, allowed)) part = huge(part)
    end function allowed_part
 
-   !> True for a number with an unbounded error where this is not allowed.
+   !> True for a number whose error is unbounded although an error as large as the number itself is not allowed.
    elemental logical function lacks_bound(bar, allowed)
       type(error_bar_t), intent(in) :: bar
       real(wp), intent(in) :: allowed         !! allowed error as part of the number's size
