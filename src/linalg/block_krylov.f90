@@ -39,8 +39,8 @@ module block_krylov
 
    integer, parameter :: max_restarts = 4
    real(wp), parameter :: rounding = 1.0e-13_wp
-   real(wp), parameter :: dependent = 1.0e-10_wp !! a vector of which orthogonalisation leaves less than this part counts as
-   !! dependent
+   real(wp), parameter :: dependent = 1.0e-10_wp !! part of a vector's norm: a vector of which orthogonalisation leaves less counts
+   !! as dependent
 
 contains
 
