@@ -25,7 +25,8 @@ module card_check
       logical :: open = .false.
       integer :: open_card = 0        !! card of the open step
       character(:), allocatable :: chain !! preceding card to which *ELASTIC and similar cards belong; ''
-      integer, allocatable :: first_use(:) !! by spec: first card of this kind in the present part, 0: none yet
+      integer, allocatable :: first_use(:) !! (entries of the table) first card of this kind in the present part of the deck, 0:
+      !! none yet
    end type reading_t
 
 contains

@@ -72,6 +72,7 @@ module card_spec
       integer :: least = 1, most = many_lines   !! number of data lines
    end type layout_t
 
+   !> Entry of one card in the table of cards.
    type :: card_spec_t
       character(:), allocatable :: keyword    !! without the star, single blanks
       character(:), allocatable :: key        !! the keyword in capitals without blanks

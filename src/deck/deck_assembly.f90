@@ -18,9 +18,10 @@ module deck_assembly
    character(*), parameter :: expanded_mark = '** *' !! prefix that marks an *INCLUDE whose deck follows
    integer, parameter :: deepest = 100 !! largest depth of includes; ends circular includes through links
    integer, parameter :: most_files = 10000 !! largest number of included files, with repetitions
-   integer, parameter :: longest_path = 4096 !! [bytes]
+   integer, parameter :: longest_path = 4096 !! [bytes] longest path of an included file
    integer, parameter :: most_names = 20    !! largest number of parameters listed in a message
 
+   !> A deck during its assembly: the three texts (assembled, expanded, record; see deck_source_t), and the origin of their lines.
    type :: assembly_t
       type(growing_text_t) :: read, expanded, record
       integer :: n = 0                             !! lines read so far

@@ -12,6 +12,7 @@ module deck_cards
    private
    public :: deck_t, split_deck, text_at, complain, line_end, given_parameter, field_given, field_place, whole_line
 
+   !> A parameter of a card as the deck gives it.
    type :: parameter_t
       type(place_t) :: name, value         !! value of a flag: empty
       logical :: has_value = .false.       !! the name is followed by an equals sign
@@ -19,6 +20,7 @@ module deck_cards
       real(wp) :: number = 0.0_wp          !! converted value, see item_values
    end type parameter_t
 
+   !> A data line of a card.
    type :: data_line_t
       integer :: card = 0                  !! index of its card
       integer :: line = 0                  !! line of the deck
@@ -26,6 +28,7 @@ module deck_cards
       logical :: sound = .true.            !! passed the check against the table
    end type data_line_t
 
+   !> A card of the deck: keyword, parameters and data lines, and the result of its check.
    type :: card_t
       character(:), allocatable :: keyword !! as typed, without the star; after the check: as the table spells it
       type(place_t) :: place               !! of star and keyword

@@ -11,6 +11,7 @@ module read_sections
    private
    public :: read_section_cards
 
+   !> Constants of a material: Young's modulus, Poisson's ratio, density, coefficient of thermal expansion.
    type :: material_t
       real(wp) :: e = 1.0_wp, nu = 0.0_wp, rho = 0.0_wp, alpha = 0.0_wp
       integer :: elastic_line = 0, density_line = 0, expansion_line = 0 !! lines of the deck with the cards, 0: not given
