@@ -11,6 +11,7 @@ module run_recorder
    private
    public :: run_recorder_t
 
+   !> Recorder of a run: passes points to the result file, the listing and the progress line.
    type, extends(recorder_t) :: run_recorder_t
       type(results_t) :: results
       type(listing_t) :: listing
