@@ -26,7 +26,8 @@ module path_record
       real(wp) :: arc_length = 0.0_wp         !! sum of the dimensionless arc lengths from the start
       integer :: iterations = 0
       real(wp) :: residual = 0.0_wp           !! relative
-      integer :: negative_pivots = 0          !! of the tangent on the null space of the active constraints
+      integer :: negative_pivots = 0          !! number of negative pivots of the tangent on the null space of the active
+      !! constraints
       integer :: free_pivots = 0              !! negative pivots after contacts that carry no force are released
       integer :: active_contacts = 0
       integer :: lcp_size = 0, lcp_pivots = 0 !! largest LCP and all pivots of this increment

@@ -53,8 +53,8 @@ module run_accuracy
 
    !> One check of a run, for listing and result file.
    type :: check_t
-      character(15) :: name = ''              !! in the result file
-      character(38) :: head = ''              !! in the listing
+      character(15) :: name = ''              !! name of the check in the result file
+      character(38) :: head = ''              !! heading of the check in the listing
       character(:), allocatable :: description
       type(worst_t) :: worst
       logical :: of_contact = .false.         !! true: structures without contact do not need it
