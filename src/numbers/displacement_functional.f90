@@ -99,7 +99,7 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       real(wp), intent(in) :: x(:)              !! (n) nodal increments, node axes
-      real(wp), intent(in) :: y                 !! of the load factor
+      real(wp), intent(in) :: y                 !! increment of the load factor
       type(functional_t) :: watched
       watched = new_displacement_functional(problem, state, system, m)
       change = watched%change(x, y)

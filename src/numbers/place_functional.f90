@@ -18,6 +18,7 @@ module place_functional
    private
    public :: moving_ends, places_at, places_after, new_place_functional, named_place
 
+   !> Position of a touchdown point as a number of the state.
    type, extends(local_number_t) :: touchdown_place_t
       integer :: candidate = 0
       type(state_t) :: before                    !! state that has the touchdown point at its place

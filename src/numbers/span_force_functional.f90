@@ -19,6 +19,7 @@ module span_force_functional
    private
    public :: span_force_sum, span_force_rate, new_span_force_functional
 
+   !> Sum of an obstacle's forces on contact spans as a number of the state.
    type, extends(local_number_t) :: span_sum_t
       integer :: obstacle = 0
       integer :: component = 0                   !! 1: x, 2: y, 3: normal forces
