@@ -77,7 +77,7 @@ contains
    !> Linearises the enriched problem at the problem's own point, the start of Newton's method.
    subroutine start_point(path, finer, point)
       type(enriched_path_t), intent(in) :: path
-      type(enriched_problem_t), intent(inout) :: finer !! that of the path: its system storage is moved to the point
+      type(enriched_problem_t), intent(inout) :: finer !! enriched problem of the path: its system storage is moved to the point
       type(enriched_point_t), intent(out) :: point
       point%state = path%base
       call move_alloc(finer%system, point%system)
@@ -162,7 +162,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(enriched_point_t), intent(in) :: point   !! start of the step
       type(contact_step_t), intent(in) :: step
-      type(state_t), intent(in) :: ahead         !! its end, without movement of touchdown points
+      type(state_t), intent(in) :: ahead         !! end of the step, without movement of touchdown points
       is_short = turns_little(problem, point%system, step)
       if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, point%state, ahead) <= near
    end function is_short

@@ -240,7 +240,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored at the state of the mode
-      type(zero_t), intent(in) :: zero           !! with its mode
+      type(zero_t), intent(in) :: zero           !! test function of the bifurcation, with its null vector
       real(wp) :: local(6)
       integer :: e
       rounding = 0.0_wp
