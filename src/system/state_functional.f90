@@ -40,7 +40,8 @@ module state_functional
       !! allocated: none
       real(wp), allocatable :: by_element(:, :)  !! (6, elements) derivatives by the end forces of each element at constant unknowns
       !! and residuals; not allocated: none
-      type(inner_place_t), allocatable :: inner(:) !! its places inside elements; not allocated: none
+      type(inner_place_t), allocatable :: inner(:) !! places inside elements from which the number takes displacements; not
+      !! allocated: none
    contains
       procedure :: change
       procedure :: add
