@@ -11,6 +11,7 @@ module ul2_rod
    private
    public :: ul2_rod_t
 
+   !> The element UL2.
    type, extends(rod_element_t) :: ul2_rod_t
    contains
       procedure :: evaluate
