@@ -14,8 +14,8 @@ module contact_set
    private
    public :: contact_step_t, solve_contact_step, gap_tolerance, overlap_allowed
 
-   real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! over the structure's size
-   real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! over the force scale
+   real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! accepted penetration of an open candidate, over the structure's size
+   real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! accepted tension of an active candidate, over the force scale
    integer, parameter :: largest_lcp = 400                !! largest number of uncertain candidates for an LCP; more of them change
    !! between open and active by their signs
    integer, parameter :: max_rounds = 20
