@@ -24,8 +24,9 @@ module linear_buckling
    private
    public :: buckle
 
-   real(wp), parameter :: tolerance = 1.0e-8_wp !! of the eigenvectors
-   integer, parameter :: most_steps = 12        !! from a mode of the linearised elements to the elements' own mode
+   real(wp), parameter :: tolerance = 1.0e-8_wp !! relative residual of the eigenvectors
+   integer, parameter :: most_steps = 12        !! largest number of iterations from a mode of the linearised elements to a mode of
+   !! the elements under the finite stresses
    real(wp), parameter :: worst_residual = 1.0e-2_wp !! residual of an accepted mode; the error of the load factor is its square,
    !! 1e-4
 

@@ -22,6 +22,7 @@ module stress_stiffness
    private
    public :: stress_stiffness_t, new_stress_stiffness, stiffness_under, apply_stress
 
+   !> Stress stiffness of the whole structure, as a band and by its parts.
    type :: stress_stiffness_t
       type(band_t) :: k                        !! per unit of load factor, node axes
       real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) element matrices, node axes

@@ -34,7 +34,8 @@ module tangent_modes
       real(wp), allocatable :: x(:, :)       !! (unknowns, n) node axes, <x, x> = 1 in the metric
    end type modes_t
 
-   real(wp), parameter :: mode_tolerance = 1.0e-5_wp !! of the eigenvectors; the error of the eigenvalues is its square
+   real(wp), parameter :: mode_tolerance = 1.0e-5_wp !! relative residual of the eigenvectors; the error of the eigenvalues is its
+   !! square
 
    !> The operator x -> K^-1 M x.
    type, extends(operator_t) :: inverse_tangent_t
