@@ -38,6 +38,7 @@ module problem
    integer, parameter :: mesh_of_spans = 3               !! nodes follow touchdown points of contact spans and interface points of
    !! foundations
 
+   !> The problem: see the module's header.
    type :: problem_t
       type(model_t) :: model                             !! the model on the working mesh
       type(model_t) :: deck                              !! the model on the deck's mesh

@@ -21,6 +21,7 @@ module rod_state
    !! units
    real(wp), parameter :: unknown_push = huge(1.0_wp)
 
+   !> State of the structure at one point of the path.
    type :: state_t
       real(wp) :: load_factor = 0.0_wp
       real(wp), allocatable :: u(:, :)        !! (3, nodes) displacements and rotation, global axes
