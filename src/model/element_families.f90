@@ -7,6 +7,7 @@ module element_families
    private
    public :: collocates, follows_curves, conforms, element_kind, family_name
 
+   !> Properties of one kind of elements.
    type :: family_t
       logical :: collocates       !! equations at Gauss points: the resultants are internal unknowns, so that the element may be
       !! inextensible; foundations act on the polynomial between its nodes; one more Gauss point gives an error estimate

@@ -10,6 +10,7 @@ module load_pattern
    private
    public :: load_t, new_load
 
+   !> A load pattern, at load factor 1. Addition and scaling act on all components.
    type :: load_t
       real(wp), allocatable :: node_force(:, :)   !! (3, n_nodes) forces and moment
       real(wp), allocatable :: line_force(:, :)   !! (2, n_elements) dead, global axes, per unit stress-free length

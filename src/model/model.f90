@@ -85,6 +85,7 @@ module model
       !! computes with a mesh of its own; these elements only define where output is given
    end type mesh_t
 
+   !> A cross section.
    type :: section_t
       character(name_length) :: name = ''       !! element set of the section
       real(wp) :: ea = 0.0_wp, ei = 0.0_wp      !! axial [force] and bending [force length^2] stiffness
@@ -120,6 +121,7 @@ module model
       logical :: free(3) = .false.              !! components that are independent
    end type release_t
 
+   !> A named set of nodes.
    type :: node_set_t
       character(name_length) :: name = ''
       integer, allocatable :: node(:)           !! node indices (not labels), in the deck's order
@@ -152,6 +154,7 @@ module model
       integer :: region = 1                     !! number of the region along the rods
    end type contact_print_t
 
+   !> A monitor: a number that the deck observes along the path.
    type :: monitor_t
       character(name_length) :: name = ''
       integer :: quantity = quantity_displacement
@@ -249,6 +252,7 @@ module model
       logical :: field_reaction = .false., field_gap = .false.
    end type step_t
 
+   !> The whole model, see the module's header.
    type :: model_t
       character(:), allocatable :: title        !! heading lines, newline separated
       character(:), allocatable :: job          !! from *HEADING, JOB=; '' if not given

@@ -6,6 +6,7 @@ module numbering
    private
    public :: numbering_t, new_numbering
 
+   !> Positions of the nodes in the band matrix.
    type :: numbering_t
       integer, allocatable :: position(:)   !! (nodes) place of a node in the band, 1 ..
       integer :: half_bandwidth = 0         !! of the matrix with three unknowns a node

@@ -7,6 +7,7 @@ module pole_load
    private
    public :: pole_load_t
 
+   !> A load of constant magnitude towards a fixed point, its pole.
    type, extends(point_load_t) :: pole_load_t
       real(wp) :: pole(2) = 0.0_wp     !! a positive force pulls the node towards it
    contains
