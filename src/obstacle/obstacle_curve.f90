@@ -30,6 +30,7 @@ module obstacle_curve
       real(wp) :: turn = 0.0_wp         !! [rad] arc: > 0 counterclockwise
    end type piece_t
 
+   !> A curve of consecutive pieces with a search tree of circles around them.
    type :: obstacle_curve_t
       type(piece_t), allocatable :: piece(:)
       integer :: leaves = 0             !! number of leaves of the tree, a power of 2
