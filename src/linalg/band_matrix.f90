@@ -12,6 +12,7 @@ module band_matrix
       real(wp), allocatable :: a(:, :)   !! (kd + 1, n)
    end type band_t
 
+   !> Factors of a symmetric band matrix.
    type :: factor_t
       integer :: n = 0, kd = 0
       logical :: positive = .false.      !! Cholesky succeeded

@@ -30,6 +30,7 @@ module block_krylov
       end subroutine apply_operator
    end interface
 
+   !> The eigenvalues found, with their eigenvectors.
    type :: spectrum_t
       integer :: n = 0                         !! number of eigenvalues found: the number wanted, or all that the operator has
       real(wp), allocatable :: value(:)        !! eigenvalues, largest size first
