@@ -6,6 +6,7 @@ module bracketing
    private
    public :: bracket_t, new_bracket, next_guess, take_value
 
+   !> A bracket: the two ends between which a function has a zero, and its values there.
    type :: bracket_t
       real(wp) :: low = 0.0_wp, high = 1.0_wp
       real(wp) :: f_low = 0.0_wp, f_high = 0.0_wp

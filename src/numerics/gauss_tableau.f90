@@ -9,6 +9,7 @@ module gauss_tableau
 
    integer, parameter :: max_stages = 6
 
+   !> Tableau of the Gauss method with a given number of stages.
    type :: tableau_t
       integer :: stages = 0
       real(wp) :: a(max_stages, max_stages) = 0.0_wp !! a_ij: integral of the j-th Lagrange polynomial from 0 to c_i
