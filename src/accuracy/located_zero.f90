@@ -251,8 +251,8 @@ contains
       rounding = epsilon(rounding) * sqrt(rounding) + abs(of_other_modes(problem, state, system, zero%modes(:, 1)))
    end function mode_rounding
 
-   !> Contribution of other modes to the Rayleigh quotient of an iterated mode. A part c of a mode with the eigenvalue m adds c^2 m
-   !> and leaves the residual r = c m M phi, so that r.K^-1 r is the sum of all contributions.
+   !> Contribution of other modes to the Rayleigh quotient of an iterated mode. A part c of a mode phi with the eigenvalue m adds
+   !> c^2 m and leaves the residual r = c m M phi (M: metric), so that r.K^-1 r with the tangent K is the sum of all contributions.
    real(wp) function of_other_modes(problem, state, system, mode) result(added)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,8 +1,8 @@
 !> Mesh requests from error bars: number and distribution of elements that satisfy a tolerance.
 !>
-!> An element of s stages contributes c h^(2s+1) to the error of a number. With g = contribution^(1/(2s+1)) in equal parts the error
-!> of n elements is (sum of g)^(2s+1) / n^(2s), which gives n. The result is exact if the mesh resolves the solution; if the bars
-!> show that it does not, the number is doubled.
+!> An element of s stages and length h contributes c h^(2s+1) to the error of a number. With equal g = contribution^(1/(2s+1)) in
+!> all elements the error of n elements is (sum of g)^(2s+1) / n^(2s), which gives n. The result is exact if the mesh resolves the
+!> solution; if the bars show that it does not, the number is doubled.
 module mesh_request
    use kinds, only: wp
    use model, only: quantity_displacement

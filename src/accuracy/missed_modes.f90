@@ -66,8 +66,8 @@ contains
    end function sign_in_doubt
 
    !> Lower bound of the unstable directions that no pivot counts: buckling modes of elements between fixed nodes (Wittrick and
-   !> Williams 1971). An element clamped at both ends buckles at N h^2/EI = 4 pi^2 n^2; elements of higher orders do not show these
-   !> modes either.
+   !> Williams 1971). An element of length h clamped at both ends has its n-th such mode at the thrust N with N h^2/EI = 4 pi^2 n^2;
+   !> elements of higher orders do not show these modes either.
    integer function hidden_directions(problem, state, system) result(hidden)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

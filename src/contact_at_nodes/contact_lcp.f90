@@ -1,8 +1,8 @@
 !> LCP of the uncertain candidates about the present contact set, a principal pivotal transform of the textbook LCP (17)-(18) of the
-!> paper. Complementary variables of a candidate:
+!> paper. Complementary variables of a candidate, with the stiffness k of its foundation (1/k = 0 for rigid obstacles):
 !>
 !>   open now:   z = reaction r,            w = opening b = gap + r/k
-!>   active now: z = opening b = gap + r/k, w = reaction r          (1/k = 0 for rigid obstacles)
+!>   active now: z = opening b = gap + r/k, w = reaction r
 !>
 !> Every column is a solution of the bordered system, with the load factor as an unknown: nothing is singular at limit points, nor
 !> if contact alone supports the structure.

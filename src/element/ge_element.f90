@@ -3,8 +3,9 @@
 !>   r' = C [(1 + e + N/EA) t + (Q/GA) nu] N = n.t, Q = n.nu, t at the angle (stress-free angle + rotation)
 !>   rotation' = k + m/EI                   n' = -q - p J r' - f(r)     m' = -r' x n
 !>
-!> q: dead load per unit stress-free length, p: follower pressure per deformed length, J: a quarter turn anticlockwise,
-!> e, k: thermal strain and curvature of the unstressed rod,
+!> ' is the derivative by the stress-free length. r: position; n, m: force and moment of the section, with the components N along
+!> the section's normal t and Q along nu, a quarter turn to the left of t; q: dead load per unit stress-free length; p: follower
+!> pressure per deformed length; J: a quarter turn anticlockwise; e, k: thermal strain and curvature of the unstressed rod;
 !> f: force of foundations per unit stress-free length, a function of the position. Its quadrature points may be anywhere in the
 !> element (contact may end inside): the stages take n_i = n_1 - ... - h sum_q w_q (1 - A_i(tau_q)/b_i) f_q, A_i the integral of the
 !> Lagrange polynomial, as the virtual work of f_q requires; with the Gauss points this is the collocation itself.

@@ -163,7 +163,7 @@ contains
             end do
          end associate
       else
-         ! Stored are M = EI/h (4 phi_1 + 2 phi_2) and EI/h (2 phi_1 + 4 phi_2).
+         ! The stored end moments are EI/h (4 phi_1 + 2 phi_2) and EI/h (2 phi_1 + 4 phi_2), with the natural end rotations phi.
          phi = (geometry%length * problem%compliance(e)%bending / 6.0_wp) * &
             & [2.0_wp * state%z(2, e) - state%z(3, e), 2.0_wp * state%z(3, e) - state%z(2, e)]
          d = geometry%chord + u(4:5) - u(1:2)

@@ -310,7 +310,8 @@ contains
             s = merge(g%s(1), g%at(max(i, 1)), i == 0)
             if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau, kept%along)
             if (to%conforms(e) > 0) then
-               ! For a conforming element only N + kappa M is used, which does not jump at contact forces.
+               ! For a conforming element only P = N + kappa M is used (see conforming_element), which does not jump at contact
+               ! forces.
                if (from%conforms(old) > 0 .and. tau > 0.0_wp .and. tau < 1.0_wp) then
                   call conforming_point(from, state, old, tau, u(:, i), resultant(:, i))
                else

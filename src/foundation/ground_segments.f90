@@ -27,10 +27,10 @@ module ground_segments
    !! Newton's method moves this point
    real(wp), parameter :: at_node = 1.0e-6_wp !! part of an element: a crossing this close to a node is not inside the element
 
-   !> Largest k h^4/EI for which collocation with 1, 2, ... stages represents the deflection of a rod on a foundation. The
-   !> deflection falls along the rod as exp(-z), z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
-   !> method, the diagonal Pade approximant of the exponential, falls with z up to the fourth root of these values only, and a
-   !> stiffer foundation gives longer waves.
+   !> Largest k h^4/EI for which collocation with 1, 2, ... stages represents the deflection of a rod on a foundation (k: stiffness
+   !> of the foundation, h: length of the element). The deflection falls along the rod as exp(-z), z = (k/EI)^(1/4) h at 45 degrees
+   !> to the real axis. The stability function of the method, the diagonal Pade approximant of the exponential, falls with z up to
+   !> the fourth root of these values only, and a stiffer foundation gives longer waves.
    real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp, 4434.6_wp, 7682.8_wp]
 
 contains
@@ -90,8 +90,9 @@ contains
    end function told_gap
 
    !> Mean gap of the element after a candidate, for an element too long for its foundation, and the amplitudes of the waves that
-   !> decay into the element from its nodes: (A cos b s + B sin b s) / exp(b s), 4 b^4 = k/EI, from gap and slope at the node.
-   !> Amplitudes are computed only at nodes with a neighbouring element that is short enough.
+   !> decay into the element from its nodes: (A cos b s + B sin b s) / exp(b s) at the distance s from a node, 4 b^4 = k/EI with the
+   !> foundation's stiffness k, A and B from gap and slope at the node. Amplitudes are computed only at nodes with a neighbouring
+   !> element that is short enough.
    subroutine settled_gap(problem, state, candidate, mean, waves)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -20,7 +20,7 @@ module foundation_force_functional
 
 contains
 
-   !> True if the obstacle is a distributed foundation.
+   !> True if the obstacle is a foundation whose forces are distributed along elements.
    pure logical function has_foundation(problem, obstacle)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: obstacle
@@ -79,7 +79,7 @@ contains
 
    contains
 
-      !> Change of the element's part of the sum.
+      !> Change of an element's part of the sum by changes of its unknowns and of the load factor.
       subroutine change_in_element(du, dz, y, change)
          real(wp), intent(in) :: du(6), dz(:)    !! changes of the nodes' displacements (global axes) and of the stored unknowns
          real(wp), intent(in) :: y               !! change of the load factor

@@ -14,7 +14,7 @@ module local_differences
    private
    public :: local_number_t, linearised
 
-   !> A number of the state. Its kinds extend this type by the data that the number depends on.
+   !> A number that is a function of the state. Its kinds extend this type by the data that the number depends on.
    type, abstract :: local_number_t
       integer, allocatable :: element(:)         !! elements that determine the number
    contains
@@ -22,7 +22,7 @@ module local_differences
    end type local_number_t
 
    abstract interface
-      !> Value at a state.
+      !> Value of the number at a state.
       real(wp) function value_of_state(self, problem, state)
          import :: local_number_t, problem_t, state_t, wp
          class(local_number_t), intent(in) :: self

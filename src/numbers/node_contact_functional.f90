@@ -18,15 +18,15 @@ module node_contact_functional
 
 contains
 
-   !> True for a stop at a node that the deck names; the node exists on every mesh.
+   !> True if a candidate is a stop at a node that the deck names; this node exists on every mesh.
    pure elemental logical function is_stop(problem, c)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c                   !! candidate
       is_stop = problem%model%obstacle(problem%candidates%obstacle(c))%at_nodes
    end function is_stop
 
-   !> Gap of a candidate. On coupled ground the derivatives are those of the opening (gap plus settlement of the ground); the value
-   !> is that of the gap.
+   !> Gap of a candidate as a functional. On coupled ground the derivatives are those of the opening (gap plus settlement of the
+   !> ground); the value is that of the gap.
    pure type(functional_t) function new_gap_functional(problem, system, candidate) result(number)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled
@@ -44,7 +44,7 @@ contains
       end do
    end function new_gap_functional
 
-   !> Reaction of an active candidate.
+   !> Reaction of an active candidate as a functional.
    pure type(functional_t) function new_contact_force_functional(problem, state, system, candidate) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -78,7 +78,7 @@ contains
       reaction_rate = number%change(system%tangent, 1.0_wp)
    end function reaction_rate
 
-   !> True if the obstacle acts on a node without contact span.
+   !> True if the obstacle acts on some node that belongs to no contact span.
    pure logical function has_node_forces(problem, state, obstacle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -86,7 +86,8 @@ contains
       has_node_forces = any(acts(problem, state, obstacle))
    end function has_node_forces
 
-   !> Sum of an obstacle's reactions at nodes without contact span: a component of the forces, or the sum of the normal forces.
+   !> Sum of an obstacle's reactions at nodes that belong to no contact span: a component of the forces, or the sum of the normal
+   !> forces.
    pure real(wp) function node_force_sum(problem, state, system, obstacle, component) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -28,7 +28,7 @@ module place_functional
 
 contains
 
-   !> Candidates that are touchdown points and move along the rod, or roll beside their node.
+   !> Candidates that are touchdown points and move along the rod, or whose contact force rolls beside their node.
    pure function moving_ends(problem) result(ends)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: ends(:)
@@ -37,7 +37,7 @@ contains
          & .or. problem%candidates%rolls(c)), c=1, problem%candidates%n)])
    end function moving_ends
 
-   !> Stress-free arc lengths of touchdown points along the chains of their contacts.
+   !> Positions of touchdown points: stress-free arc lengths along the chains of their contacts.
    function places_at(problem, state, ends) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -75,7 +75,7 @@ contains
       at = chain_coordinate(problem, state, candidate, merge(1, 2, is_last(problem, candidate))) + roll%way
    end function place_at
 
-   !> Position in a state with the nodes of `before`.
+   !> Position of the touchdown point in a state with the nodes of `before`.
    real(wp) function place_of_state(self, problem, state) result(at)
       class(touchdown_place_t), intent(in) :: self
       type(problem_t), intent(in) :: problem

@@ -29,7 +29,7 @@ module span_force_functional
 
 contains
 
-   !> Sum of the forces: a component, or the sum of the normal forces.
+   !> Sum of an obstacle's forces on contact spans: a component, or the sum of the normal forces.
    real(wp) function span_force_sum(problem, state, obstacle, component) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -40,7 +40,7 @@ contains
       total = sum(pushed(component, :), mask=problem%model%contact%obstacle == obstacle)
    end function span_force_sum
 
-   !> Derivative of the sum along the path, by the load factor, as one difference along the path tangent. The derivatives of the
+   !> Derivative of that sum along the path, by the load factor, as one difference along the path tangent. The derivatives of the
    !> functional by single unknowns are differences, too; those of stiff rods may be 10,000 times the rate, and their errors as
    !> large as the rate.
    real(wp) function span_force_rate(problem, state, system, obstacle, component) result(rate)
@@ -55,7 +55,7 @@ contains
       rate = (span_force_sum(problem, ahead, obstacle, component) - span_force_sum(problem, here, obstacle, component)) / step
    end function span_force_rate
 
-   !> The sum at a state.
+   !> Value of the sum at a state.
    real(wp) function sum_of_state(self, problem, state) result(total)
       class(span_sum_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -63,7 +63,7 @@ contains
       total = span_force_sum(problem, state, self%obstacle, self%component)
    end function sum_of_state
 
-   !> Linearisation of the sum. Reactions at fixed segment boundaries are unbalanced forces on unknowns of their own.
+   !> Linearisation of that sum. Reactions at fixed segment boundaries are unbalanced forces on unknowns of their own.
    function new_span_force_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
