@@ -33,8 +33,8 @@ contains
       logical :: waits(problem%model%mesh%n_elements)   ! true: `waiting` contains the element
       integer :: waiting(problem%model%mesh%n_elements) ! elements without certain contact since the last certain contact
       integer :: n_waiting, k, c, j, e, round
-      logical :: certain                         ! certain contact was found before this place
-      logical :: rounds_off                      ! the uncertainty is due to rounding
+      logical :: certain                         ! true: certain contact was found before this place
+      logical :: rounds_off                      ! true: the uncertainty is due to rounding
       doubtful = .false.
       if (.not. any(problem%ground%founded)) return
       rounding = gap_rounding(state)

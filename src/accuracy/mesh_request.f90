@@ -67,11 +67,11 @@ contains
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
       integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
       real(wp), intent(in) :: asked              !! relative tolerance
-      logical, intent(in) :: critical            !! critical point: bars must be bounded, and rounding counts
+      logical, intent(in) :: critical            !! true: a critical point, where bars must be bounded and rounding counts
       integer, intent(in) :: tries               !! insufficient requests for the same point so far
       type(refinement_t), intent(inout) :: last  !! history of these requests
-      logical, intent(in) :: can_settle          !! the iteration can continue to a smaller residual
-      logical, intent(out) :: unsettled          !! the iteration's remainder exceeds its part and must be reduced first
+      logical, intent(in) :: can_settle          !! true: the iteration can continue to a smaller residual
+      logical, intent(out) :: unsettled          !! true: the iteration's remainder exceeds its part and must be reduced first
       type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) requested mesh density
       type(mesh_density_t) :: here(size(problem%layout%rod_segment))
       integer :: k
@@ -101,11 +101,11 @@ contains
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
       integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
       real(wp), intent(in) :: asked              !! relative tolerance
-      logical, intent(in) :: critical            !! critical point: bars must be bounded, and rounding counts
+      logical, intent(in) :: critical            !! true: a critical point, where bars must be bounded and rounding counts
       integer, intent(in) :: tries               !! insufficient requests for the same point so far
       type(refinement_t), intent(inout) :: last  !! history of these requests
-      logical, intent(in) :: can_settle          !! the iteration can continue to a smaller residual
-      logical, intent(out) :: unsettled          !! the iteration's remainder exceeds its part and must be reduced first
+      logical, intent(in) :: can_settle          !! true: the iteration can continue to a smaller residual
+      logical, intent(out) :: unsettled          !! true: the iteration's remainder exceeds its part and must be reduced first
       type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) requested mesh density
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio, rounding
       logical :: free(problem%model%mesh%n_elements), known, bounded, cut, helps, on_its_way
@@ -184,8 +184,9 @@ contains
       demand = demand_of(problem, state, wanted, g)
    end subroutine mesh_for_bars
 
-   !> True if the error, extrapolated at the rate between two meshes, satisfies the tolerance before rounding dominates: rounding
-   !> grows as the fourth power of the number of elements of a rod. Slope discontinuities inside elements make the rate low.
+   !> True if finer meshes can satisfy the tolerance: the error, extrapolated at the rate between two meshes, reaches the tolerance
+   !> before rounding dominates. Rounding grows as the fourth power of the number of elements of a rod. Slope discontinuities inside
+   !> elements make the rate low.
    pure logical function comes_there(ratio, now, ratio_before, elements_before, segments)
       real(wp), intent(in) :: ratio              !! error over tolerance
       integer, intent(in) :: now                 !! number of elements
@@ -229,14 +230,14 @@ contains
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
       integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
       real(wp), intent(in) :: asked              !! relative tolerance
-      logical, intent(in) :: critical            !! rounding counts; it does not at points between critical points
-      logical, intent(in) :: bounds              !! bars must be bounded
-      logical, intent(in) :: can_settle          !! the iteration can continue to a smaller residual
+      logical, intent(in) :: critical            !! true: rounding counts; false: it does not, at points between critical points
+      logical, intent(in) :: bounds              !! true: bars must be bounded
+      logical, intent(in) :: can_settle          !! true: the iteration can continue to a smaller residual
       real(wp), intent(out) :: indicator(:)      !! (elements) contributions, relative to the error allowed to the mesh
       real(wp), intent(out) :: ratio !! largest ratio of the mesh's part of a bar to the tolerance left by rounding and iteration
-      logical, intent(out) :: known              !! the bars are meaningful
-      logical, intent(out) :: bounded            !! all bars that count are bounded
-      logical, intent(out) :: unsettled          !! the iteration's remainder exceeds its part and must be reduced first
+      logical, intent(out) :: known              !! true: the bars are meaningful
+      logical, intent(out) :: bounded            !! true: all bars that count are bounded
+      logical, intent(out) :: unsettled          !! true: the iteration's remainder exceeds its part and must be reduced first
       integer :: k
       indicator = 0.0_wp
       ratio = 0.0_wp
@@ -425,7 +426,7 @@ contains
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values
       integer, intent(in) :: counted(:)
       real(wp), intent(in) :: asked
-      logical, intent(in) :: critical            !! rounding counts
+      logical, intent(in) :: critical            !! true: rounding counts
       logical, intent(in) :: told                !! true: bars are in the results, where an unbounded bar exceeds every tolerance
       real(wp), intent(out) :: ratio
       integer, intent(out) :: which

@@ -128,8 +128,9 @@ contains
       if (difference == 0) difference = hidden_directions(free, released, loose)
    end function released_difference
 
-   !> True if both discretisations agree in the sign of the relative curvature at every point contact. The contact's rotational
-   !> stiffness is proportional to the inverse; where the point becomes a line or two points, the sign is uncertain.
+   !> True if the point contacts allow the numbers of negative pivots to be compared: both discretisations agree in the sign of the
+   !> relative curvature at every point contact. The contact's rotational stiffness is proportional to the inverse of the relative
+   !> curvature; where the point becomes a line or two points, the sign is uncertain.
    logical function points_tell(problem, state, finer, better) result(tell)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, better
@@ -144,7 +145,7 @@ contains
       end do
    end function points_tell
 
-   !> True if no eigenvalue is zero within rounding, except those of an event.
+   !> True if the signs of all eigenvalues are certain: none is zero within rounding, except those of an event.
    logical function signs_tell(problem, state, system, zeros, negative)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -68,7 +68,7 @@ contains
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
       type(error_bars_t), intent(out) :: bars
       logical, intent(in), optional :: places    !! true: errors of touchdown points, too
-      logical, intent(in), optional :: as_it_is  !! see why_not_told
+      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for kinks inside elements, see why_not_told
       type(enriched_path_t) :: path
       type(enriched_point_t) :: point
       type(contributions_t) :: shares
@@ -116,7 +116,7 @@ contains
       type(path_tangent_t), intent(in) :: heading     !! path tangent there
       real(wp), intent(in) :: length, rise       !! arc length and load factor change of the increment that contains the event
       type(error_bars_t), intent(out) :: bars
-      logical, intent(in), optional :: as_it_is  !! see why_not_told
+      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for kinks inside elements, see why_not_told
       type(control_t) :: control
       type(enriched_path_t) :: path
       type(enriched_point_t) :: first

@@ -19,7 +19,7 @@ module archive
    !> A sequence of bytes to which values are appended, or from which they are loaded.
    type :: archive_t
       logical :: loading = .false.             !! true: values are loaded; false: values are stored
-      logical :: damaged = .false.             !! more bytes were requested than the archive has
+      logical :: damaged = .false.             !! true: more bytes were requested than the archive has
       integer :: n = 0                         !! number of bytes
       integer :: at = 0                        !! number of bytes loaded so far
       character(1), allocatable :: bytes(:)    !! `n` bytes, followed by unused space

@@ -35,7 +35,7 @@ module lcp_basis
       real(wp), allocatable :: value(:)           !! (n) inverse q
       real(wp), allocatable :: value_size(:)      !! (n) |inverse| |q|
       real(wp), allocatable :: column(:)          !! (n) inverse times the column that enters
-      logical :: ties = .true.                    !! values equal up to rounding are ties; else only equal values
+      logical :: ties = .true.                    !! true: values equal up to rounding are ties; false: only equal values are
    end type basis_t
 
 contains
@@ -217,7 +217,7 @@ contains
       type(basis_t), intent(in) :: basis
       real(wp), intent(in) :: value(:)
       real(wp), intent(in) :: weight(:) !! > 0 where mask
-      logical, intent(in) :: mask(:)    !! the rows to choose from, at least one
+      logical, intent(in) :: mask(:)    !! true for the rows to choose from, at least one
       logical :: candidate(size(mask))
       integer :: j
 

@@ -204,7 +204,7 @@ contains
       type(basis_t), intent(inout) :: basis
       real(wp), intent(in) :: d(:)
       integer, intent(in) :: limit
-      logical, intent(inout) :: active(:) !! set of the complementary basis reached; unchanged unless solved
+      logical, intent(inout) :: active(:) !! true for the active pairs of the complementary basis reached; unchanged unless solved
       integer, intent(out) :: outcome
       integer, intent(inout) :: pivots
       integer :: n, z0, entering, leaving, row
@@ -248,8 +248,8 @@ contains
       type(scaled_lcp_t), intent(in) :: problem
       logical, intent(in) :: active(:)
       real(wp), intent(out) :: z(:), w(:) !! scaled, nothing negative
-      logical, intent(out) :: ok          !! these z and w satisfy all equations to rounding
-      logical, intent(out) :: ray         !! some y >= 0 has M y = 0 to rounding, and y.q < 0: no solution
+      logical, intent(out) :: ok          !! true: these z and w satisfy all equations to rounding
+      logical, intent(out) :: ray         !! true: some y >= 0 has M y = 0 to rounding, and y.q < 0: no solution exists
       real(wp), allocatable :: lu(:, :), x(:), residual(:)
       real(wp) :: s(problem%n), tolerance
       integer, allocatable :: set(:), pivot(:)

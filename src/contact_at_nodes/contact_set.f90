@@ -26,7 +26,7 @@ module contact_set
    type :: contact_step_t
       real(wp), allocatable :: x(:)          !! (n) increments of the unknowns, node axes
       real(wp) :: y = 0.0_wp                 !! increment of the load factor
-      logical, allocatable :: active(:)      !! (candidates)
+      logical, allocatable :: active(:)      !! (candidates) true: in contact after the increment
       real(wp), allocatable :: reaction(:)   !! (candidates) predicted
       logical :: flipped = .false.           !! true: the set was changed without an increment; linearise again
       integer :: lcp_size = 0, lcp_pivots = 0
@@ -217,7 +217,7 @@ contains
    function next_in_doubt(problem, system, wrong, in_doubt, round) result(more)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      logical, intent(in) :: wrong(:), in_doubt(:) !! (candidates)
+      logical, intent(in) :: wrong(:), in_doubt(:) !! (candidates) true: its sign is violated; it is in the LCP already
       integer, intent(in) :: round
       integer, allocatable :: more(:)
       logical :: may(problem%candidates%n), wrong_at(problem%model%mesh%n_nodes)
@@ -240,7 +240,7 @@ contains
    !> round.
    function with_neighbours(problem, chosen, round) result(near)
       type(problem_t), intent(in) :: problem
-      logical, intent(in) :: chosen(:)         !! (candidates)
+      logical, intent(in) :: chosen(:)         !! (candidates) true for those chosen
       integer, intent(in) :: round
       logical, allocatable :: near(:), before(:)
       integer :: c, i, k, step
@@ -270,7 +270,7 @@ contains
          & system%gap_error))
    end function overlap_allowed
 
-   !> False if supports take the whole reaction of the obstacle (see may_react).
+   !> True if the obstacle can exert a reaction on the candidate's node; false if supports take the whole reaction (see may_react).
    pure logical function can_act(system, candidate)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate

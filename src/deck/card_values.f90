@@ -19,7 +19,7 @@ module card_values
       integer :: line = 0           !! index of the data line; one less than the first of the card: before its first line
       character(24) :: keyword = '' !! of the card, as the table spells it
       integer :: step = 0           !! number of the step that contains the card; 0: the model part
-      logical :: sound = .true.     !! the card has no errors in its keyword, place and parameters
+      logical :: sound = .true.     !! true: the card has no errors in its keyword, place and parameters
       integer :: n_lines = 0        !! number of data lines of the card, with those that have errors
       integer :: card_at = 0        !! line of the deck with the keyword
       integer :: line_at = 0        !! line of the deck that the data line is

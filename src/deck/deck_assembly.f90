@@ -32,10 +32,10 @@ module deck_assembly
       type(deck_file_t), allocatable :: file(:)    !! the first n_files are in use
       integer, allocatable :: included_by(:)       !! file that includes each; 0: the deck itself
       type(deck_parameters_t) :: parameters
-      logical :: in_parameters = .false.           !! the data lines belong to a *PARAMETER card
+      logical :: in_parameters = .false.           !! true: the data lines belong to a *PARAMETER card
       integer :: heading_file = 0                  !! file of the *HEADING to which the data lines belong; 0: another card
       type(place_t) :: included_at                 !! the deck's *INCLUDE from which the present lines come
-      logical :: ended = .false.                   !! the deck is too large: reading has stopped
+      logical :: ended = .false.                   !! true: the deck is too large: reading has stopped
    end type assembly_t
 
 contains

@@ -37,14 +37,14 @@ module deck_names
 
    !> All names and labels that the deck has defined so far, and the kinds of definitions that may be missing because of errors.
    type :: deck_names_t
-      logical :: above_only = .true.       !! the mesh is being read: cards may refer to preceding definitions only
-      logical :: mesh_incomplete = .false. !! a card of the mesh has errors: nodes, elements or sets may be missing
-      logical :: imperfections_incomplete = .false. !! an *IMPERFECTION has errors
-      logical :: sections_incomplete = .false. !! a card of materials or sections has errors
-      logical :: supports_incomplete = .false. !! a *BOUNDARY has errors
-      logical :: loads_incomplete = .false.    !! a card of loads in a step has errors
-      logical :: contacts_incomplete = .false. !! a *CONTACT or *GAP has errors
-      logical :: unknown_cards = .false.       !! a keyword is not known
+      logical :: above_only = .true.       !! true: the mesh is being read: cards may refer to preceding definitions only
+      logical :: mesh_incomplete = .false. !! true: a card of the mesh has errors: nodes, elements or sets may be missing
+      logical :: imperfections_incomplete = .false. !! true: an *IMPERFECTION has errors
+      logical :: sections_incomplete = .false. !! true: a card of materials or sections has errors
+      logical :: supports_incomplete = .false. !! true: a card of supports, springs or joints has errors
+      logical :: loads_incomplete = .false.    !! true: a card of loads in a step has errors
+      logical :: contacts_incomplete = .false. !! true: a *CONTACT or *GAP has errors
+      logical :: unknown_cards = .false.       !! true: a keyword is not known
       type(labels_t) :: node = labels_t(what='node'), element = labels_t(what='element')
       type(definitions_t) :: material, law, obstacle, monitor, step
       logical, allocatable :: touched(:)     !! (obstacles) true: a *CONTACT or *GAP names the obstacle (once these cards are read)

@@ -118,7 +118,7 @@ contains
    function why_not(model, e, free) result(why)
       type(model_t), intent(in) :: model
       integer, intent(in) :: e                ! first element of the segment
-      logical, intent(in) :: free             ! its nodes may move along the rod
+      logical, intent(in) :: free             ! true: its nodes may move along the rod
       character(:), allocatable :: why
       logical :: member(model%mesh%n_nodes)
       integer :: c

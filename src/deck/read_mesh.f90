@@ -228,7 +228,7 @@ contains
       integer, intent(in) :: ends(2)             ! indices of the end nodes, equal for a ring
       real(wp), intent(in) :: s(0:)              ! ends of the elements on the curve
       type(element_card_t), intent(in) :: common
-      logical, intent(in) :: placed              ! the deck omits the number of elements
+      logical, intent(in) :: placed              ! true: the deck omits the number of elements
       type(imperfection_t) :: none(0)
       integer :: i, from, to
       real(wp) :: x(2), angle, speed

@@ -12,7 +12,7 @@ module read_releases
 
    !> Components that the lines of a *RELEASE card release, and the spring of the joint.
    type :: joint_t
-      logical :: free(3) = .false.                      !! components
+      logical :: free(3) = .false.                      !! true for components that are released
       real(wp) :: stiffness = 0.0_wp                    !! of a spring in these components; 0: none
       integer :: set = 0                                !! node set that receives the new nodes, 0: none
    end type joint_t
@@ -25,7 +25,7 @@ contains
       type(model_t), intent(inout) :: model             !! receives nodes, tie, joint_spring, release
       type(cursor_t) :: at
       type(joint_t) :: joint
-      logical, allocatable :: released(:, :)            ! (2, elements) ends that are released by an earlier line
+      logical, allocatable :: released(:, :)            ! (2, elements) true for ends that an earlier line releases
       integer, allocatable :: nodes(:), elements(:)
       integer :: i
       call complete_joints(model)

@@ -199,7 +199,7 @@ contains
    !> True if the value of a tie can be computed.
    pure logical function is_ready(tie, waits)
       type(tie_t), intent(in) :: tie
-      logical, intent(in) :: waits(:, :) ! (3, nodes) components whose values are not known yet
+      logical, intent(in) :: waits(:, :) ! (3, nodes) true for components whose values are not known yet
       integer :: k
       is_ready = .true.
       do k = 1, size(tie%of)

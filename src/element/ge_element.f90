@@ -67,7 +67,7 @@ contains
    pure function ge_compliance(stages, h, ea, ei, ga, shear_rigid) result(compliance)
       integer, intent(in) :: stages
       real(wp), intent(in) :: h, ea, ei, ga
-      logical, intent(in) :: shear_rigid      !! GA is not used
+      logical, intent(in) :: shear_rigid      !! true: the element does not shear, and GA is not used
       type(ge_stiffness_t) :: compliance
       compliance%axial = 1.0_wp / ea
       compliance%bending = 1.0_wp / ei

@@ -192,7 +192,7 @@ contains
    pure subroutine carry_stored(problem, state, chosen, new)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state        !! state before the nodes moved
-      logical, intent(in) :: chosen(:)          !! (elements)
+      logical, intent(in) :: chosen(:)          !! (elements) true: the section forces of the element are transferred
       type(state_t), intent(inout) :: new       !! in: with its geometry
       type(kept_t) :: kept
       integer :: range(2, size(chosen)), i

@@ -70,7 +70,7 @@ contains
       end subroutine add
    end function find_cuts
 
-   !> True if the mesh has an interface point at each place found, and at no other place.
+   !> True if the mesh has an interface point at each interface point of the state, and nowhere else.
    logical function marked(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

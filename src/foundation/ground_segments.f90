@@ -58,8 +58,9 @@ contains
       end do
    end function followed_part
 
-   !> False for an element in contact that is too long to represent the deflection on its foundation; its gap between the nodes is
-   !> meaningless. This is a property of the mesh as it was made: nodes that move with interface points do not change it.
+   !> True if an element is short enough to represent the deflection on its foundation, or is not in contact. False for an element
+   !> in contact that is too long: its gap between the nodes is meaningless. The answer is a property of the mesh as it was made;
+   !> nodes that move with interface points do not change it.
    pure logical function follows(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -399,7 +400,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
       logical, intent(out) :: hold
-      logical, intent(in) :: carried            !! as in tell_segments
+      logical, intent(in) :: carried            !! true: the state comes from another mesh, as in tell_segments
       type(element_gap_t) :: gap
       real(wp) :: low, high, slack, rounding
       real(wp), allocatable :: value(:)

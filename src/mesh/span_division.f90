@@ -300,7 +300,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(mesh_density_t) :: demand(size(problem%layout%rod_segment))
-      logical, allocatable :: begins(:)              ! (nodes) a span begins there
+      logical, allocatable :: begins(:)              ! (nodes) true: a span begins there
       integer :: k, m, n
       demand = present_demand(problem, state)
       do k = 1, size(demand)

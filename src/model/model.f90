@@ -89,7 +89,7 @@ module model
    type :: section_t
       character(name_length) :: name = ''       !! element set of the section
       real(wp) :: ea = 0.0_wp, ei = 0.0_wp      !! axial [force] and bending [force length^2] stiffness
-      logical :: inextensible = .false.         !! 1/EA is zero: ea is not used
+      logical :: inextensible = .false.         !! true: 1/EA is zero: ea is not used
       real(wp) :: ga = 0.0_wp                   !! shear stiffness [force]; not used when shear_rigid
       logical :: shear_rigid = .true.
       real(wp) :: mass = 0.0_wp                 !! mass per unit stress-free length (self-weight)
@@ -118,7 +118,7 @@ module model
    type :: release_t
       integer :: node = 0                       !! node of the deck
       integer :: own = 0                        !! node of the released ends
-      logical :: free(3) = .false.              !! components that are independent
+      logical :: free(3) = .false.              !! true for components that are independent
    end type release_t
 
    !> A named set of nodes.
@@ -138,9 +138,9 @@ module model
       integer :: obstacle = 0
       integer, allocatable :: node(:)           !! node indices, in the deck's order
       real(wp) :: gap = 0.0_wp                  !! added to the geometric gap (half depth: negative)
-      logical :: along = .false.                !! rigid obstacle: contact spans are possible, at points and lines anywhere along
-      !! the rod (choose_spans)
-      logical :: distributed = .false.          !! foundation: reactions act along the elements, not at the nodes
+      logical :: along = .false.                !! true: rigid obstacle: contact spans are possible, at points and lines anywhere
+      !! along the rod (choose_spans)
+      logical :: distributed = .false.          !! true: foundation: reactions act along the elements, not at the nodes
       logical :: spans = .false.                !! contact spans are used at present; false: contact at nodes, or with a foundation
       character(:), allocatable :: needs        !! property that is missing for contact along the rod, if contact acts at nodes
       !! although the deck does not request this; not allocated: none
@@ -150,7 +150,8 @@ module model
    type :: contact_print_t
       integer :: obstacle = 0
       logical :: at_end = .false.               !! true: its end; false: its beginning
-      logical :: angle = .false.                !! as an angle about the obstacle's centre [degrees], not as an arc length
+      logical :: angle = .false.                !! true: the place is an angle about the obstacle's centre [degrees]; false: an arc
+      !! length
       integer :: region = 1                     !! number of the region along the rods
    end type contact_print_t
 
@@ -169,7 +170,8 @@ module model
    type :: threshold_t
       integer :: monitor = 0
       real(wp) :: value = 0.0_wp
-      logical :: rising = .true.                !! stop only: passes upwards (ABOVE) or downwards (BELOW)
+      logical :: rising = .true.                !! stops only: true if the value must be passed upwards (ABOVE), false if downwards
+      !! (BELOW)
    end type threshold_t
 
    !> A path that starts at a bifurcation of another path.
@@ -225,7 +227,7 @@ module model
       integer :: n_modes = 0                    !! > 0: a buckling step, which computes this number of modes and follows no path
       integer :: tangent_updates = huge(1)      !! new tangents in an increment after the predictor: huge: full Newton, 0: modified
       !! Newton, 1: one update
-      logical :: paper_loop = .false.           !! contact by the loop of the paper's Fig. 2
+      logical :: paper_loop = .false.           !! true: contact by the loop of the paper's Fig. 2
       real(wp) :: tolerance = 0.0_wp            !! relative residual (defaults are in the card table only)
       real(wp) :: sharper = 1.0_wp              !! part of the tolerance needed for the requested errors, as far as rounding allows
       logical :: tolerance_given = .false.      !! true: the deck gives the tolerance, which is then never changed
@@ -262,7 +264,7 @@ module model
       type(imperfection_t), allocatable :: imperfection(:)
       type(section_t), allocatable :: section(:)
       type(node_set_t), allocatable :: node_set(:)
-      logical, allocatable :: fixed(:, :)       !! (3, n_nodes) supported degrees of freedom
+      logical, allocatable :: fixed(:, :)       !! (3, n_nodes) true for supported degrees of freedom
       real(wp), allocatable :: spring(:, :)     !! (3, n_nodes) stiffness of springs to the ground
       type(tie_t), allocatable :: tie(:)
       type(joint_spring_t), allocatable :: joint_spring(:)

@@ -119,7 +119,7 @@ contains
    subroutine find_breakpoints(model, beside, breakpoint)
       type(model_t), intent(in) :: model
       integer, allocatable, intent(out) :: beside(:, :)     !! (2, nodes) as in new_layout
-      logical, allocatable, intent(out) :: breakpoint(:)    !! (nodes)
+      logical, allocatable, intent(out) :: breakpoint(:)    !! (nodes) true: segment boundary
       integer :: ends(2, model%mesh%n_nodes)                ! numbers of elements that end and begin at the node
       logical, allocatable :: member(:), covered(:)
       integer :: e, i, k
@@ -200,7 +200,7 @@ contains
    !> contact at nodes requested by the deck, and foundations that couple nodes.
    function elements_that_stay(model) result(kept)
       type(model_t), intent(in) :: model
-      logical, allocatable :: kept(:)         !! (elements)
+      logical, allocatable :: kept(:)         !! (elements) true: the nodes of the element are kept
       logical, allocatable :: member(:)
       integer :: k
       associate (mesh => model%mesh)

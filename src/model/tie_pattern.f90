@@ -10,7 +10,7 @@ module tie_pattern
 
    !> Which nodes determine the displacements of each tied node.
    type :: tie_pattern_t
-      logical, allocatable :: tied(:, :)    !! (3, nodes) components that follow others
+      logical, allocatable :: tied(:, :)    !! (3, nodes) true for components that follow others
       logical, allocatable :: follows(:)    !! (nodes) true: some component follows others
       integer, allocatable :: first(:)      !! (nodes + 1) first position of each node's list in `of`
       integer, allocatable :: of(:)         !! list of a node that follows others: the node itself and all nodes that it follows;

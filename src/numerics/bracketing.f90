@@ -29,7 +29,7 @@ contains
       bracket%scale = max(abs(f_low), abs(f_high))
    end function new_bracket
 
-   !> Next place at which the function is to be evaluated. False: the bracket is narrower than `narrow`.
+   !> True if the function must be evaluated at a further place, `at`; false if the bracket is narrower than `narrow`.
    logical function next_guess(bracket, narrow, at)
       type(bracket_t), intent(in) :: bracket
       real(wp), intent(in) :: narrow             !! width at which the search ends

@@ -34,7 +34,7 @@ module obstacle_types
       integer :: law = 0                        !! index into model%law, 0: none; its forces are multiplied by the width
       real(wp) :: width = 1.0_wp
       logical :: bilateral = .false.            !! true: permanent contact, with tension as well as pressure
-      logical :: at_nodes = .false.             !! a line as model of stops at single nodes (*GAP): gaps count from each node's
-      !! place at the start, modulus and law are those of a node
+      logical :: at_nodes = .false.             !! true: a line as model of stops at single nodes (*GAP): gaps count from each
+      !! node's place at the start, modulus and law are those of a node
    end type obstacle_t
 end module obstacle_types

@@ -17,7 +17,7 @@ module run_recorder
       type(listing_t) :: listing
       type(progress_t) :: progress
       integer :: on_branch = 0          !! branch of the points; 0: the path of the steps
-      logical :: quiet = .false.        !! no listing
+      logical :: quiet = .false.        !! true: no listing is written
    contains
       procedure :: point => record_point
       procedure :: critical => record_critical

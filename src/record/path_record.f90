@@ -93,7 +93,7 @@ module path_record
       integer :: step = 0
       integer :: curve = 0                    !! index into step%limit_curve
       real(wp) :: parameter = 0.0_wp
-      logical :: rigid = .false.              !! the obstacle was rigid (parameter: infinity)
+      logical :: rigid = .false.              !! true: the obstacle was rigid (parameter: infinity)
       real(wp) :: load_factor = 0.0_wp
       integer :: iterations = 0               !! Newton iterations of all its corrections
       real(wp) :: residual = 0.0_wp           !! relative, of equilibrium

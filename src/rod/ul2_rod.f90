@@ -147,7 +147,7 @@ contains
       z = state%z(:problem%z_size(e), e)
    end function finer_unknowns
 
-   !> See rod_element: forces follow from displacements.
+   !> See rod_element. False: the forces follow from displacements, and the operator gives their new values.
    pure logical function takes_increments(self)
       class(ul2_rod_t), intent(in) :: self
       takes_increments = .false.

@@ -20,7 +20,7 @@ module ground
       integer, allocatable :: first(:)          !! (elements + 1) first entry of each element in `candidate`
       integer, allocatable :: candidate(:)      !! candidate at the element's first node, index into chain
       logical, allocatable :: founded(:)        !! (elements) true: a foundation acts on the element
-      logical :: tabled = .true.                !! the deviation is tabulated, because no node moves along its rod
+      logical :: tabled = .true.                !! true: the deviation is tabulated, because no node moves along its rod
       logical, allocatable :: curved(:)         !! (elements) true: the deviation is not zero
       real(wp), allocatable :: slope(:)         !! (obstacles) [force/length^2] largest slope of the law; 0: not inside elements
       real(wp) :: stiffest = 0.0_wp             !! [force/length] largest stiffness of a node's share of a foundation

@@ -29,7 +29,7 @@ module tangent_modes
       integer :: n = 0                       !! number of modes
       integer :: pivots = 0                  !! negative pivots c of the factored tangent
       integer :: hinges = 0                  !! number of spurious ones among these pivots, which events do not count (system_t)
-      logical, allocatable :: was_negative(:) !! (n) sign of each eigenvalue in the iteration
+      logical, allocatable :: was_negative(:) !! (n) true for eigenvalues that were negative in the iteration, before refinement
       real(wp), allocatable :: mu(:)
       real(wp), allocatable :: x(:, :)       !! (unknowns, n) node axes, <x, x> = 1 in the metric
    end type modes_t

@@ -26,7 +26,7 @@ module rod_state
       real(wp) :: load_factor = 0.0_wp
       real(wp), allocatable :: u(:, :)        !! (3, nodes) displacements and rotation, global axes
       real(wp), allocatable :: z(:, :)        !! (largest z_size, elements) stored section forces
-      logical, allocatable :: active(:)       !! (candidates) contact is active
+      logical, allocatable :: active(:)       !! (candidates) true: in contact
       real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, > 0 in compression
       real(wp), allocatable :: couple(:)      !! (candidates) couple on a node that takes the direction of its track, without the
       !! couples of the elements on the track
@@ -205,8 +205,9 @@ contains
       opening = opening + settlement(problem%coupling, candidate, state%reaction)
    end function candidate_opening
 
-   !> False if supports of the node take the whole reaction of a rigid obstacle with this normal, or if the node is tied to another
-   !> node, which then has the contact. Always true for a foundation, which reacts to its gap.
+   !> True if a rigid obstacle with this normal can exert a reaction on the candidate's node. False if supports of the node take the
+   !> whole reaction, or if the node is tied to another node, which then has the contact. Always true for a foundation, which reacts
+   !> to its gap.
    pure logical function may_react(problem, candidate, normal)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate

@@ -41,7 +41,7 @@ contains
    !> Stiffness of the ground for a contact set; computed again only if the set has changed.
    subroutine set_active(coupling, active, set)
       type(coupling_t), intent(in) :: coupling
-      logical, intent(in) :: active(:)             !! (candidates)
+      logical, intent(in) :: active(:)             !! (candidates) true: in contact
       type(active_coupling_t), intent(inout) :: set
       integer, allocatable :: entry(:)
       integer :: i
@@ -159,7 +159,7 @@ contains
    subroutine factor_excess(set, factor, fixed)
       type(active_coupling_t), intent(inout) :: set
       type(factor_t), intent(in) :: factor
-      logical, intent(in) :: fixed(:)              !! (unknowns)
+      logical, intent(in) :: fixed(:)              !! (unknowns) true: eliminated
       real(wp), allocatable :: work(:)
       real(wp) :: largest
       integer :: i, info

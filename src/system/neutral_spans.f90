@@ -54,7 +54,8 @@ contains
       end associate
    end function last_of_its_segment
 
-   !> True for an end of a rod whose clamp no step rotates and no couple loads.
+   !> True if a rod is clamped at its end (rotation and a displacement fixed), and no step rotates this clamp or loads it by a
+   !> couple.
    pure logical function clamps(problem, node, side)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: node, side           !! 1: beginning of the rod, 2: its end
