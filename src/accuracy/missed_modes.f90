@@ -26,8 +26,9 @@ module missed_modes
 
 contains
 
-   !> Unstable directions of the enriched problem minus those of the problem, or else the number that elements hide between their
-   !> nodes; 0 if an eigenvalue close to zero makes the difference uncertain.
+   !> Unstable directions of the enriched problem minus those of the problem. If they are equal, the number of unstable directions
+   !> that elements hide between their nodes; if there are none, the difference for the reduced problem (released_difference). 0 if
+   !> an eigenvalue close to zero makes a difference uncertain.
    integer function unstable_difference(problem, state, system, path, point, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -103,8 +104,8 @@ contains
       if (difference /= 0) difference = difference - (zeros(2) - zeros(1))
    end function certain_difference
 
-   !> The difference for the reduced problem without force-free line contacts, which hide it in the whole problem: a straight rod on
-   !> a straight wall is exact on any mesh, and supported.
+   !> Difference of the numbers of unstable directions in the reduced problem without force-free line contacts. These contacts hide
+   !> the difference in the whole problem: a straight rod on a straight wall is exact on any mesh, and supported.
    integer function released_difference(problem, state, system, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -48,7 +48,8 @@ module path_errors
    real(wp), parameter :: longest_part = 0.1_wp  !! largest part, over which the path is straight to the same accuracy
    real(wp), parameter :: plain = 1.0_wp / longest_part !! least change of the event function, in rounding errors, from which its
    !! slope is computed
-   real(wp), parameter :: next_order = 0.5_wp !! error of the next order's polynomial per change between nodes; 0.25-0.45 measured
+   real(wp), parameter :: next_order = 0.5_wp !! ratio of the enriched polynomial's error between nodes to its change there;
+   !! 0.25-0.45 measured
    real(wp), parameter :: least_bend = 0.1_wp     !! lower bound of the ratio of the event function's slopes after and before the
    !! first step; below it no bar is valid
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])

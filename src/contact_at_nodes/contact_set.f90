@@ -236,8 +236,8 @@ contains
       more = pack([(c, c=1, size(may))], may)
    end function next_in_doubt
 
-   !> Chosen candidates and their neighbours; on coupled ground a change has a long range, so the neighbourhood grows from round to
-   !> round.
+   !> Chosen candidates and their neighbours. On coupled ground a change has a long range, so that the neighbourhood is larger each
+   !> time that the LCP is extended (`round`).
    function with_neighbours(problem, chosen, round) result(near)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: chosen(:)         !! (candidates) true for those chosen

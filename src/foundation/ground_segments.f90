@@ -236,7 +236,8 @@ contains
       integer, intent(in) :: candidate
       real(wp), intent(in) :: rounding           !! gap_rounding of the state
       integer, intent(out) :: n
-      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) places, 0 to 1, in order for each level; level of each place
+      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) places, 0 to 1, in order for each corner of the law; gap of the
+      !! corner at each place
       real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this size are ignored
       type(element_gap_t) :: gap
       real(wp) :: place(most_crossings), wave

@@ -86,7 +86,7 @@ contains
          end do
          passed = passed + piece
       end do
-      ! Elements that rounding has left over.
+      ! Rounding may have left the last elements without a place: they divide the rest of the length equally.
       do while (k < n)
          at(k + 1) = at(k) + (to - at(k)) / (n - k + 1)
          k = k + 1
