@@ -20,8 +20,8 @@ module hidden_openings
 
 contains
 
-   !> (elements) true if contact may have opened inside. Places that are certainly open, or uncertain by rounding only, are
-   !> excluded.
+   !> Marks the elements inside which contact may have opened undetected. Places that are certainly open, or uncertain by rounding
+   !> only, do not count.
    function may_be_open(problem, state) result(doubtful)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged

@@ -145,7 +145,8 @@ contains
       ! A bifurcation is compared by load, whose rate does not vanish there; errors of a stiff structure's small displacements have
       ! no influence then.
       if (size(modes, 2) > 0) control = normal_plane(problem, state, heading, 1.0_wp)
-      ! Increment in the controlled quantity: at a limit point without the load, and by the load alone if nothing moves.
+      ! Length of the increment in the controlled quantity, which does not contain the load at a limit point, and is the load alone
+      ! if nothing moves.
       reach = length
       if (control%method == method_linearised) reach = sqrt(metric(problem, control%tangent, control%tangent)) * length + &
          & control%load_scale**2 * abs(control%tangent_load * rise)
@@ -238,8 +239,8 @@ contains
             error = load_rounding()
             if (error > 0.0_wp) error = max(error, crossing%rounding)
          else if (zero_is(zero, event_turning)) then
-            ! The direction of the path is as accurate as the stiffness along it; its turn over the increment gives the error of the
-            ! rate.
+            ! The path tangent has the relative error of the stiffness along the path. This error times the turn of the path over
+            ! the increment is the error of the monitor's rate.
             call path_stiffness(problem, state, system, stiffness, rounding)
             stiffness = max(stiffness, bending_stiffness(problem))
             error = rounding / stiffness * abs(crossing%slope) * reach

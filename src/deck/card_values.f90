@@ -140,7 +140,7 @@ contains
       given = found%value > 0
    end function given
 
-   !> How many values a data line has for the last field of its layout, which may repeat.
+   !> Number of values that a data line has for the last field of its layout, which may repeat.
    integer function count_of(self, at, name) result(n)
       class(card_values_t), intent(in) :: self
       type(cursor_t), intent(in) :: at

@@ -21,7 +21,7 @@ module read_mesh
    !> Entries per node of a chain's band matrix factored with pivoting: three unknowns, coupled with those of neighbouring nodes.
    integer, parameter :: band_entries = 3 * (3 * 5 + 1)
 
-   !> What all elements of a card have in common.
+   !> Properties that all elements of a card have in common.
    type :: element_card_t
       integer :: family = 0, stages = 0        !! kind of the elements
       integer :: node_set = 0, element_set = 0 !! sets that receive nodes and elements, 0: none

@@ -315,7 +315,7 @@ contains
          defect(2) = max(abs(end_defect(1)), abs(end_defect(2)))
       end subroutine go_to_second_end
 
-      !> End conditions, of which the increments of n and m at the first end are the solution.
+      !> Sets up the end conditions, whose solution is the increment of n and m at the first end.
       subroutine set_up_end_conditions()
          real(wp) :: t(2)
          integer :: i

@@ -8,7 +8,7 @@ module tie_pattern
    private
    public :: tie_pattern_t, new_tie_pattern, coupled_pairs
 
-   !> Which nodes determine the displacements of each tied node.
+   !> The nodes that determine the displacements of each tied node.
    type :: tie_pattern_t
       logical, allocatable :: tied(:, :)    !! (3, nodes) true for components that follow others
       logical, allocatable :: follows(:)    !! (nodes) true: some component follows others

@@ -176,7 +176,7 @@ contains
       system%path_corner = held%by_load
    end subroutine set_path_row
 
-   !> The functional row.u + by_load times the load factor.
+   !> The functional row.u + by_load times the load factor, u the displacements of the nodes.
    function linear_functional(problem, system, row, by_load) result(linear)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
