@@ -186,7 +186,7 @@ contains
    pure function ranges(label) result(text)
       integer, intent(in) :: label(:)        !! increasing within each run of neighbours
       character(:), allocatable :: text
-      integer, parameter :: most = 5         ! largest readable number
+      integer, parameter :: most = 5         ! largest number of ranges that is readable
       integer :: i, first, n
       text = ''
       n = 0

@@ -105,7 +105,7 @@ contains
    subroutine check_tied_nodes(deck, at, name, model, contact)
       type(checked_deck_t), intent(inout) :: deck
       type(cursor_t), intent(in) :: at
-      character(*), intent(in) :: name                  ! of the item that names the nodes
+      character(*), intent(in) :: name                  ! name of the item that names the nodes
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       character(:), allocatable :: why

@@ -67,7 +67,7 @@ contains
       type(model_t), intent(inout) :: model
       type(cursor_t), allocatable :: tie_origin(:)
       logical :: joints_wrong
-      integer :: n                                      ! errors before the readers whose errors are noted next
+      integer :: n                                      ! number of errors before the readers whose errors note_errors counts next
       integer :: i
       joints_wrong = .false.
       call read_heading(deck, model)

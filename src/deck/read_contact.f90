@@ -24,7 +24,7 @@ contains
       type(model_t), intent(inout) :: model             !! receives contact
       type(cursor_t) :: at
       type(contact_t) :: contact
-      integer :: touched(size(model%obstacle), model%mesh%n_nodes) ! line of the *CONTACT
+      integer :: touched(size(model%obstacle), model%mesh%n_nodes) ! (obstacles, nodes) line of the *CONTACT; 0: none
       allocate (model%contact(0))
       touched = 0
       do while (deck%next_card(at, 'CONTACT'))

@@ -153,7 +153,7 @@ contains
       type(model_t), intent(in) :: model
       integer, intent(in) :: element(:) ! not empty
       logical, intent(out) :: ok
-      integer :: owner(model%mesh%n_elements) ! imperfection of each element
+      integer :: owner(model%mesh%n_elements) ! (elements) imperfection of the element
       integer :: e, i
       ok = deck%names%mesh_incomplete .or. deck%names%imperfections_incomplete
       if (ok) return

@@ -87,7 +87,7 @@ contains
       type(cursor_t) :: at
       type(section_t) :: section
       integer, allocatable :: elements(:)
-      integer :: section_line(size(deck%card))          ! by section: line of its card
+      integer :: section_line(size(deck%card))          ! (sections) line of the section's card
       integer :: i, m
       allocate (model%section(0))
       do while (deck%next_card(at, 'BEAM SECTION'))

@@ -104,7 +104,7 @@ contains
       !> contacts as well, because a line contact without pressure buckles as a free span does.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
-         integer, intent(in) :: contact              ! contact of a line contact, 0: a free span
+         integer, intent(in) :: contact              ! index of the contact of a line contact; 0: a free span
          real(wp) :: wanted
          integer :: n, least, i, stages
          type(mesh_density_t) :: deck

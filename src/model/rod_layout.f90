@@ -50,7 +50,7 @@ contains
          kept = elements_that_stay(model)
          allocate (layout%rod_segment_of(mesh%n_elements), layout%node_rod_segment(mesh%n_nodes), source=0)
          allocate (layout%origin(mesh%n_elements), layout%node_at(mesh%n_nodes), source=0.0_wp)
-         ! The number of elements is an upper bound, mostly far too large.
+         ! The number of elements would be an upper bound as well, but mostly far too large.
          allocate (rod_segment(count(layout%breakpoint(mesh%node(1, :))) + count(.not. layout%breakpoint)))
          n = 0
          do e = 1, mesh%n_elements

@@ -66,7 +66,7 @@ contains
             d = dof(problem, node, 1)
             call contact_tangent(problem, state, system, c, force, k)
             if (system%soft(c)) call spread_force(problem, system%tie_block, node, -[force, 0.0_wp], system%residual)
-            ! At a node with `lean` the third unknown contains the offset of the contact force already.
+            ! At a node whose contact force acts beside it (`lean`) the third unknown contains the offset of the force already.
             if (problem%candidates%contact_span(c) > 0 .and. .not. problem%candidates%follows(c) .and. &
                & (problem%candidates%moves(c) .or. .not. system%turned(node))) then
                system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)

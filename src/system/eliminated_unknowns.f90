@@ -73,7 +73,7 @@ contains
                cycle
             end if
             first(node) = c
-            ! A support leaves the obstacle one free direction to act in, or none.
+            ! A support of the node leaves the obstacle one free direction in which it can act, or none.
             if (fixed(1, node)) then
                if (fixed(2, node)) cycle
                i = 2

@@ -58,7 +58,7 @@ module system_type
       integer, allocatable :: grip(:)           !! (elements) number of quadrature points of foundations in the element's part that
       !! is in contact
       real(wp), allocatable :: eshift(:, :, :) !! (6, 2, elements) element matrix times unit translations in x and y, node axes
-      ! Border.
+      ! Border of the equations: load column and constraint row, see bordered_system.
       real(wp), allocatable :: tangent(:)       !! (n) path tangent: derivative of the unknowns by the load factor
       real(wp), allocatable :: tangent_load(:)  !! (n) forces whose response in the band is `tangent`: `load` and the correction for
       !! inextensible elements
@@ -76,7 +76,7 @@ module system_type
       !! after the clamp equal
       real(wp) :: roll_range = 0.0_wp           !! material length by which the rod may roll in either direction
       real(wp), allocatable :: rolled(:)        !! (n) rolling motion from the tangent, per unit of length
-      ! Measures of the state.
+      ! Measures of the residual and of rounding in the state.
       real(wp) :: force_residual = 0.0_wp       !! relative residual of forces, from the stored section forces
       real(wp) :: defect_residual = 0.0_wp      !! largest residual inside elements: rotation [rad], position over size, force over
       !! force_scale
