@@ -201,7 +201,7 @@ contains
          end if
       end if
       call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error)
-      ! Eigenvalues are sorted by magnitude.
+      ! Eigenvalues are sorted by magnitude: the first suitable one is the nearest to zero.
       do i = 1, modes%n
          if (sum([(likeness(problem, given(:, k), modes%x(:, i))**2, k=1, size(given, 2))]) < 0.5_wp) cycle
          value = modes%mu(i) - of_other_modes(problem, state, system, modes%x(:, i))

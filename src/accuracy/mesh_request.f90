@@ -155,7 +155,8 @@ contains
          else if (tries > most_cancelling .or. (tries > merge(1, most_unbounded, bounded) .and. now >= 2 * last%elements .and. &
             & enough_progress * ratio > 1.0_wp .and. .not. on_its_way)) then
             ! More elements do not help. But errors of coarse meshes may cancel, by symmetry on the first mesh or when they are
-            ! almost within tolerance, and a few more elements may give bounds: therefore not before several meshes.
+            ! almost within tolerance, and a few more elements may give bounds. Refinement is therefore given up only after several
+            ! meshes.
             last%in_vain = .true.
             return
          end if

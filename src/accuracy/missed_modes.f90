@@ -77,7 +77,7 @@ contains
       integer :: e
       hidden = 0
       do e = 1, problem%model%mesh%n_elements
-         ! Elements supported by an obstacle or the ground between their nodes buckle at higher loads.
+         ! Elements supported by an obstacle or the ground between their nodes buckle at higher loads, and do not count.
          if (problem%conforms(e) > 0 .or. problem%ground%founded(e)) cycle
          ! The thrust is at most the larger of the end forces.
          force = max(norm2(system%eraw(1:2, e)), norm2(system%eraw(4:5, e)))

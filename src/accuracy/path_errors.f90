@@ -256,7 +256,7 @@ contains
       integer, intent(in) :: kind                !! event_...
       zero_is = .false.
       if (.not. allocated(zero%event)) return
-      ! At a corner of a force law the load rate jumps through zero.
+      ! An event at a corner of a force law does not count: the load rate jumps through zero there.
       zero_is = zero%event%kind == kind .and. zero%event%law%candidate == 0
    end function zero_is
 

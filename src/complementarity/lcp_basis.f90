@@ -151,7 +151,7 @@ contains
          basis%value_size(i) = abs(problem%q(j))
          basis%column(i) = a(j)
       end do
-      ! The other columns of the inverse are full. Four at a time take half the loads and stores of one after another.
+      ! Columns of the inverse whose w is not basic are full. Four at a time take half the loads and stores of one after another.
       full = pack([(j, j=1, n)], basis%row_of_w == 0)
       do k = 1, modulo(size(full), 4)
          j = full(k)

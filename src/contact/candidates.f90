@@ -134,7 +134,7 @@ contains
             list%bilateral(here) = model%obstacle(list%obstacle(here))%bilateral
             call obstacle_gap(model%obstacle(list%obstacle(here)), geometry%x(:, at), gap, normal, bend)
             if (list%bilateral(here)) then
-               ! The initial position is free of force, whatever the gap to the obstacle.
+               ! The initial position of a bilateral contact is free of force, whatever the gap to the obstacle.
                list%gap_offset(here) = -gap
             else if (model%obstacle(list%obstacle(here))%at_nodes) then
                list%gap_offset(here) = model%contact(c)%gap - gap

@@ -42,7 +42,7 @@ contains
          contact_span(k)%number = last + k
          j = findloc(over(:, k) .and. before%rod_segment == now(k)%rod_segment, .true., 1)
          if (j == 0) j = findloc(over(:, k), .true., 1)
-         ! If a contact has divided, its first part continues it.
+         ! If a contact has divided, its first part keeps the number.
          if (j > 0) then
             if (findloc(over(j, :) .and. (now%rod_segment == before(j)%rod_segment .or. .not. any(over(j, :) .and. &
                & now%rod_segment == &

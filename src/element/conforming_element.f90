@@ -94,7 +94,7 @@ contains
       end do
       ok = all(section(:s)%stretch > 0.0_wp)
 
-      ! Linearised stage equations, sigma before P.
+      ! Linearised stage equations, those of sigma before those of P.
       defect = 0.0_wp
       system = 0.0_wp
       rhs = 0.0_wp

@@ -335,7 +335,7 @@ contains
          call curve_bend(curve, imperfection, min(max(s, g%s(1) + step), g%s(2) - step), bend(0), bend(1))
          step = epsilon(step)**(1.0_wp / 3.0_wp) * (g%s(2) - g%s(1))
          middle = min(max(s, g%s(1) + step), g%s(2) - step)
-         ! Elements of a diverging iterate may have lengths as small as rounding.
+         ! An element of a diverging iterate may be as short as rounding: its derivatives are then not computed.
          if (.not. middle + step > middle - step) return
          do i = -1, 1
             call curve_bend(curve, imperfection, middle + i * step, unused, rate(i))

@@ -98,7 +98,7 @@ contains
             end do
          end do
          do j = 0, s
-            ! Chebyshev points, between which the polynomial does not oscillate.
+            ! The points between the ends are Chebyshev points, between which the polynomial does not oscillate.
             tau = 0.5_wp * (1.0_wp - cos(j * pi / s))
             if (j == 0) then
                u = state%u(:, node(1))
@@ -495,7 +495,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: d(2), x(2), angle, speed
       if (problem%ground%founded(profile%element) .and. problem%ground%tabled) then
-         ! Tabulated, because quadratures of foundations evaluate it very often.
+         ! The deviation is tabulated, because quadratures of foundations evaluate it very often.
          d = home_deviation(problem%ground, profile%element, tau)
       else
          call curve_point(problem%model%curve(problem%model%mesh%curve(profile%element)), problem%model%imperfection, &

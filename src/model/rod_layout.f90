@@ -98,7 +98,7 @@ contains
                new%element(k) = at
                layout%rod_segment_of(at) = n
                layout%origin(at) = new%at(k) - mesh%s(1, at)
-               ! The same value all along a curve, without differences by rounding.
+               ! All elements of a curve get the same value, without differences by rounding.
                if (k > 1) then
                   associate (before => new%element(k - 1))
                      if (mesh%curve(at) == mesh%curve(before) .and. abs(mesh%s(1, at) - mesh%s(2, before)) <= 0.0_wp) &

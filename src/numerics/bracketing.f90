@@ -48,7 +48,7 @@ contains
       if (bracket%fresh) then
          at = bracket%low + width * bracket%f_low / (bracket%f_low - bracket%f_high)
       else
-         ! 1: end that was replaced last, 2: other end, 3: the replaced point.
+         ! The three points are 1: the end that was replaced last, 2: the other end, 3: the replaced point.
          x = [bracket%high, bracket%low, bracket%dropped]
          f = [bracket%f_high, bracket%f_low, bracket%f_dropped]
          if (bracket%latest_low) x(1:2) = [bracket%low, bracket%high]
@@ -61,7 +61,7 @@ contains
             at = x(1) + part * (x(2) - x(1))
          end if
       end if
-      ! At least a rounding distance from both ends.
+      ! The guess keeps at least a rounding distance from both ends.
       margin = min(2.0_wp * epsilon(at) * max(1.0_wp, abs(bracket%low), abs(bracket%high)), 0.25_wp * width)
       at = min(max(at, bracket%low + margin), bracket%high - margin)
    end function bracket_guess

@@ -31,7 +31,7 @@ contains
       t%stages = stages
       call gauss_points(stages, t%c(:stages), t%b(:stages))
       do j = 1, stages
-         ! Coefficients of the product of (x - c_k)/(c_j - c_k) over k.
+         ! Coefficients of the Lagrange polynomial j: the product of (x - c_k)/(c_j - c_k) over all other k.
          lagrange = 0.0_wp
          lagrange(0) = 1.0_wp
          degree = 0

@@ -111,7 +111,7 @@ contains
       matrix%shift = stresses%eshift
       matrix%pressure = times * problem%model%step(problem%step)%load%pressure
       allocate (matrix%contact(2, 2, problem%candidates%n), source=0.0_wp)
-      ! Reaction on a curved obstacle.
+      ! Geometric stiffness of curved obstacles under their reactions.
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          associate (node => problem%candidates%node(c))

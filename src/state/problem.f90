@@ -175,7 +175,7 @@ contains
                new%rod_segment(e) = j
                new%origin(e) = division(j)%at(i) - mesh%s(1, e)
                if (i == 1) cycle
-               ! One value for all elements of a curve, without differences by rounding.
+               ! All elements of a curve get the same value, without differences by rounding.
                if (mesh%curve(e) == mesh%curve(e - 1) .and. abs(mesh%s(1, e) - mesh%s(2, e - 1)) <= 0.0_wp) &
                   & new%origin(e) = new%origin(e - 1)
             end do
