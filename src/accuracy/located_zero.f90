@@ -234,13 +234,13 @@ contains
       settled = settled .and. likeness(problem, given, mode)**2 >= 0.5_wp
    end subroutine iterate_mode
 
-   !> Rounding error of the eigenvalue of a bifurcation's null vector: that of the element deformations, from which the products are
-   !> computed (see tangent_modes), and the contribution of other modes left by the iteration.
+   !> Rounding error of the eigenvalue of a mode: that of the element deformations, from which the products are computed (see
+   !> tangent_modes), and the contribution of other modes left by the iteration.
    real(wp) function mode_rounding(problem, state, system, zero) result(rounding)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored at the state of the mode
-      type(zero_t), intent(in) :: zero           !! test function of the bifurcation, with its null vector
+      type(zero_t), intent(in) :: zero           !! its first mode is the mode in question
       real(wp) :: local(6)
       integer :: e
       rounding = 0.0_wp

@@ -150,7 +150,8 @@ contains
          end if
          call keep(a, origin, typed, typed, typed)
       else if (typed(first:first) /= '*' .and. .not. may_write_title(a, origin(1))) then
-         ! A title is not read from an included file: the text of any file would become the title, and be stored in the results.
+         ! An included file cannot continue the title of another file: the text of any file would become the title, and be stored in
+         ! the results.
          call diagnostics%add(a%included_at, '*INCLUDE: below *HEADING a deck that begins with a keyword; its text does not '// &
             'become the title')
          a%ended = .true.

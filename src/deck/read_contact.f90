@@ -147,7 +147,8 @@ contains
       if (overlap == '') return
       call obstacle_gap(obstacle, model%mesh%x_nominal(:, node), gap, normal, bend)
       if (gap + contact%gap < -deepest_start(model)) then
-         ! The node penetrates by more than imperfections can move it: the deck describes the obstacle's side or position wrongly.
+         ! The node penetrates without the imperfections already: the deck describes the side or the position of the obstacle
+         ! wrongly.
          hint = 'the order of its points'
          if (obstacle%kind == obstacle_circle) hint = 'its SIDE'
          if (obstacle%kind == obstacle_arc) hint = 'which of its angles comes first'

@@ -44,8 +44,8 @@ module path_record
       real(wp), allocatable :: displacement(:, :)     !! (3, n_nodes)
       real(wp), allocatable :: section_forces(:, :, :) !! (3, 2, n_elements) N, Q, M at both ends
       real(wp), allocatable :: reaction(:)            !! (nodes of all contacts, in the deck's order) contact reaction of the node
-      real(wp), allocatable :: reaction_density(:)    !! (as reaction) [force/length]
-      real(wp), allocatable :: gap(:)                 !! (as reaction)
+      real(wp), allocatable :: reaction_density(:)    !! (as reaction) reaction per length of the rod [force/length]
+      real(wp), allocatable :: gap(:)                 !! (as reaction) gap of the node
       real(wp), allocatable :: contact_point(:, :)    !! (2, as reaction) position of reaction and gap: contact nodes move along the
       !! rod
       real(wp), allocatable :: contact_force(:, :)    !! (6, forces) of contact spans at points and ends of lines, see span_pushes

@@ -29,7 +29,8 @@ module run_accuracy
       type(worst_t) :: complementarity        !! largest |reaction * gap| over (largest reaction * size)
       type(worst_t) :: force_balance          !! |loads + supports + contact| over the force scale
       type(worst_t) :: moment_balance         !! the same for moments about the structure's middle, over the size
-      type(worst_t) :: node_balance           !! largest sum of forces at a node without supports, over the force scale
+      type(worst_t) :: node_balance           !! largest sum of the forces (or moments over the size) on a node, without components
+      !! that supports take, over the force scale
       type(worst_t) :: foundation             !! foundations at nodes: largest |reaction - reaction by the law for the gap|, over
       !! the largest reaction
       type(worst_t) :: mesh                   !! a measure of element length over its limit, see mesh_adequacy
@@ -48,7 +49,7 @@ module run_accuracy
       real(wp) :: asked = 0.0_wp              !! tolerance of displacements that the deck requests, over the structure's size
       real(wp) :: stiffness = 0.0_wp          !! stiffness along the path, at the last point without a label: reference value of
       !! `rounding`
-      character(:), allocatable :: rounding_words !! words on rounding; allocated as mesh_words
+      character(:), allocatable :: rounding_words !! words on rounding and its remedy; allocated if rounding is too large
    end type accuracy_t
 
    !> One check of a run, for listing and result file.
