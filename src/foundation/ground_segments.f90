@@ -59,8 +59,8 @@ contains
    end function followed_part
 
    !> True if an element is short enough to represent the deflection on its foundation, or is not in contact. False for an element
-   !> in contact that is too long: its gap between the nodes is meaningless. The answer is a property of the mesh as it was made;
-   !> nodes that move with interface points do not change it.
+   !> in contact, or with an unknown segment of the law, that is too long: its gap between the nodes is meaningless. The answer is a
+   !> property of the mesh as it was made; nodes that move with interface points do not change it.
    pure logical function follows(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -102,7 +102,7 @@ contains
       end do
    end function node_force_sum
 
-   !> Linearisation of that sum. A node moves along the obstacle, which may move itself, and the reaction then changes its
+   !> Linearisation of node_force_sum. A node moves along the obstacle, which may move itself, and the reaction then changes its
    !> direction.
    pure type(functional_t) function new_node_force_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem

@@ -40,8 +40,8 @@ contains
       total = sum(pushed(component, :), mask=problem%model%contact%obstacle == obstacle)
    end function span_force_sum
 
-   !> Derivative of that sum along the path, by the load factor, as one difference along the path tangent. The derivatives of the
-   !> functional by single unknowns are differences, too; those of stiff rods may be 10,000 times the rate, and their errors as
+   !> Derivative of span_force_sum along the path, by the load factor, as one difference along the path tangent. The derivatives of
+   !> the functional by single unknowns are differences, too; those of stiff rods may be 10,000 times the rate, and their errors as
    !> large as the rate.
    real(wp) function span_force_rate(problem, state, system, obstacle, component) result(rate)
       type(problem_t), intent(in) :: problem
@@ -63,7 +63,7 @@ contains
       total = span_force_sum(problem, state, self%obstacle, self%component)
    end function sum_of_state
 
-   !> Linearisation of that sum. Reactions at fixed segment boundaries are unbalanced forces on unknowns of their own.
+   !> Linearisation of span_force_sum. Reactions at fixed segment boundaries are unbalanced forces on unknowns of their own.
    function new_span_force_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
