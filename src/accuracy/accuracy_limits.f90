@@ -22,7 +22,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for these kinks
-      real(wp), intent(in), optional :: smallest !! at an end of foundation contact: accuracy to which the gap was located
+      real(wp), intent(in), optional :: smallest !! at an end of foundation contact: accuracy to which the gap was located, see
+      !! element_cuts
       character(:), allocatable :: why
       real(wp) :: rounding
       integer :: c
@@ -30,7 +31,7 @@ contains
       if (any(.not. collocates(problem%model%mesh%family))) why = 'the mesh has UL2 elements'
       do c = 1, problem%candidates%n
          if (problem%candidates%contact_span(c) > 0 .or. .not. state%active(c)) cycle
-         ! Stops are at nodes that the deck names.
+         ! A stop acts at a node that the deck names, and every mesh has this node: the kink is not inside an element.
          if (is_stop(problem, c)) cycle
          if (size(problem%model%contact(problem%candidates%contact(c))%node) > 1) why = 'contact is at the nodes of the mesh'
       end do

@@ -1,8 +1,9 @@
 !> Discretisation errors of the load factors of a buckling step.
 !>
 !> The enriched problem has a state and eigenvalues of its own at the same load. Eigenvalues are paired by their order, so that the
-!> bar is that of the k-th load factor even if modes cross. The relative error of a mode is proportional to C / load factor; its
-!> square is an error of the eigenvalue that the comparison of both problems does not show: D = C^2 / load factor.
+!> bar is that of the k-th load factor even if modes cross. With C the load factor's difference between both problems, the relative
+!> error of a mode is proportional to C / load factor. The square of the mode's error is an error of the eigenvalue that the
+!> comparison of both problems does not show: C^2 / load factor.
 module buckling_errors
    use kinds, only: wp
    use errors, only: error_t

@@ -17,13 +17,16 @@ module element_errors
    private
    public :: element_errors_t, new_element_errors, element_duals
 
-   !> In runs of a prototype the root of the sum of squares in `rounding` was 0.26 to 148 times the true rounding error.
+   !> Factor on the root of the sum of squares in `rounding`. In runs of a prototype that root was 0.26 to 148 times the true
+   !> rounding error.
    real(wp), parameter :: rounding_factor = 4.0_wp
 
+   !> Errors of all elements at one state, as sources of the errors of numbers.
    type :: element_errors_t
       real(wp), allocatable :: force(:, :)       !! (6, elements) out-of-balance forces of each element on its nodes, node axes
       real(wp), allocatable :: kink(:)           !! (elements) moments of slope discontinuities inside, see inner_kinks
-      real(wp), allocatable :: moved(:, :)       !! (2, elements) sizes of displacements and chord, of rotations
+      real(wp), allocatable :: moved(:, :)       !! (2, elements) size of displacements plus chord [length], size of the rotation
+      !! [rad]
    contains
       procedure :: work, work_of_kinks, rounding, excess_on_mode
    end type element_errors_t
@@ -49,7 +52,7 @@ contains
       errors%kink = kink_moments(problem, state)
    end function new_element_errors
 
-   !> (6, elements) unknowns of the nodes of each element.
+   !> Entries of a vector of all unknowns at the nodes of each element: (6, elements).
    function element_duals(problem, system, x) result(dual)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -61,7 +64,7 @@ contains
       end do
    end function element_duals
 
-   !> (elements) work of the out-of-balance forces on the dual displacements of the elements' nodes.
+   !> Work of each element's out-of-balance forces on the dual displacements of its nodes: (elements).
    pure function work(self, dual)
       class(element_errors_t), intent(in) :: self
       real(wp), intent(in) :: dual(:, :)         !! (6, elements)
@@ -69,8 +72,8 @@ contains
       work = sum(dual * self%force, dim=1)
    end function work
 
-   !> (elements) bound of the error from slope discontinuities inside elements: their work on the dual moments there, which are at
-   !> most those at the element ends.
+   !> Bound of the error due to slope discontinuities inside each element: their work on the dual moments there, which are at most
+   !> those at the element ends.
    pure function work_of_kinks(self, problem, system, dual) result(work)
       class(element_errors_t), intent(in) :: self
       type(problem_t), intent(in) :: problem

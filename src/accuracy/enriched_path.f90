@@ -34,12 +34,12 @@ module enriched_path
       !! component along them
    end type enriched_path_t
 
-   !> A point of that path.
+   !> A point of the enriched problem's path.
    type :: enriched_point_t
       type(state_t) :: state
       type(system_t), allocatable :: system      !! factored at the point
       type(path_tangent_t) :: heading            !! path tangent at the point
-      real(wp), allocatable :: value(:)          !! load factor, monitors, places of touchdown points
+      real(wp), allocatable :: value(:)          !! load factor, monitors, positions of touchdown points
       logical :: ok = .false.                    !! false: Newton's method failed, and the other components are undefined
    end type enriched_point_t
 
@@ -77,7 +77,7 @@ contains
    !> Linearises the enriched problem at the problem's own point, the start of Newton's method.
    subroutine start_point(path, finer, point)
       type(enriched_path_t), intent(in) :: path
-      type(enriched_problem_t), intent(inout) :: finer !! that of the path: its system storage is moved to the point
+      type(enriched_problem_t), intent(inout) :: finer !! enriched problem of the path: its system storage is moved to the point
       type(enriched_point_t), intent(out) :: point
       point%state = path%base
       call move_alloc(finer%system, point%system)
@@ -157,17 +157,17 @@ contains
          & places_at(path%problem, point%state, path%ends)]
    end function values_at
 
-   !> True if a second step would change almost nothing.
+   !> True if the Newton step is so short that a second one would change almost nothing.
    logical function is_short(problem, point, step, ahead)
       type(problem_t), intent(in) :: problem
       type(enriched_point_t), intent(in) :: point   !! start of the step
       type(contact_step_t), intent(in) :: step
-      type(state_t), intent(in) :: ahead         !! its end, without movement of touchdown points
+      type(state_t), intent(in) :: ahead         !! end of the step, without movement of touchdown points
       is_short = turns_little(problem, point%system, step)
       if (is_short .and. problem%has_spans()) is_short = touchdown_travel(problem, point%state, ahead) <= near
    end function is_short
 
-   !> True for a step with small rotations and without foundations, whose contact is nonlinear, too.
+   !> True if the rotations of the step are small and no foundation acts, whose contact would make the equations nonlinear, too.
    pure logical function turns_little(problem, system, step) result(little)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! defines the node axes

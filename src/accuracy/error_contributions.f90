@@ -1,6 +1,6 @@
-!> Contributions of the elements to the discretisation errors of numbers at one point of the path: of the load factor, the monitors,
-!> the places of touchdown points, and the gap of an event. All are functionals, and by Betti's theorem the errors of the elements
-!> change each by their work on its dual displacements.
+!> Contributions of the elements to the discretisation errors of numbers at one point of the path: the load factor, the monitors,
+!> the positions of touchdown points, and the gap that is zero at an event. All these numbers are functionals, and by Betti's
+!> theorem the errors of the elements change each number by their work on its dual displacements.
 module error_contributions
    use kinds, only: wp
    use problem, only: problem_t
@@ -18,14 +18,15 @@ module error_contributions
    private
    public :: contributions_t, find_contributions, eigenvalue_shares
 
-   !> Rows: load factor, monitors, places, and the gap of an event if there is one.
+   !> Error contributions, one row for each number: load factor, monitors, positions of touchdown points, and the gap of an event if
+   !> there is one.
    type :: contributions_t
       real(wp), allocatable :: sum(:)            !! (rows) linear estimate of the error: exact minus computed
       real(wp), allocatable :: size(:)           !! (rows) sum of the absolute contributions
       real(wp), allocatable :: rounding(:)       !! (rows) estimated effect of rounding of displacements and stress resultants
       real(wp), allocatable :: inside(:) !! (rows) bound of the error from monitors inside elements and from slope discontinuities
       !! inside elements, which enriched elements of any order do not show
-      real(wp), allocatable :: rest(:)           !! (rows) part of `sum` from the residuals that the iteration left
+      real(wp), allocatable :: rest(:)           !! (rows) part of `sum` due to the residuals that Newton's method left
       real(wp), allocatable :: element(:, :)     !! (rows, elements) absolute contributions
       logical, allocatable :: known(:)           !! (rows) false: no estimate for this number
       real(wp) :: unfolding = 0.0_wp             !! force on the null vectors of a bifurcation, beyond the error of that force
@@ -75,7 +76,7 @@ contains
       end do
    end subroutine find_contributions
 
-   !> The numbers of the rows.
+   !> The numbers of the rows as functionals, in the order of the rows.
    function numbers_of(problem, state, system, ends, gap) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -97,7 +98,7 @@ contains
       if (allocated(gap)) number = [number, gap]
    end function numbers_of
 
-   !> Rows without estimates.
+   !> Contributions without any estimate: all rows are unknown.
    pure type(contributions_t) function no_contributions(rows, elements) result(shares)
       integer, intent(in) :: rows, elements
       allocate (shares%sum(rows), shares%size(rows), shares%rounding(rows), shares%inside(rows), shares%rest(rows), &
@@ -105,7 +106,7 @@ contains
       allocate (shares%known(rows), source=.false.)
    end function no_contributions
 
-   !> Sets the row of a number.
+   !> Computes the error contributions of one number, its row.
    subroutine set_row(problem, system, errors, number, dual, change, row, shares)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -131,7 +132,7 @@ contains
       shares%known(row) = .true.
       ! The residual that Newton's method left is no error of the elements.
       shares%rest(row) = dot_product(total, merge(0.0_wp, system%residual, system%fixed))
-      ! For numbers with places inside elements `change` contains the defect.
+      ! For numbers with places inside elements `change` contains the defect already.
       if (.not. allocated(number%inner)) shares%rest(row) = shares%rest(row) + number%defect
       shares%sum(row) = sum(share) + shares%rest(row) + change + direct
       shares%size(row) = sum(abs(share)) + abs(shares%rest(row) + change + direct)
@@ -156,8 +157,8 @@ contains
    end subroutine add_inside
 
    !> Absolute contributions of the elements to the error of an eigenvalue at a fixed state: the change of the quadratic form of its
-   !> modes due to the stiffness of the enriched elements. Only their ratios are used; at orders 2 and 4 they are too large, see
-   !> above.
+   !> modes due to the stiffness of the enriched elements. Only their ratios are used, because they are too large at orders 2 and 4
+   !> (see element_errors).
    function eigenvalue_shares(problem, system, finer, modes) result(share)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system, finer

@@ -20,8 +20,8 @@ module hidden_openings
 
 contains
 
-   !> (elements) true if contact may have opened inside. Places that are certainly open, or uncertain by rounding only, are
-   !> excluded.
+   !> Marks the elements inside which contact may have opened undetected. Places that are certainly open, or uncertain by rounding
+   !> only, do not count.
    function may_be_open(problem, state) result(doubtful)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged
@@ -30,11 +30,11 @@ contains
       type(element_gap_t) :: gap
       real(wp) :: range(2), known, settled, waves(2), peak, at, place
       real(wp) :: rounding
-      logical :: waits(problem%model%mesh%n_elements)   ! the element had no certain contact since the last certain contact
-      integer :: waiting(problem%model%mesh%n_elements) ! the n_waiting elements that wait
+      logical :: waits(problem%model%mesh%n_elements)   ! true: `waiting` contains the element
+      integer :: waiting(problem%model%mesh%n_elements) ! elements without certain contact since the last certain contact
       integer :: n_waiting, k, c, j, e, round
-      logical :: certain                         ! certain contact was found before this place
-      logical :: rounds_off                      ! the uncertainty is due to rounding
+      logical :: certain                         ! true: certain contact was found before this place
+      logical :: rounds_off                      ! true: the uncertainty is due to rounding
       doubtful = .false.
       if (.not. any(problem%ground%founded)) return
       rounding = gap_rounding(state)
@@ -73,14 +73,14 @@ contains
 
    contains
 
-      !> Checks an end of an element too long for its foundation, or its middle, where the wave has decayed.
+      !> Checks an element too long for its foundation at one end, or at its middle, where the wave from the end has decayed.
       subroutine look_at_settled(wave)
          real(wp), intent(in) :: wave            !! amplitude of the wave
          rounds_off = wave < 2.0_wp * rounding
          call look(settled, max(wave, rounding))
       end subroutine look_at_settled
 
-      !> Classifies a place: elements without certain contact between two places of certain contact may have opened.
+      !> Classifies a place of an element. Elements without certain contact between two places of certain contact may have opened.
       subroutine look(value, doubt)
          real(wp), intent(in) :: value           !! gap
          real(wp), intent(in) :: doubt           !! its uncertainty
@@ -95,7 +95,7 @@ contains
          end if
       end subroutine look
 
-      !> No element waits any more.
+      !> Empties the list of elements in `waiting`.
       subroutine forget()
          waits(waiting(:n_waiting)) = .false.
          n_waiting = 0

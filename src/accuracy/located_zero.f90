@@ -121,12 +121,12 @@ contains
       type(state_t), intent(in) :: state         !! located state of the event
       type(system_t), intent(in) :: system       !! factored there
       real(wp), intent(in) :: load_rate          !! load rate of the path there
-      type(state_t), intent(in) :: there         !! state of the enriched problem at the same prescribed place
+      type(state_t), intent(in) :: there         !! state of the enriched problem where the prescribed quantity has the same value
       real(wp), intent(in) :: value              !! event function on the enriched problem
-      integer, intent(out) :: element            !! the element with the place; 0: none
+      integer, intent(out) :: element            !! element that contains the smallest gap; 0: none
       real(wp), intent(out) :: part
-      real(wp), intent(out) :: most              !! bound of the difference at that distance from the nodes
-      real(wp), intent(out) :: doubt             !! interpolation error of both rod profiles there
+      real(wp), intent(out) :: most              !! bound of the difference at the distance of the smallest gap from the nodes
+      real(wp), intent(out) :: doubt             !! interpolation error of both rod profiles at the smallest gap
       type(element_gap_t) :: gap(2)
       real(wp) :: tau, factor
       integer :: j
@@ -142,14 +142,14 @@ contains
       gap = [told_gap(problem, state, candidate), told_gap(finer, there, candidate)]
       factor = factor / zero%event%gap_scale
       part = value - zero_value(problem, zero, state, system, load_rate) + along(tau) * factor
-      ! At the nodes the profile has no error of its own.
+      ! At the nodes the profile has no interpolation error.
       most = 4.0_wp * tau * (1.0_wp - tau) * maxval([(abs(gap_change(0.125_wp * j) - along(0.125_wp * j)), j=1, 7)]) * factor
       if (gap(1)%profile%mended) doubt = (4.0_wp * tau * (1.0_wp - tau))**4 * &
          & max(profile_error(gap(1)%profile), profile_error(gap(2)%profile)) * factor
 
    contains
 
-      !> Linear interpolation of the changes at both ends.
+      !> Linear interpolation of gap_change between both ends of the element.
       real(wp) function along(tau)
          real(wp), intent(in) :: tau
          along = (1.0_wp - tau) * gap_change(0.0_wp) + tau * gap_change(1.0_wp)
@@ -201,7 +201,7 @@ contains
          end if
       end if
       call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error)
-      ! Eigenvalues are sorted by magnitude.
+      ! Eigenvalues are sorted by magnitude: the first suitable one is the nearest to zero.
       do i = 1, modes%n
          if (sum([(likeness(problem, given(:, k), modes%x(:, i))**2, k=1, size(given, 2))]) < 0.5_wp) cycle
          value = modes%mu(i) - of_other_modes(problem, state, system, modes%x(:, i))
@@ -234,13 +234,13 @@ contains
       settled = settled .and. likeness(problem, given, mode)**2 >= 0.5_wp
    end subroutine iterate_mode
 
-   !> Rounding error of the eigenvalue of a bifurcation's null vector: that of the element deformations, from which the products are
-   !> computed (see tangent_modes), and the contribution of other modes left by the iteration.
+   !> Rounding error of the eigenvalue of a mode: that of the element deformations, from which the products are computed (see
+   !> tangent_modes), and the contribution of other modes left by the iteration.
    real(wp) function mode_rounding(problem, state, system, zero) result(rounding)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! factored at the state of the mode
-      type(zero_t), intent(in) :: zero           !! with its mode
+      type(zero_t), intent(in) :: zero           !! its first mode is the mode in question
       real(wp) :: local(6)
       integer :: e
       rounding = 0.0_wp
@@ -251,8 +251,8 @@ contains
       rounding = epsilon(rounding) * sqrt(rounding) + abs(of_other_modes(problem, state, system, zero%modes(:, 1)))
    end function mode_rounding
 
-   !> Contribution of other modes to the Rayleigh quotient of an iterated mode. A part c of a mode with the eigenvalue m adds c^2 m
-   !> and leaves the residual r = c m M phi, so that r.K^-1 r is the sum of all contributions.
+   !> Contribution of other modes to the Rayleigh quotient of an iterated mode. A part c of a mode phi with the eigenvalue m adds
+   !> c^2 m and leaves the residual r = c m M phi (M: metric), so that r.K^-1 r with the tangent K is the sum of all contributions.
    real(wp) function of_other_modes(problem, state, system, mode) result(added)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,8 +1,8 @@
 !> Mesh requests from error bars: number and distribution of elements that satisfy a tolerance.
 !>
-!> An element of s stages contributes c h^(2s+1) to the error of a number. With g = contribution^(1/(2s+1)) in equal parts the error
-!> of n elements is (sum of g)^(2s+1) / n^(2s), which gives n. The result is exact if the mesh resolves the solution; if the bars
-!> show that it does not, the number is doubled.
+!> An element of s stages and length h contributes c h^(2s+1) to the error of a number. With equal g = contribution^(1/(2s+1)) in
+!> all elements the error of n elements is (sum of g)^(2s+1) / n^(2s), which gives n. The result is exact if the mesh resolves the
+!> solution; if the bars show that it does not, the number is doubled.
 module mesh_request
    use kinds, only: wp
    use model, only: quantity_displacement
@@ -33,19 +33,21 @@ module mesh_request
    real(wp), parameter :: part_of_asked = 0.5_wp !! part of the tolerance for which a mesh is designed, because its error is only
    !! predicted
    real(wp), parameter :: part_of_iteration = 0.1_wp !! part of the tolerance that the iteration may use
-   !> Ratio by which error contributions may differ while a bar is valid, although the true ones are equal.
+   !> Largest ratio of two estimated error contributions whose true values are equal, while a bar is valid.
    real(wp), parameter :: share_known = (1.0_wp + largest_unseen) / (1.0_wp - largest_unseen)
    real(wp), parameter :: of_rest = 1.4_wp       !! factor of the iteration's remainder in a bar, see error_bar
    real(wp), parameter :: most_spared = 0.7_wp !! largest ratio of the new to the present number of elements for which coarsening is
    !! worthwhile
-   integer, parameter :: most_cancelling = 4 !! after this number of meshes one that hardly helps is the last; until then errors of
-   !! few elements may cancel
-   integer, parameter :: most_unbounded = 2      !! the same number for a mesh whose bars are not bounded
-   integer, parameter :: most_unknown = 5        !! the same number for a mesh without estimates, or several such meshes in a row
+   integer, parameter :: most_cancelling = 4 !! number of meshes for a point after which a mesh that hardly reduces the error is the
+   !! last; until then errors of few elements may cancel
+   integer, parameter :: most_unbounded = 2      !! the same number of meshes if the bars are not bounded
+   integer, parameter :: most_unknown = 5        !! number of meshes without error estimates, for one point or several points in a
+   !! row, after which none is tried
    !> Rounding error of a position over the structure's size: the largest value in runs of a prototype. No accuracy is required
    !> below it.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
-   !> Rounding of a displacement that symmetry holds, over the structure's size: on unstable parts of a path it is larger than that
+   !> Rounding of a displacement that symmetry makes zero, over the structure's size: on unstable parts of a path it is larger than
+   !> that
    !> of positions, and other libraries of LAPACK give other values (1e-13 in the deep arch).
    real(wp), parameter :: idle_rounding = 10.0_wp * place_rounding
    real(wp), parameter :: enough_progress = 0.7_wp !! largest ratio of errors that counts as progress, on a mesh finer by `least`
@@ -65,11 +67,11 @@ contains
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
       integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
       real(wp), intent(in) :: asked              !! relative tolerance
-      logical, intent(in) :: critical            !! critical point: bars must be bounded, and rounding counts
+      logical, intent(in) :: critical            !! true: a critical point, where bars must be bounded and rounding counts
       integer, intent(in) :: tries               !! insufficient requests for the same point so far
       type(refinement_t), intent(inout) :: last  !! history of these requests
-      logical, intent(in) :: can_settle          !! the iteration can continue to a smaller residual
-      logical, intent(out) :: unsettled          !! the iteration's remainder exceeds its part and must be reduced first
+      logical, intent(in) :: can_settle          !! true: the iteration can continue to a smaller residual
+      logical, intent(out) :: unsettled          !! true: the iteration's remainder exceeds its part and must be reduced first
       type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) requested mesh density
       type(mesh_density_t) :: here(size(problem%layout%rod_segment))
       integer :: k
@@ -99,11 +101,11 @@ contains
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
       integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
       real(wp), intent(in) :: asked              !! relative tolerance
-      logical, intent(in) :: critical            !! critical point: bars must be bounded, and rounding counts
+      logical, intent(in) :: critical            !! true: a critical point, where bars must be bounded and rounding counts
       integer, intent(in) :: tries               !! insufficient requests for the same point so far
       type(refinement_t), intent(inout) :: last  !! history of these requests
-      logical, intent(in) :: can_settle          !! the iteration can continue to a smaller residual
-      logical, intent(out) :: unsettled          !! the iteration's remainder exceeds its part and must be reduced first
+      logical, intent(in) :: can_settle          !! true: the iteration can continue to a smaller residual
+      logical, intent(out) :: unsettled          !! true: the iteration's remainder exceeds its part and must be reduced first
       type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) requested mesh density
       real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio, rounding
       logical :: free(problem%model%mesh%n_elements), known, bounded, cut, helps, on_its_way
@@ -153,7 +155,8 @@ contains
          else if (tries > most_cancelling .or. (tries > merge(1, most_unbounded, bounded) .and. now >= 2 * last%elements .and. &
             & enough_progress * ratio > 1.0_wp .and. .not. on_its_way)) then
             ! More elements do not help. But errors of coarse meshes may cancel, by symmetry on the first mesh or when they are
-            ! almost within tolerance, and a few more elements may give bounds: therefore not before several meshes.
+            ! almost within tolerance, and a few more elements may give bounds. Refinement is therefore given up only after several
+            ! meshes.
             last%in_vain = .true.
             return
          end if
@@ -182,8 +185,9 @@ contains
       demand = demand_of(problem, state, wanted, g)
    end subroutine mesh_for_bars
 
-   !> True if the error, extrapolated at the rate between two meshes, satisfies the tolerance before rounding dominates: rounding
-   !> grows as the fourth power of the number of elements of a rod. Slope discontinuities inside elements make the rate low.
+   !> True if finer meshes can satisfy the tolerance: the error, extrapolated at the rate between two meshes, reaches the tolerance
+   !> before rounding dominates. Rounding grows as the fourth power of the number of elements of a rod. Slope discontinuities inside
+   !> elements make the rate low.
    pure logical function comes_there(ratio, now, ratio_before, elements_before, segments)
       real(wp), intent(in) :: ratio              !! error over tolerance
       integer, intent(in) :: now                 !! number of elements
@@ -220,20 +224,21 @@ contains
       demand = demand_of(problem, state, wanted, g / whole)
    end subroutine spare_mesh
 
-   !> Error contributions of the elements for all numbers that count, scaled to the bars that they cause.
+   !> Error contributions of the elements, scaled to the bars that they cause: for each element the largest over all numbers that
+   !> count.
    subroutine indicate(bars, sizes, counted, asked, critical, bounds, can_settle, indicator, ratio, known, bounded, unsettled)
       type(error_bars_t), intent(in) :: bars
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
       integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
       real(wp), intent(in) :: asked              !! relative tolerance
-      logical, intent(in) :: critical            !! rounding counts; it does not at points between critical points
-      logical, intent(in) :: bounds              !! bars must be bounded
-      logical, intent(in) :: can_settle          !! the iteration can continue to a smaller residual
+      logical, intent(in) :: critical            !! true: rounding counts; false: it does not, at points between critical points
+      logical, intent(in) :: bounds              !! true: bars must be bounded
+      logical, intent(in) :: can_settle          !! true: the iteration can continue to a smaller residual
       real(wp), intent(out) :: indicator(:)      !! (elements) contributions, relative to the error allowed to the mesh
       real(wp), intent(out) :: ratio !! largest ratio of the mesh's part of a bar to the tolerance left by rounding and iteration
-      logical, intent(out) :: known              !! the bars are meaningful
-      logical, intent(out) :: bounded            !! all bars that count are bounded
-      logical, intent(out) :: unsettled          !! the iteration's remainder exceeds its part and must be reduced first
+      logical, intent(out) :: known              !! true: the bars are meaningful
+      logical, intent(out) :: bounded            !! true: all bars that count are bounded
+      logical, intent(out) :: unsettled          !! true: the iteration's remainder exceeds its part and must be reduced first
       integer :: k
       indicator = 0.0_wp
       ratio = 0.0_wp
@@ -255,7 +260,7 @@ contains
 
    contains
 
-      !> Adds one number: its contributions scaled to its bar.
+      !> Includes one number: its contributions scaled to its bar.
       subroutine add(told, has_bounds, bar, rounding, row)
          logical, intent(in) :: told, has_bounds
          real(wp), intent(in) :: bar, rounding
@@ -271,7 +276,7 @@ contains
          if (.not. of_mesh > 0.0_wp) return
          ! Rounding wider than the tolerance is reported at the end; the mesh is made as accurate as the rounding.
          allowed = max(allowed - left, left)
-         ! No element causes the iteration's remainder.
+         ! The remainder of the iteration is no error of any element.
          if (of_mesh > allowed) unsettled = unsettled .or. (can_settle .and. abs(bars%rest(row)) > max(sum(bars%share(row, :)), &
             & rounding))
          if (of_mesh > allowed .or. bounds) bounded = bounded .and. has_bounds
@@ -297,7 +302,7 @@ contains
       where (free .and. indicator > 0.0_wp) g = indicator**(1.0_wp / (2 * problem%model%mesh%stages + 1))
    end function elements_share
 
-   !> Number of elements, all with equal contributions, for a prescribed error.
+   !> Number of elements that satisfies a prescribed error, if all elements contribute equally.
    pure real(wp) function number_for(problem, free, whole, error) result(n)
       type(problem_t), intent(in) :: problem
       logical, intent(in) :: free(:)
@@ -416,13 +421,13 @@ contains
       end associate
    end function rounding_of
 
-   !> Largest ratio of a bar to the tolerance, with its number: 0 the load factor, else a monitor.
+   !> Largest ratio of a bar to the tolerance, and the number that has it: 0 for the load factor, else a monitor.
    subroutine excess(bars, sizes, counted, asked, critical, told, ratio, which)
       type(error_bars_t), intent(in) :: bars
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values
       integer, intent(in) :: counted(:)
       real(wp), intent(in) :: asked
-      logical, intent(in) :: critical            !! rounding counts
+      logical, intent(in) :: critical            !! true: rounding counts
       logical, intent(in) :: told                !! true: bars are in the results, where an unbounded bar exceeds every tolerance
       real(wp), intent(out) :: ratio
       integer, intent(out) :: which

@@ -26,8 +26,9 @@ module missed_modes
 
 contains
 
-   !> Unstable directions of the enriched problem minus those of the problem, or else the number that elements hide between their
-   !> nodes; 0 if an eigenvalue close to zero makes the difference uncertain.
+   !> Unstable directions of the enriched problem minus those of the problem. If they are equal, the number of unstable directions
+   !> that elements hide between their nodes; if there are none, the difference for the reduced problem (released_difference). 0 if
+   !> an eigenvalue close to zero makes a difference uncertain.
    integer function unstable_difference(problem, state, system, path, point, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -66,8 +67,8 @@ contains
    end function sign_in_doubt
 
    !> Lower bound of the unstable directions that no pivot counts: buckling modes of elements between fixed nodes (Wittrick and
-   !> Williams 1971). An element clamped at both ends buckles at N h^2/EI = 4 pi^2 n^2; elements of higher orders do not show these
-   !> modes either.
+   !> Williams 1971). An element of length h clamped at both ends has its n-th such mode at the thrust N with N h^2/EI = 4 pi^2 n^2;
+   !> elements of higher orders do not show these modes either.
    integer function hidden_directions(problem, state, system) result(hidden)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -76,7 +77,7 @@ contains
       integer :: e
       hidden = 0
       do e = 1, problem%model%mesh%n_elements
-         ! Elements supported by an obstacle or the ground between their nodes buckle at higher loads.
+         ! Elements supported by an obstacle or the ground between their nodes buckle at higher loads, and do not count.
          if (problem%conforms(e) > 0 .or. problem%ground%founded(e)) cycle
          ! The thrust is at most the larger of the end forces.
          force = max(norm2(system%eraw(1:2, e)), norm2(system%eraw(4:5, e)))
@@ -103,8 +104,8 @@ contains
       if (difference /= 0) difference = difference - (zeros(2) - zeros(1))
    end function certain_difference
 
-   !> The difference for the reduced problem without force-free line contacts, which hide it in the whole problem: a straight rod on
-   !> a straight wall is exact on any mesh, and supported.
+   !> Difference of the numbers of unstable directions in the reduced problem without force-free line contacts. These contacts hide
+   !> the difference in the whole problem: a straight rod on a straight wall is exact on any mesh, and supported.
    integer function released_difference(problem, state, system, allowed) result(difference)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -128,8 +129,9 @@ contains
       if (difference == 0) difference = hidden_directions(free, released, loose)
    end function released_difference
 
-   !> True if both discretisations agree in the sign of the relative curvature at every point contact. The contact's rotational
-   !> stiffness is proportional to the inverse; where the point becomes a line or two points, the sign is uncertain.
+   !> True if the point contacts allow the numbers of negative pivots to be compared: both discretisations agree in the sign of the
+   !> relative curvature at every point contact. The contact's rotational stiffness is proportional to the inverse of the relative
+   !> curvature; where the point becomes a line or two points, the sign is uncertain.
    logical function points_tell(problem, state, finer, better) result(tell)
       type(problem_t), intent(in) :: problem, finer
       type(state_t), intent(in) :: state, better
@@ -144,7 +146,7 @@ contains
       end do
    end function points_tell
 
-   !> True if no eigenvalue is zero within rounding, except those of an event.
+   !> True if the signs of all eigenvalues are certain: none is zero within rounding, except those of an event.
    logical function signs_tell(problem, state, system, zeros, negative)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

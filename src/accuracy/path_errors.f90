@@ -1,5 +1,5 @@
-!> Discretisation errors at points of the path, of load factor, monitors and places of touchdown points while the constraint is
-!> satisfied; and at located events, which the enriched problem has elsewhere on its path.
+!> Discretisation errors at points of the path: of load factor, monitors and positions of touchdown points while the path constraint
+!> remains satisfied; and errors of located events, which the enriched problem has elsewhere on its path.
 module path_errors
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
@@ -30,25 +30,28 @@ module path_errors
    private
    public :: point_errors, event_errors
 
-   !> A located event on the enriched problem's path.
+   !> A located event as found on the enriched problem's path, by at most two steps from the point where the problem located the
+   !> event.
    type :: crossing_t
       real(wp) :: f = 0.0_wp                     !! event function at the point where the problem located the event
-      real(wp) :: slope = 0.0_wp                 !! derivative along the path, by the controlled quantity
-      real(wp) :: way = 0.0_wp                   !! distance -f/slope to the zero, in the controlled quantity
-      real(wp), allocatable :: near(:)           !! values at the end of that distance
-      real(wp) :: more = 0.0_wp                  !! distance from there to the zero
-      real(wp), allocatable :: rate(:)           !! derivative of the values over the remaining distance
-      real(wp), allocatable :: doubt(:)          !! change of the values due to elements of two orders more instead of one
-      real(wp) :: rounding = 0.0_wp              !! remaining value of the function if the distance is so short that this value is
-      !! rounding
+      real(wp) :: slope = 0.0_wp                 !! derivative of the event function along the path, by the controlled quantity
+      real(wp) :: way = 0.0_wp                   !! first step: distance -f/slope along the path, in the controlled quantity
+      real(wp), allocatable :: near(:)           !! load factor, monitors and positions of touchdown points after the first step
+      real(wp) :: more = 0.0_wp                  !! second step: remaining distance to the zero of the event function
+      real(wp), allocatable :: rate(:)           !! derivative of these values by the distance, for the second step
+      real(wp), allocatable :: doubt(:)          !! change of these values if elements are enriched by two orders instead of one
+      real(wp) :: rounding = 0.0_wp              !! event function after a first step so short that this remainder is rounding
       character(:), allocatable :: why           !! reason why the event could not be found; not allocated: found
    end type crossing_t
 
    real(wp), parameter :: small_part = 1.0e-3_wp !! part of an increment over which derivatives along the path are taken
    real(wp), parameter :: longest_part = 0.1_wp  !! largest part, over which the path is straight to the same accuracy
-   real(wp), parameter :: plain = 1.0_wp / longest_part !! number of rounding errors by which the function must change for a slope
-   real(wp), parameter :: next_order = 0.5_wp !! error of the next order's polynomial per change between nodes; 0.25-0.45 measured
-   real(wp), parameter :: least_bend = 0.1_wp     !! lower bound of the ratio of the slopes; below it no bar is valid
+   real(wp), parameter :: plain = 1.0_wp / longest_part !! least change of the event function, in rounding errors, from which its
+   !! slope is computed
+   real(wp), parameter :: next_order = 0.5_wp !! ratio of the enriched polynomial's error between nodes to its change there;
+   !! 0.25-0.45 measured
+   real(wp), parameter :: least_bend = 0.1_wp     !! lower bound of the ratio of the event function's slopes after and before the
+   !! first step; below it no bar is valid
    real(wp), parameter :: no_modes(0, 0) = reshape([real(wp) ::], [0, 0])
    character(*), parameter :: no_convergence = 'elements of a higher order do not converge from here', &
       & no_function = 'what is zero at this point is not to be had from elements of a higher order', &
@@ -66,7 +69,7 @@ contains
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
       type(error_bars_t), intent(out) :: bars
       logical, intent(in), optional :: places    !! true: errors of touchdown points, too
-      logical, intent(in), optional :: as_it_is  !! see why_not_told
+      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for kinks inside elements, see why_not_told
       type(enriched_path_t) :: path
       type(enriched_point_t) :: point
       type(contributions_t) :: shares
@@ -114,7 +117,7 @@ contains
       type(path_tangent_t), intent(in) :: heading     !! path tangent there
       real(wp), intent(in) :: length, rise       !! arc length and load factor change of the increment that contains the event
       type(error_bars_t), intent(out) :: bars
-      logical, intent(in), optional :: as_it_is  !! see why_not_told
+      logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for kinks inside elements, see why_not_told
       type(control_t) :: control
       type(enriched_path_t) :: path
       type(enriched_point_t) :: first
@@ -142,7 +145,8 @@ contains
       ! A bifurcation is compared by load, whose rate does not vanish there; errors of a stiff structure's small displacements have
       ! no influence then.
       if (size(modes, 2) > 0) control = normal_plane(problem, state, heading, 1.0_wp)
-      ! Increment in the controlled quantity: at a limit point without the load, and by the load alone if nothing moves.
+      ! Length of the increment in the controlled quantity, which does not contain the load at a limit point, and is the load alone
+      ! if nothing moves.
       reach = length
       if (control%method == method_linearised) reach = sqrt(metric(problem, control%tangent, control%tangent)) * length + &
          & control%load_scale**2 * abs(control%tangent_load * rise)
@@ -184,7 +188,7 @@ contains
 
       !> Distributes the error of the event's position over the elements: for a bifurcation like their contributions to the
       !> eigenvalue and to the touchdown points of the buckling spans, for ends of foundation contact like their contributions to
-      !> the gap, otherwise like those to the load. The part not due to nodal values belongs to the element with the event.
+      !> the gap, otherwise like those to the load. The part not due to nodal values belongs to the element that contains the event.
       subroutine share_way()
          real(wp) :: part(size(shares%element, 2)), moved, own, by_event
          integer :: m
@@ -207,8 +211,8 @@ contains
          end do
       end subroutine share_way
 
-      !> Contributions to the eigenvalue of a bifurcation: to the modes with touchdown points fixed, and the rest of the
-      !> eigenvalue's error in proportion to the contributions to the touchdown points.
+      !> Contributions of the elements to a bifurcation's eigenvalue: those to the modes with touchdown points fixed; the rest of
+      !> the eigenvalue's error is distributed like the contributions to the touchdown points.
       function bifurcation_shares() result(part)
          real(wp) :: part(size(shares%element, 2)), of_ends(size(shares%element, 2)), rest
          part = by_eigenvalue
@@ -235,8 +239,8 @@ contains
             error = load_rounding()
             if (error > 0.0_wp) error = max(error, crossing%rounding)
          else if (zero_is(zero, event_turning)) then
-            ! The direction of the path is as accurate as the stiffness along it; its turn over the increment gives the error of the
-            ! rate.
+            ! The path tangent has the relative error of the stiffness along the path. This error times the turn of the path over
+            ! the increment is the error of the monitor's rate.
             call path_stiffness(problem, state, system, stiffness, rounding)
             stiffness = max(stiffness, bending_stiffness(problem))
             error = rounding / stiffness * abs(crossing%slope) * reach
@@ -252,12 +256,12 @@ contains
       integer, intent(in) :: kind                !! event_...
       zero_is = .false.
       if (.not. allocated(zero%event)) return
-      ! At a corner of a force law the load rate jumps through zero.
+      ! An event at a corner of a force law does not count: the load rate jumps through zero there.
       zero_is = zero%event%kind == kind .and. zero%event%law%candidate == 0
    end function zero_is
 
-   !> Finds the event on the enriched problem's path: the value of the event function at a point, divided by its slope, is the
-   !> distance.
+   !> Locates the event on the enriched problem's path: the distance to the event is the event function at a point, divided by its
+   !> slope, with a sign change; a second step of this kind follows if the first one is long.
    subroutine find_crossing(path, zero, reach, rounding, first, crossing)
       type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! test function of the event
@@ -283,7 +287,7 @@ contains
                crossing%why = no_function
                return
             end if
-            ! Far enough for a slope that exceeds rounding.
+            ! The slope is taken over a distance long enough for its change of the event function to exceed rounding.
             if (abs(f_ahead - f) > plain * rounding .or. part >= longest_part) exit
             part = 10.0_wp * part
          end do
@@ -308,7 +312,7 @@ contains
             crossing%why = no_convergence
             return
          end if
-         ! The remaining distance by the tangent at the end.
+         ! The remaining distance follows from the tangent at the end of the first step.
          more = value_at(near)
          if (.not. ieee_is_finite(more)) then
             crossing%why = no_function
@@ -337,7 +341,7 @@ contains
          value_at = zero_value(path%problem, zero, point%state, point%system, point%heading%load)
       end function value_at
 
-      !> Derivative of the load factor by the controlled quantity.
+      !> Derivative of the load factor by the controlled quantity along the enriched path.
       real(wp) function load_rate(heading) result(rate)
          type(path_tangent_t), intent(in) :: heading   !! path tangent at the point
          rate = 1.0_wp
@@ -346,9 +350,9 @@ contains
       end function load_rate
    end subroutine find_crossing
 
-   !> Uncertainty of the enriched path: change of the values and the event function at a point due to elements of one order more. On
-   !> meshes that hardly resolve the solution this change is as large as the first one; if error contributions of few elements
-   !> cancel, a larger part of this change remains.
+   !> Uncertainty of the enriched path: change of the values and of the event function at a point if elements are enriched by one
+   !> more order. On meshes that hardly resolve the solution this change is as large as that by the first enrichment; if error
+   !> contributions of few elements cancel, a larger part of the change remains.
    subroutine doubt_crossing(path, zero, first, crossing)
       type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! test function of the event
@@ -369,8 +373,8 @@ contains
          & point%system, point%heading%load) - crossing%f)
    end subroutine doubt_crossing
 
-   !> Constraint that defines a point for comparison: the load or monitor prescribed by the strategy, else the plane normal to the
-   !> path.
+   !> Constraint that identifies the same point on both paths: the load or monitor prescribed by the strategy, else the plane normal
+   !> to the path.
    function holding(problem, state, control, heading) result(held)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -382,7 +386,7 @@ contains
       if (is_arc_length(control%method)) held = normal_plane(problem, state, heading)
    end function holding
 
-   !> Linearises the enriched problem at the point, and computes the error contributions of the elements.
+   !> Linearises the enriched problem at the problem's own point, and computes the error contributions of the elements.
    subroutine begin(problem, finer, state, system, control, heading, ends, modes, path, point, shares, value, &
       & gap)
       type(problem_t), intent(in) :: problem
@@ -411,8 +415,8 @@ contains
       end if
    end subroutine begin
 
-   !> Error bars from the estimates. A number from the polynomial inside an element gains one order only in the enriched problem,
-   !> not two, so that its estimate may lack as much again.
+   !> Error bars from the estimates. A number taken from the polynomial inside an element gains only one order in the enriched
+   !> problem, not two, so that the true error may be twice the estimate.
    subroutine set_bars(problem, state, system, ends, shares, value, correction, unseen, sizes, rounding, bars)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -19,7 +19,7 @@ module archive
    !> A sequence of bytes to which values are appended, or from which they are loaded.
    type :: archive_t
       logical :: loading = .false.             !! true: values are loaded; false: values are stored
-      logical :: damaged = .false.             !! more bytes were requested than the archive has
+      logical :: damaged = .false.             !! true: more bytes were requested than the archive has
       integer :: n = 0                         !! number of bytes
       integer :: at = 0                        !! number of bytes loaded so far
       character(1), allocatable :: bytes(:)    !! `n` bytes, followed by unused space
@@ -114,7 +114,7 @@ contains
       a%n = a%n + size(bytes)
    end subroutine put
 
-   !> Position of the next bytes to be loaded; false if the archive has fewer bytes left, which marks it as damaged.
+   !> Position of the next bytes to be loaded. False if the archive has fewer bytes left: it is then marked as damaged.
    logical function take(a, bytes, first)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: bytes

@@ -17,14 +17,14 @@ module command_line
       character(:), allocatable :: template !! name of the deck template that `init` writes; '': no init
       character(argument_length), allocatable :: set(:) !! name=value of every --set
       real(wp) :: max_seconds = 0.0_wp     !! time limit of the run [s]; 0: no limit
-      logical :: force = .false.           !! replace any file that has the result file's name
-      logical :: check = .false.           !! read, check and summarise the deck only
-      logical :: model = .false.           !! write the model to the result file, follow no path
-      logical :: expand = .false.          !! only print the deck with the included ones
-      logical :: quiet = .false.           !! no listing
-      logical :: help = .false., version = .false., cards = .false. !! print this and end
+      logical :: force = .false.           !! true: any file that has the result file's name may be replaced
+      logical :: check = .false.           !! true: the deck is only read, checked and summarised
+      logical :: model = .false.           !! true: the model is written to the result file, and no path is followed
+      logical :: expand = .false.          !! true: only the deck with the included decks is printed
+      logical :: quiet = .false.           !! true: no listing is written
+      logical :: help = .false., version = .false., cards = .false. !! true: this is printed, and nothing else is done
       character(:), allocatable :: topic   !! topic of --help or --cards; '': everything
-      logical :: cards_as_json = .false.   !! print the cards as JSON
+      logical :: cards_as_json = .false.   !! true: the cards are printed as JSON
    end type command_line_t
 
 contains

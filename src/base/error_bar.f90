@@ -16,13 +16,13 @@ module error_bar
 
    !> Error estimate of one number; all components have its unit.
    type :: error_bar_t
-      logical :: estimated = .false.          !! an estimate exists
+      logical :: estimated = .false.          !! true: an estimate exists
       logical :: bounded = .false.            !! the error is within `bar`; false: the mesh is too coarse, and the error may be
       !! larger
       real(wp) :: correction = 0.0_wp         !! C
       real(wp) :: bar = 0.0_wp                !! > 0
       real(wp) :: rounding = 0.0_wp           !! part of the bar that may be rounding, which no finer mesh reduces
-      logical :: no_number = .false.          !! the number itself is no larger than this rounding: it has no relative error
+      logical :: no_number = .false.          !! true: the number itself is no larger than this rounding: it has no relative error
    end type error_bar_t
 
    !> Position at which contact with an obstacle begins or ends along a rod.
@@ -46,12 +46,12 @@ module error_bar
       !! equal or uncertain
       logical :: unsure = .false.             !! true: a sign is uncertain, because the discretisation error is as large as an
       !! eigenvalue, or larger than the change of the load near its turning point
-      logical, allocatable :: may_open(:)     !! (elements) contact with a foundation may have opened inside the element undetected;
-      !! not allocated: nowhere
+      logical, allocatable :: may_open(:)     !! (elements) true: contact with a foundation may have opened inside the element
+      !! undetected; not allocated: nowhere
       real(wp) :: unfolding = 0.0_wp          !! bifurcation: force on its null vectors beyond the error of this force; zero at a
       !! true bifurcation, otherwise no path continues through the point
-      logical :: turned = .false.             !! the load rate changes its sign in the enriched problem: set if a line contact has
-      !! become a point contact and the load may be stationary
+      logical :: turned = .false.             !! true: the load rate changes its sign in the enriched problem: set if a line contact
+      !! has become a point contact and the load may be stationary
       real(wp) :: way = 0.0_wp                !! event: distance along the path from its position to that in the enriched problem
       !! [arc length]
       character(:), allocatable :: why        !! reason why some estimates are missing
@@ -138,7 +138,7 @@ contains
       if (lacks_bound(bar, allowed)) part = huge(part)
    end function allowed_part
 
-   !> True for a number with an unbounded error where this is not allowed.
+   !> True for a number whose error is unbounded although an error as large as the number itself is not allowed.
    elemental logical function lacks_bound(bar, allowed)
       type(error_bar_t), intent(in) :: bar
       real(wp), intent(in) :: allowed         !! allowed error as part of the number's size

@@ -7,8 +7,8 @@ module errors
    !> An error that is returned to the caller; the text says what happened, where, and what was expected.
    type :: error_t
       character(:), allocatable :: message
-      logical :: system = .false.   !! caused neither by the deck nor by the program: no disk space, no permission, file in use, no
-      !! memory
+      logical :: system = .false.   !! true: caused neither by the deck nor by the program: no disk space, no permission, file in
+      !! use, no memory
    end type error_t
 
 contains

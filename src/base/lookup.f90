@@ -20,7 +20,7 @@ module lookup
    type :: name_list_t
       integer :: n = 0
       character(name_length), allocatable :: name(:)         !! as first typed; the first n are in use
-      logical :: incomplete = .false.                        !! names may be missing because their cards have errors
+      logical :: incomplete = .false.                        !! true: names may be missing because their cards have errors
       character(name_length), allocatable, private :: key(:) !! in capitals
       integer, allocatable, private :: slot(:)
    contains

@@ -136,7 +136,7 @@ contains
       status = int(c_put(name//c_null_char, beside//c_null_char, bytes, size(bytes, kind=c_long), mark%number))
    end subroutine put_in_place
 
-   !> Compares a file with its identification: is_same, is_missing, is_changed or is_another.
+   !> Compares a file with the identification of an earlier one: is_same, is_missing, is_changed (another size) or is_another.
    integer function what_is_there(name, mark)
       character(*), intent(in) :: name
       type(file_mark_t), intent(in) :: mark

@@ -60,6 +60,7 @@ contains
       string = escape//trim(code)//'m'//text//escape//'0m'
    end function painted
 
+   !> True if an environment variable exists and is not empty.
    logical function is_set(variable)
       character(*), intent(in) :: variable
       integer :: length

@@ -346,6 +346,7 @@ contains
       end if
    end subroutine parse_real
 
+   !> True for the digits 0 to 9.
    pure logical function is_digit(letter)
       character(1), intent(in) :: letter
       is_digit = letter >= '0' .and. letter <= '9'

@@ -26,7 +26,7 @@ module balance
    private
    public :: measure_balance
 
-   integer, parameter :: line_samples = 4 !! number of parts of a conforming element for samples of the density
+   integer, parameter :: line_samples = 4 !! number of parts into which samples of the density divide a conforming element
    real(wp), parameter :: line_slack = 1.0e-5_wp !! part of the size: error of forces from densities, which are derivatives of the
    !! solution
    real(wp), parameter :: least_reaction = 1.0e-6_wp !! least reaction as reference of signs, over the largest force
@@ -167,7 +167,7 @@ contains
             if (abs(roll%way) > 0.0_wp) normal = roll%normal
             associate (node => problem%candidates%node(c))
                left(:, node) = left(:, node) - push * [normal, roll%arm(1) * normal(2) - roll%arm(2) * normal(1)]
-               ! Part that is contained in the support reaction.
+               ! The part of the force that a support of the node takes is contained in the support reaction already.
                counted = merge(push * normal, 0.0_wp, problem%model%fixed(1:2, node))
                x = node_position(state, node) + roll%arm - middle
                total = total - [counted, x(1) * counted(2) - x(2) * counted(1)]
@@ -177,7 +177,7 @@ contains
                   & least_reaction * scale), at, node=problem%model%mesh%node_label(node))
             end associate
          end do
-         ! Signs along line contacts, and penetration at the deck's nodes, which are not those of the mesh.
+         ! Signs of the densities along line contacts, then penetration at the deck's nodes, which are not those of the mesh.
          do e = 1, problem%model%mesh%n_elements
             if (problem%conforms(e) == 0) cycle
             do i = 0, line_samples
@@ -312,7 +312,7 @@ contains
          x = node_position(state, node) - middle
          force = state%reaction(c) * normal
          left(1:2, node) = left(1:2, node) - force
-         ! Components contained in the node's support reaction do not count again.
+         ! Components that a support of the node takes are contained in the support reaction already.
          do i = 1, 2
             if (problem%model%fixed(i, node)) force(i) = 0.0_wp
          end do

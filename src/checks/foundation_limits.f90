@@ -15,7 +15,7 @@ module foundation_limits
 
 contains
 
-   !> Message why Newton's method may fail at a foundation; '' if no foundation is too stiff.
+   !> Message why Newton's method may fail because of a foundation; '' if no foundation is too stiff.
    function why_too_stiff(problem, state, system) result(why)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

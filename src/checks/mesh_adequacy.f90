@@ -29,7 +29,7 @@ module mesh_adequacy
    integer, parameter :: buckled = 1, unheld = 2, unbent = 3, slack = 4
    real(wp), parameter :: limits(4) = [pi**2, pi**2 / 8.0_wp, wanted, 2.5_wp * wanted]
 
-   !> Worst measure of one state.
+   !> The measure of the mesh's adequacy that is worst in one state, see the module's header.
    type :: verdict_t
       real(wp) :: ratio = 0.0_wp              !! worst measure over its limit; above 1 the mesh is too coarse
       real(wp) :: value = 0.0_wp              !! worst measure
@@ -40,7 +40,7 @@ module mesh_adequacy
 
 contains
 
-   !> Evaluates the elements between neighbouring candidates of contacts at nodes.
+   !> Evaluates the adequacy of the elements between neighbouring candidates of contacts at nodes.
    subroutine judge_mesh(problem, state, verdict)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state     !! converged
@@ -79,7 +79,7 @@ contains
          e = maxloc(worst, 1)
          verdict%element = [label(e)]
          if (verdict%ratio <= 1.0_wp) return
-         ! The slack measure is one for all elements; those with more than the average share are listed.
+         ! The measure `slack` has one value for all elements; elements with more than the average share of it are listed.
          if (verdict%kind == slack) worst = (spent / sum(spent)) * (count(spent > 0.0_wp) * verdict%limit)
          verdict%element = pack(label, worst > verdict%limit .or. label == label(e))
       end associate
@@ -105,7 +105,7 @@ contains
       force = 0.5_wp * dot_product(first(1:2) + second(1:2), [cos(angle), sin(angle)])
    end function middle_force
 
-   !> Relative error of the load at which a wave of a rod of such elements is in neutral equilibrium.
+   !> Relative error of the critical load of a wave in a rod of elements with this mu, see `unbent` in the module's header.
    pure real(wp) function wave_error(stages, mu) result(error)
       integer, intent(in) :: stages          !! 0: UL2
       real(wp), intent(in) :: mu
@@ -186,7 +186,7 @@ contains
    pure function ranges(label) result(text)
       integer, intent(in) :: label(:)        !! increasing within each run of neighbours
       character(:), allocatable :: text
-      integer, parameter :: most = 5         ! largest readable number
+      integer, parameter :: most = 5         ! largest number of ranges that is readable
       integer :: i, first, n
       text = ''
       n = 0

@@ -7,7 +7,7 @@ module own_checks
    private
    public :: failed_words
 
-   ! Bounds far above the values of converged points.
+   ! Bounds of the checks, far above the values of converged points.
    real(wp), parameter :: unbalanced = 1.0e-4_wp     !! relative to the largest force
    real(wp), parameter :: misplaced = 1.0e-7_wp      !! relative to the size of the structure
 

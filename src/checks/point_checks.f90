@@ -53,7 +53,7 @@ contains
 
    contains
 
-      !> Warns if the rod can roll: its displacements are one solution of a family.
+      !> Warns if the rod can roll, because its displacements are then only one solution of a family.
       subroutine check_rolling()
          character(:), allocatable :: names, where
          integer :: m
@@ -71,15 +71,15 @@ contains
             & ') on the loads do not tell how far the rod rolls about '//where//', nor what hangs on it: '//names(3:)
       end subroutine check_rolling
 
-      !> Near limit points and on plateaus the stiffness is almost zero: rounding is then compared with the stiffness of the
-      !> previous point, or with bending.
+      !> Warns if rounding is a large part of the stiffness along the path. Near limit points and on plateaus that stiffness is
+      !> almost zero: rounding is then compared with the stiffness of the previous point, or with bending.
       subroutine check_rounding()
          real(wp) :: stiffness, rounding, scale
          ! The path does not depend on the tangent of a start with a stiffness homotopy, see stiffness_homotopy.
          if (is_stress_free(state) .and. followed_part(problem) < 1.0_wp) return
          call path_stiffness(problem, state, system, stiffness, rounding)
          scale = max(stiffness, accuracy%stiffness, bending_stiffness(problem))
-         ! Points located at a zero of some function are no reference for later points.
+         ! A located point, at which some function is zero, is no reference for later points.
          if (point%label == '') accuracy%stiffness = stiffness
          call note_worst(accuracy%rounding, rounding / scale, at)
          if (rounding > told_rounding * scale) call warn('rounding spoils limit points and stability', &
@@ -87,7 +87,7 @@ contains
             & rounding_cure(problem, state), accuracy%rounding_words)
       end subroutine check_rounding
 
-      !> Keeps the first warning of its kind, and adds it to the point.
+      !> Keeps the first warning of its kind for the run, and adds it to the point.
       subroutine warn(what, words, kept)
          character(*), intent(in) :: what, words
          character(:), allocatable, intent(inout) :: kept

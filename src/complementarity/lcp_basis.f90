@@ -35,7 +35,7 @@ module lcp_basis
       real(wp), allocatable :: value(:)           !! (n) inverse q
       real(wp), allocatable :: value_size(:)      !! (n) |inverse| |q|
       real(wp), allocatable :: column(:)          !! (n) inverse times the column that enters
-      logical :: ties = .true.                    !! values equal up to rounding are ties; else only equal values
+      logical :: ties = .true.                    !! true: values equal up to rounding are ties; false: only equal values are
    end type basis_t
 
 contains
@@ -151,7 +151,7 @@ contains
          basis%value_size(i) = abs(problem%q(j))
          basis%column(i) = a(j)
       end do
-      ! The other columns of the inverse are full. Four at a time take half the loads and stores of one after another.
+      ! Columns of the inverse whose w is not basic are full. Four at a time take half the loads and stores of one after another.
       full = pack([(j, j=1, n)], basis%row_of_w == 0)
       do k = 1, modulo(size(full), 4)
          j = full(k)
@@ -212,12 +212,12 @@ contains
       row = least_row(basis, value, basis%column, candidate)
    end function blocking_row
 
-   !> The row with the least (value, inverse(1), ..., inverse(n))/weight in lexicographic order.
+   !> Row with the least vector (value, inverse(1), ..., inverse(n))/weight in lexicographic order, among the rows of a mask.
    integer function least_row(basis, value, weight, mask) result(row)
       type(basis_t), intent(in) :: basis
       real(wp), intent(in) :: value(:)
       real(wp), intent(in) :: weight(:) !! > 0 where mask
-      logical, intent(in) :: mask(:)    !! the rows to choose from, at least one
+      logical, intent(in) :: mask(:)    !! true for the rows to choose from, at least one
       logical :: candidate(size(mask))
       integer :: j
 
@@ -230,7 +230,7 @@ contains
       row = maxloc(weight, 1, candidate)
    end function least_row
 
-   !> Rounding error to be expected in sums of terms of this size.
+   !> Rounding error to be expected in sums of terms of the given size.
    pure function slack_of(basis, terms) result(slack)
       type(basis_t), intent(in) :: basis
       real(wp), intent(in) :: terms(:)
@@ -239,7 +239,7 @@ contains
       if (basis%ties) slack = tie_tolerance * terms
    end function slack_of
 
-   !> Keeps the candidates with the least value/weight, and those equal to it within rounding.
+   !> Keeps those candidates whose value/weight is the least, or equal to the least within rounding.
    pure subroutine keep_least(value, slack, weight, candidate)
       real(wp), intent(in) :: value(:)
       real(wp), intent(in) :: slack(:)  !! rounding of the values

@@ -198,13 +198,13 @@ contains
       balancing_exponent = -(exponent(a) - modulo(exponent(a), 2)) / 2
    end function balancing_exponent
 
-   !> Pivots until z0 leaves.
+   !> Follows the path of almost complementary bases by pivots until the artificial variable z0 leaves.
    subroutine follow_path(problem, basis, d, limit, active, outcome, pivots)
       type(scaled_lcp_t), intent(in) :: problem
       type(basis_t), intent(inout) :: basis
       real(wp), intent(in) :: d(:)
       integer, intent(in) :: limit
-      logical, intent(inout) :: active(:) !! set of the complementary basis reached; unchanged unless solved
+      logical, intent(inout) :: active(:) !! true for the active pairs of the complementary basis reached; unchanged unless solved
       integer, intent(out) :: outcome
       integer, intent(inout) :: pivots
       integer :: n, z0, entering, leaving, row
@@ -248,8 +248,8 @@ contains
       type(scaled_lcp_t), intent(in) :: problem
       logical, intent(in) :: active(:)
       real(wp), intent(out) :: z(:), w(:) !! scaled, nothing negative
-      logical, intent(out) :: ok          !! these z and w satisfy all equations to rounding
-      logical, intent(out) :: ray         !! some y >= 0 has M y = 0 to rounding, and y.q < 0: no solution
+      logical, intent(out) :: ok          !! true: these z and w satisfy all equations to rounding
+      logical, intent(out) :: ray         !! true: some y >= 0 has M y = 0 to rounding, and y.q < 0: no solution exists
       real(wp), allocatable :: lu(:, :), x(:), residual(:)
       real(wp) :: s(problem%n), tolerance
       integer, allocatable :: set(:), pivot(:)
@@ -290,8 +290,8 @@ contains
       w(set) = 0.0_wp
    end subroutine solve_active
 
-   !> M x = -q on the set, where q is rounding only: x has one sign, which is accidental, and the forces y = |x| have no effect on
-   !> w.
+   !> True for a ray: M x = -q on the set, where q is rounding only, has a solution x of one sign; the forces y = |x| then have no
+   !> effect on w.
    pure logical function is_ray(problem, set, x)
       type(scaled_lcp_t), intent(in) :: problem
       integer, intent(in) :: set(:)

@@ -33,13 +33,13 @@ module candidates
       !   point contact                                x      x
       !   point at a segment boundary                         x
       !   point at the end of its rod, at a kink, or at a support that fixes the rotation
-      logical, allocatable :: bilateral(:)    !! always in contact, the reaction may have either sign
+      logical, allocatable :: bilateral(:)    !! true: always in contact, and the reaction may have either sign
       integer, allocatable :: contact_span(:) !! contact span of the node, index into problem%contact_span; 0: contact at nodes
-      logical, allocatable :: follows(:)      !! the node takes the direction of the track
-      logical, allocatable :: moves(:)        !! touchdown point, which moves along the rod
-      logical, allocatable :: rolls(:)        !! point contact of a smooth rod: the place of the force moves along the rod as the
-      !! rod rotates, even if the node is a segment boundary and stays
-      logical, allocatable :: held(:)         !! touchdown point fixed at its present place (with_held)
+      logical, allocatable :: follows(:)      !! true: the node takes the direction of the track
+      logical, allocatable :: moves(:)        !! true: touchdown point, which moves along the rod
+      logical, allocatable :: rolls(:)        !! true: point contact of a smooth rod: the place of the force moves along the rod as
+      !! the rod rotates, even if the node is a segment boundary and stays
+      logical, allocatable :: held(:)         !! true: touchdown point fixed at its present place (with_held)
       real(wp), allocatable :: chain_length(:) !! (contacts) length of the closed chain, 0 for an open chain
    end type candidates_t
 
@@ -107,7 +107,7 @@ contains
 
    contains
 
-      !> True for a contact of this list; contact spans have candidates of their own.
+      !> True if the nodes of a contact belong in this list; contact spans have candidates of their own.
       pure logical function is_listed(c)
          integer, intent(in) :: c
          is_listed = (model%contact(c)%distributed .eqv. distributed) .and. .not. model%contact(c)%spans
@@ -134,7 +134,7 @@ contains
             list%bilateral(here) = model%obstacle(list%obstacle(here))%bilateral
             call obstacle_gap(model%obstacle(list%obstacle(here)), geometry%x(:, at), gap, normal, bend)
             if (list%bilateral(here)) then
-               ! The initial position is free of force, whatever the gap to the obstacle.
+               ! The initial position of a bilateral contact is free of force, whatever the gap to the obstacle.
                list%gap_offset(here) = -gap
             else if (model%obstacle(list%obstacle(here))%at_nodes) then
                list%gap_offset(here) = model%contact(c)%gap - gap

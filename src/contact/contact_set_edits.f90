@@ -83,7 +83,7 @@ contains
    pure function laid_down(set, beside, ends) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: beside(2)          !! contact spans before and after the free span, at most one of them 0: none
-      real(wp), intent(in) :: ends(2)           !! of the free span
+      real(wp), intent(in) :: ends(2)           !! both ends of the free span
       type(contact_span_t), allocatable :: new(:)
       integer :: side
       if (all(beside > 0)) then

@@ -10,8 +10,9 @@ module initial_overlap
    private
    public :: overlap_of_nodes, overlap_between, overlap_of_modes, deepest_start
 
-   integer, parameter :: samples = 8 !! number of parts of an element
-   real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! over the perfect geometry's extent: rounding of a deck's coordinates
+   integer, parameter :: samples = 8 !! number of parts into which samples divide an element
+   real(wp), parameter :: penetration_tolerance = 1.0e-6_wp !! rounding of a deck's coordinates, over the extent of the perfect
+   !! geometry
 
 contains
 

@@ -6,7 +6,7 @@ module set_differences
    private
    public :: differences_t, compare_sets
 
-   !> Number of changes of each kind.
+   !> Numbers of contacts lost, gained, divided and merged from one contact set to the next.
    type :: differences_t
       integer :: lost = 0, gained = 0, divided = 0, merged = 0
    end type differences_t
@@ -42,7 +42,7 @@ contains
          contact_span(k)%number = last + k
          j = findloc(over(:, k) .and. before%rod_segment == now(k)%rod_segment, .true., 1)
          if (j == 0) j = findloc(over(:, k), .true., 1)
-         ! If a contact has divided, its first part continues it.
+         ! If a contact has divided, its first part keeps the number.
          if (j > 0) then
             if (findloc(over(j, :) .and. (now%rod_segment == before(j)%rod_segment .or. .not. any(over(j, :) .and. &
                & now%rod_segment == &

@@ -1,8 +1,8 @@
 !> LCP of the uncertain candidates about the present contact set, a principal pivotal transform of the textbook LCP (17)-(18) of the
-!> paper. Complementary variables of a candidate:
+!> paper. Complementary variables of a candidate, with the stiffness k of its foundation (1/k = 0 for rigid obstacles):
 !>
 !>   open now:   z = reaction r,            w = opening b = gap + r/k
-!>   active now: z = opening b = gap + r/k, w = reaction r          (1/k = 0 for rigid obstacles)
+!>   active now: z = opening b = gap + r/k, w = reaction r
 !>
 !> Every column is a solution of the bordered system, with the load factor as an unknown: nothing is singular at limit points, nor
 !> if contact alone supports the structure.
@@ -24,8 +24,8 @@ module contact_lcp
 
    real(wp), parameter :: lcp_tolerance = 1.0e-10_wp      !! accepted componentwise error of an LCP's solution
 
-   !> w = q + M z of n candidates, and the solutions of the bordered system that form the columns of M: responses to a unit of each
-   !> z.
+   !> w = q + M z of n candidates (see the module's header for z and w), and the solutions of the bordered system that form the
+   !> columns of M: responses to a unit of each z.
    type :: contact_lcp_t
       integer, allocatable :: candidate(:)      !! (n) uncertain candidates, in the order in which they were added
       real(wp), allocatable :: x(:, :), y(:)    !! (unknowns, n), (n) increments of the unknowns and of the load factor
@@ -72,7 +72,7 @@ contains
             do i = merge(old + 1, 1, k <= old), n
                lcp%m(i, k) = response(lcp%candidate(i), lcp%x(:, k), lcp%y(k), lcp%force(:, k))
             end do
-            ! Compliance of the foundation, or for an active candidate its stiffness.
+            ! The diagonal contains the compliance of the candidate's own foundation, too; for an active candidate the stiffness.
             if (k <= old .or. .not. system%soft(candidate) .or. problem%coupling%entry(candidate) > 0) cycle
             if (state%active(candidate)) then
                lcp%m(k, k) = lcp%m(k, k) + system%spring(candidate)
@@ -84,7 +84,7 @@ contains
 
    contains
 
-      !> Response of a candidate's w to a column.
+      !> Change of a candidate's variable w in a column, that is, for a unit of the z of the column's candidate.
       real(wp) function response(candidate, x, y, force)
          integer, intent(in) :: candidate
          real(wp), intent(in) :: x(:), y, force(:)
@@ -144,7 +144,8 @@ contains
       call predict_contact(problem, system, x, y, state%active, given, force, gap, reaction)
    end subroutine add_answer
 
-   !> Response to a unit reaction of an open candidate, or to a unit opening of an active one.
+   !> Column of a candidate: response of the structure to a unit reaction of an open candidate, or to a unit opening of an active
+   !> one.
    subroutine solve_column(problem, state, system, candidate, x, y, force, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -161,7 +162,7 @@ contains
       if (state%active(candidate) .and. system%unknown(candidate) > 0) then
          prescribed(system%unknown(candidate)) = 1.0_wp / system%slope(candidate)
          d = system%partner(candidate)
-         ! The node moves along the other obstacle of its corner.
+         ! In a corner of two obstacles the node moves along the other obstacle.
          if (d > 0) prescribed(system%unknown(d)) = -prescribed(system%unknown(candidate)) * &
             & dot_product(system%normal(:, candidate), system%normal(:, d)) / system%slope(d)
       else
@@ -174,7 +175,7 @@ contains
 
    contains
 
-      !> Force on the node in its axes, for a unit of reaction or a unit of opening.
+      !> Force on the candidate's node in its axes, for a unit of reaction or a unit of opening.
       function own_force() result(pair)
          real(wp) :: pair(2)
          pair = system%normal(:, candidate)
@@ -185,7 +186,7 @@ contains
       end function own_force
    end subroutine solve_column
 
-   !> Openings and reactions of coupled candidates in a column; values of other candidates are not set.
+   !> Openings and reactions of all candidates on coupled ground in a column; values of other candidates are not set.
    subroutine answer_of_column(problem, system, candidate, x, y, gap, reaction)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -201,7 +202,7 @@ contains
       call coupled_answer(problem%coupling, system%coupling, unit(problem, candidate), gap, reaction)
    end subroutine answer_of_column
 
-   !> Adds the forces of coupled ground on nodes for a unit of a candidate's own variable, with fixed nodes.
+   !> Adds the forces of coupled ground on nodes for a unit of a candidate's z, with fixed nodes.
    subroutine add_coupled_load(problem, system, candidate, force)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -213,7 +214,7 @@ contains
       call add_forces(system%coupling, push(system%coupling%candidate), force)
    end subroutine add_coupled_load
 
-   !> 1 for one candidate, 0 for the others.
+   !> Vector with 1 for one candidate and 0 for the others.
    pure function unit(problem, candidate)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate

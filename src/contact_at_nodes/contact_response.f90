@@ -1,8 +1,9 @@
-!> Changes of gaps and reactions of all candidates in a linear increment, from a solution of the bordered system. Rates of single
-!> ones along the path: node_contact_functional.
+!> Changes of gaps and reactions of all candidates in a linear increment, from a solution of the bordered system. The derivatives of
+!> a single gap or reaction along the path are in node_contact_functional.
 !>
-!> On coupled ground the opening is b = gap + T r with all reactions, and an opening or a reaction at one candidate changes the
-!> reactions of all active candidates (coupled_answer); these are loads of the columns.
+!> On coupled ground the opening is b = gap + T r, with the reactions r of all candidates and the compliance matrix T
+!> (ground_coupling). An opening or a reaction at one candidate changes the reactions of all active candidates (coupled_answer);
+!> these changes are loads of the columns.
 module contact_response
    use kinds, only: wp
    use problem, only: problem_t

@@ -14,9 +14,10 @@ module contact_set
    private
    public :: contact_step_t, solve_contact_step, gap_tolerance, overlap_allowed
 
-   real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! over the structure's size
-   real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! over the force scale
-   integer, parameter :: largest_lcp = 400                !! more uncertain candidates are switched by sign, without LCP
+   real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! accepted penetration of an open candidate, over the structure's size
+   real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! accepted tension of an active candidate, over the force scale
+   integer, parameter :: largest_lcp = 400                !! largest number of uncertain candidates for an LCP; more of them change
+   !! between open and active by their signs
    integer, parameter :: max_rounds = 20
    character(*), parameter :: singular_border = 'the bordered system is singular: the structure cannot follow what the '// &
       & 'increment prescribes'
@@ -25,7 +26,7 @@ module contact_set
    type :: contact_step_t
       real(wp), allocatable :: x(:)          !! (n) increments of the unknowns, node axes
       real(wp) :: y = 0.0_wp                 !! increment of the load factor
-      logical, allocatable :: active(:)      !! (candidates)
+      logical, allocatable :: active(:)      !! (candidates) true: in contact after the increment
       real(wp), allocatable :: reaction(:)   !! (candidates) predicted
       logical :: flipped = .false.           !! true: the set was changed without an increment; linearise again
       integer :: lcp_size = 0, lcp_pivots = 0
@@ -135,8 +136,8 @@ contains
 
    contains
 
-      !> Too many candidates for an LCP: those of the last LCP take its result, the others change between open and active by their
-      !> signs; then the equations are linearised again.
+      !> With too many candidates for an LCP, those of the last LCP take its result, and the others change between open and active
+      !> by their signs. The equations must then be linearised again.
       subroutine flip()
          result%active = state%active .neqv. wrong
          result%active(lcp%candidate) = state%active(lcp%candidate) .neqv. lcp%z > 0.0_wp
@@ -183,7 +184,7 @@ contains
       end function held
    end subroutine hold_once
 
-   !> Candidates whose predicted gap or reaction has the wrong sign; bilateral candidates are never violated. The error of a
+   !> Marks the candidates whose predicted gap or reaction has the wrong sign; bilateral candidates are never marked. The error of a
    !> reaction is the rounding of the forces, which at the start of a path are those of the load increment.
    function violated(problem, state, system, rise, gap, reaction) result(wrong)
       type(problem_t), intent(in) :: problem
@@ -212,11 +213,11 @@ contains
       end do
    end function largest_force
 
-   !> Candidates that become uncertain because of violated signs.
+   !> Candidates that become uncertain because the sign of their own or a neighbour's gap or reaction is violated.
    function next_in_doubt(problem, system, wrong, in_doubt, round) result(more)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      logical, intent(in) :: wrong(:), in_doubt(:) !! (candidates)
+      logical, intent(in) :: wrong(:), in_doubt(:) !! (candidates) true: its sign is violated; it is in the LCP already
       integer, intent(in) :: round
       integer, allocatable :: more(:)
       logical :: may(problem%candidates%n), wrong_at(problem%model%mesh%n_nodes)
@@ -235,11 +236,11 @@ contains
       more = pack([(c, c=1, size(may))], may)
    end function next_in_doubt
 
-   !> Chosen candidates and their neighbours; on coupled ground a change has a long range, so the neighbourhood grows from round to
-   !> round.
+   !> Chosen candidates and their neighbours. On coupled ground a change has a long range, so that the neighbourhood is larger each
+   !> time that the LCP is extended (`round`).
    function with_neighbours(problem, chosen, round) result(near)
       type(problem_t), intent(in) :: problem
-      logical, intent(in) :: chosen(:)         !! (candidates)
+      logical, intent(in) :: chosen(:)         !! (candidates) true for those chosen
       integer, intent(in) :: round
       logical, allocatable :: near(:), before(:)
       integer :: c, i, k, step
@@ -269,7 +270,7 @@ contains
          & system%gap_error))
    end function overlap_allowed
 
-   !> False if supports take the whole reaction of the obstacle (see may_react).
+   !> True if the obstacle can exert a reaction on the candidate's node; false if supports take the whole reaction (see may_react).
    pure logical function can_act(system, candidate)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate

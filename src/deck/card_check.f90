@@ -16,7 +16,7 @@ module card_check
    private
    public :: check_cards, known_card
 
-   !> Keys of cards whose defaults the readers use for decks without them.
+   !> Keywords, between bars, of cards whose default values the readers need even if the deck does not contain these cards.
    character(*), parameter :: always = '|CONTROLS|ACCURACY|'
 
    !> Data carried from card to card.
@@ -25,7 +25,8 @@ module card_check
       logical :: open = .false.
       integer :: open_card = 0        !! card of the open step
       character(:), allocatable :: chain !! preceding card to which *ELASTIC and similar cards belong; ''
-      integer, allocatable :: first_use(:) !! by spec: first card of this kind in the present part, 0: none yet
+      integer, allocatable :: first_use(:) !! (entries of the table) first card of this kind in the present part of the deck, 0:
+      !! none yet
    end type reading_t
 
 contains
@@ -50,7 +51,8 @@ contains
          deck%card(card)%keyword = deck%spec(deck%card(card)%spec)%keyword
          call check_position(deck, diagnostics, card, reading)
          call check_parameters(deck, diagnostics, card)
-         ! With bad parameters the layout is unknown, unless the card has only one.
+         ! The parameters select the layout of the data lines. After a bad parameter the lines are checked only if the card has one
+         ! layout.
          if (deck%card(card)%sound .or. size(deck%spec(deck%card(card)%spec)%layout) == 1) &
             call check_lines(deck, diagnostics, card)
       end do
@@ -58,7 +60,7 @@ contains
          'its *END STEP is missing')
    end subroutine check_cards
 
-   !> Keys of the cards of a deck between bars, each once.
+   !> Keywords of the cards of a deck and of the cards `always`, between bars, each once.
    pure function keys_of(deck) result(keys)
       class(deck_t), intent(in) :: deck
       character(:), allocatable :: keys
@@ -155,7 +157,7 @@ contains
             if (wrong == '') cycle
             deck%card(card)%sound = .false.
             call complain(deck, diagnostics, card, place, wrong)
-            ! Most likely the card has no parameters at all.
+            ! An unknown name on a continuation line: the comma above it was superfluous, and the line is most likely a data line.
             if (deck%parameter(p)%item == 0 .and. place%line > deck%card(card)%place%line) exit
          end do
          if (.not. deck%card(card)%sound) return

@@ -52,7 +52,7 @@ module card_spec
    type :: item_t
       character(:), allocatable :: name    !! parameter: name in the deck; field: name in the manual
       integer :: kind = kind_real
-      logical :: required = .true.         !! parameter with `only`: required if that condition is satisfied
+      logical :: required = .true.         !! true: the item must be given; with `only`: if that condition is satisfied
       character(:), allocatable :: default !! '': none
       integer :: times_field = 0           !! field whose value is multiplied by the default (0: the default itself is the value)
       character(:), allocatable :: words   !! accepted words between bars
@@ -68,16 +68,17 @@ module card_spec
    type :: layout_t
       character(:), allocatable :: when         !! 'SECTION=RECT', 'GENERATE' (flag given), or '': always
       type(item_t), allocatable :: field(:)
-      logical :: last_repeats = .false.         !! the last field may be given any number of times
+      logical :: last_repeats = .false.         !! true: the last field may be given any number of times
       integer :: least = 1, most = many_lines   !! number of data lines
    end type layout_t
 
+   !> Entry of one card in the table of cards.
    type :: card_spec_t
       character(:), allocatable :: keyword    !! without the star, single blanks
       character(:), allocatable :: key        !! the keyword in capitals without blanks
       integer :: where = in_model
-      logical :: once = .false.               !! at most once in the model part, or in each step
-      logical :: free_text = .false.          !! data lines are not split into fields; a layout serves the manual only
+      logical :: once = .false.               !! true: the card is allowed once in the model part, or once in each step
+      logical :: free_text = .false.          !! true: data lines are not split into fields; a layout serves the manual only
       character(:), allocatable :: follows    !! card below which this one must be, with only cards of the same kind between; ''
       character(:), allocatable :: meaning
       type(item_t), allocatable :: parameter(:)
@@ -88,7 +89,7 @@ module card_spec
    type :: table_t
       type(card_spec_t), allocatable :: card(:)
       character(:), allocatable :: wanted     !! keys of the wanted cards between bars, with a bar at both ends; '': all cards
-      logical :: skips = .false.              !! the last card is not wanted, and its parameters and fields are passed over
+      logical :: skips = .false.              !! true: the last card is not wanted, and its parameters and fields are passed over
    end type table_t
 
 contains

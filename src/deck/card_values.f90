@@ -13,13 +13,13 @@ module card_values
    private
    public :: card_values_t, cursor_t, is_listed
 
-   !> A place of reading: a card, and one of its data lines.
+   !> Position of a reader in the deck: a card, and one of its data lines.
    type :: cursor_t
       integer :: card = 0           !! index of the card; 0: before the first one
       integer :: line = 0           !! index of the data line; one less than the first of the card: before its first line
       character(24) :: keyword = '' !! of the card, as the table spells it
       integer :: step = 0           !! number of the step that contains the card; 0: the model part
-      logical :: sound = .true.     !! the card has no errors in its keyword, place and parameters
+      logical :: sound = .true.     !! true: the card has no errors in its keyword, place and parameters
       integer :: n_lines = 0        !! number of data lines of the card, with those that have errors
       integer :: card_at = 0        !! line of the deck with the keyword
       integer :: line_at = 0        !! line of the deck that the data line is
@@ -45,7 +45,8 @@ module card_values
 
 contains
 
-   !> Moves the cursor to the next sound card; false, and the cursor is at the beginning again, after the last one.
+   !> Moves the cursor to the next card without errors. False if no such card follows: the cursor is then before the first card
+   !> again.
    logical function next_card(self, at, keywords, also_bad) result(found)
       class(card_values_t), intent(in) :: self
       type(cursor_t), intent(inout) :: at        !! at no card: the search begins with the first card
@@ -81,7 +82,7 @@ contains
       end do
    end function is_listed
 
-   !> Moves the cursor to the next sound data line of its card; false after the last one.
+   !> Moves the cursor to the next data line of its card without errors; false if no such line follows.
    logical function next_line(self, at) result(found)
       class(card_values_t), intent(in) :: self
       type(cursor_t), intent(inout) :: at
@@ -139,7 +140,7 @@ contains
       given = found%value > 0
    end function given
 
-   !> How many values a data line has for the last field of its layout, which may repeat.
+   !> Number of values that a data line has for the last field of its layout, which may repeat.
    integer function count_of(self, at, name) result(n)
       class(card_values_t), intent(in) :: self
       type(cursor_t), intent(in) :: at

@@ -23,7 +23,8 @@ module check_contacts
 
 contains
 
-   !> Number, lengths and places of the candidates.
+   !> Checks the candidates of obstacles on coupled ground: their number, their tributary lengths (a half-space needs positive
+   !> ones), and that no two candidates load the same place of the ground.
    subroutine check_ground_candidates(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
@@ -104,7 +105,7 @@ contains
    subroutine check_tied_nodes(deck, at, name, model, contact)
       type(checked_deck_t), intent(inout) :: deck
       type(cursor_t), intent(in) :: at
-      character(*), intent(in) :: name                  ! of the item that names the nodes
+      character(*), intent(in) :: name                  ! name of the item that names the nodes
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       character(:), allocatable :: why

@@ -18,9 +18,10 @@ module deck_assembly
    character(*), parameter :: expanded_mark = '** *' !! prefix that marks an *INCLUDE whose deck follows
    integer, parameter :: deepest = 100 !! largest depth of includes; ends circular includes through links
    integer, parameter :: most_files = 10000 !! largest number of included files, with repetitions
-   integer, parameter :: longest_path = 4096 !! [bytes]
+   integer, parameter :: longest_path = 4096 !! [bytes] longest path of an included file
    integer, parameter :: most_names = 20    !! largest number of parameters listed in a message
 
+   !> A deck during its assembly: the three texts (assembled, expanded, record; see deck_source_t), and the origin of their lines.
    type :: assembly_t
       type(growing_text_t) :: read, expanded, record
       integer :: n = 0                             !! lines read so far
@@ -31,10 +32,10 @@ module deck_assembly
       type(deck_file_t), allocatable :: file(:)    !! the first n_files are in use
       integer, allocatable :: included_by(:)       !! file that includes each; 0: the deck itself
       type(deck_parameters_t) :: parameters
-      logical :: in_parameters = .false.           !! the data lines belong to a *PARAMETER card
+      logical :: in_parameters = .false.           !! true: the data lines belong to a *PARAMETER card
       integer :: heading_file = 0                  !! file of the *HEADING to which the data lines belong; 0: another card
       type(place_t) :: included_at                 !! the deck's *INCLUDE from which the present lines come
-      logical :: ended = .false.                   !! the deck is too large: reading has stopped
+      logical :: ended = .false.                   !! true: the deck is too large: reading has stopped
    end type assembly_t
 
 contains
@@ -149,7 +150,8 @@ contains
          end if
          call keep(a, origin, typed, typed, typed)
       else if (typed(first:first) /= '*' .and. .not. may_write_title(a, origin(1))) then
-         ! Otherwise the text of any file would become the title, and be stored in the results.
+         ! An included file cannot continue the title of another file: the text of any file would become the title, and be stored in
+         ! the results.
          call diagnostics%add(a%included_at, '*INCLUDE: below *HEADING a deck that begins with a keyword; its text does not '// &
             'become the title')
          a%ended = .true.

@@ -12,20 +12,23 @@ module deck_cards
    private
    public :: deck_t, split_deck, text_at, complain, line_end, given_parameter, field_given, field_place, whole_line
 
+   !> A parameter of a card as the deck gives it.
    type :: parameter_t
       type(place_t) :: name, value         !! value of a flag: empty
-      logical :: has_value = .false.       !! the name is followed by an equals sign
+      logical :: has_value = .false.       !! true: the name is followed by an equals sign
       integer :: item = 0                  !! position in the parameters of its card in the table, 0: unknown
       real(wp) :: number = 0.0_wp          !! converted value, see item_values
    end type parameter_t
 
+   !> A data line of a card.
    type :: data_line_t
       integer :: card = 0                  !! index of its card
       integer :: line = 0                  !! line of the deck
       integer :: first_field = 1, n_fields = 0
-      logical :: sound = .true.            !! passed the check against the table
+      logical :: sound = .true.            !! true: the line passed the check against the table
    end type data_line_t
 
+   !> A card of the deck: keyword, parameters and data lines, and the result of its check.
    type :: card_t
       character(:), allocatable :: keyword !! as typed, without the star; after the check: as the table spells it
       type(place_t) :: place               !! of star and keyword
@@ -34,7 +37,7 @@ module deck_cards
       integer :: spec = 0                  !! position in deck%spec, 0: unknown
       integer :: layout = 0                !! index of the layout that applies, 0: none
       integer :: step = 0                  !! 0: model part
-      logical :: sound = .true.            !! keyword, place in the deck and parameters passed the check
+      logical :: sound = .true.            !! true: keyword, place in the deck and parameters passed the check
    end type card_t
 
    !> A deck split into cards. An empty field has last < first. The check of the cards (card_check) adds the table's entries and the

@@ -19,7 +19,8 @@ module deck_names
       character(7) :: what = ''            !! node or element, for messages
       integer :: n = 0
       integer :: least = huge(1), greatest = 0 !! labels
-      integer, allocatable :: line(:)      !! by index: line of the deck that defines it; the first n are in use
+      integer, allocatable :: line(:)      !! (nodes or elements, in the order of their definition) line of the deck with the
+      !! definition; the first n are in use
       type(name_list_t) :: set_names
       type(label_map_t), private :: index
       type(growing_set_t), allocatable, private :: set(:)
@@ -29,25 +30,26 @@ module deck_names
 
    !> Names with the lines of the deck that define them.
    type, extends(name_list_t) :: definitions_t
-      integer, allocatable :: line(:)      !! by name
+      integer, allocatable :: line(:)      !! (names) line of the deck that defines the name
    contains
       procedure :: define
    end type definitions_t
 
+   !> All names and labels that the deck has defined so far, and the kinds of definitions that may be missing because of errors.
    type :: deck_names_t
-      logical :: above_only = .true.       !! the mesh is being read: cards may refer to preceding definitions only
-      logical :: mesh_incomplete = .false. !! a card of the mesh has errors: nodes, elements or sets may be missing
-      logical :: imperfections_incomplete = .false. !! an *IMPERFECTION has errors
-      logical :: sections_incomplete = .false. !! a card of materials or sections has errors
-      logical :: supports_incomplete = .false. !! a *BOUNDARY has errors
-      logical :: loads_incomplete = .false.    !! a card of loads in a step has errors
-      logical :: contacts_incomplete = .false. !! a *CONTACT or *GAP has errors
-      logical :: unknown_cards = .false.       !! a keyword is not known
+      logical :: above_only = .true.       !! true: the mesh is being read: cards may refer to preceding definitions only
+      logical :: mesh_incomplete = .false. !! true: a card of the mesh has errors: nodes, elements or sets may be missing
+      logical :: imperfections_incomplete = .false. !! true: an *IMPERFECTION has errors
+      logical :: sections_incomplete = .false. !! true: a card of materials or sections has errors
+      logical :: supports_incomplete = .false. !! true: a card of supports, springs or joints has errors
+      logical :: loads_incomplete = .false.    !! true: a card of loads in a step has errors
+      logical :: contacts_incomplete = .false. !! true: a *CONTACT or *GAP has errors
+      logical :: unknown_cards = .false.       !! true: a keyword is not known
       type(labels_t) :: node = labels_t(what='node'), element = labels_t(what='element')
       type(definitions_t) :: material, law, obstacle, monitor, step
-      logical, allocatable :: touched(:)     !! by obstacle: a *CONTACT or *GAP names it (once these are read)
-      integer, allocatable :: placed_line(:) !! by curve: index of the data line that omits its number of elements, else 0
-      logical, allocatable :: connected(:) !! by node index: the node belongs to an element (once the mesh is read)
+      logical, allocatable :: touched(:)     !! (obstacles) true: a *CONTACT or *GAP names the obstacle (once these cards are read)
+      integer, allocatable :: placed_line(:) !! (curves) index of the data line if it omits the number of elements, else 0
+      logical, allocatable :: connected(:) !! (nodes) true: the node belongs to an element (once the mesh is read)
    contains
       procedure :: is_loose
    end type deck_names_t

@@ -73,7 +73,7 @@ contains
       call self%note_use(string)
       call new_parameter(self, string, parameter, number, wrong)
       if (wrong /= '') then
-         ! Any value, so that lines that use the name are not reported, too.
+         ! After an error the parameter gets the value 1, so that lines that use its name are not reported, too.
          if (.not. allocated(parameter%value)) return
          parameter%value = '1'
          parameter%is_number = .true.

@@ -21,6 +21,7 @@ module deck_source
       procedure :: add => add_text
    end type growing_text_t
 
+   !> A file that contributes lines to a deck.
    type :: deck_file_t
       character(:), allocatable :: name             !! name in messages
    end type deck_file_t
@@ -67,9 +68,9 @@ module deck_source
       procedure :: line_words, as_typed
    end type deck_source_t
 
-   integer, parameter :: most_lines = 10000000      !! of a deck with all included decks
-   integer, parameter :: longest_line = 10000000    !! [bytes]
-   integer, parameter :: longest_text = 500000000   !! [bytes] of a file
+   integer, parameter :: most_lines = 10000000      !! largest number of lines of a deck with all included decks
+   integer, parameter :: longest_line = 10000000    !! [bytes] longest line
+   integer, parameter :: longest_text = 500000000   !! [bytes] longest text of a file
    character(*), parameter :: newline = achar(10), carriage_return = achar(13)
    character(*), parameter :: byte_order_mark = char(239)//char(187)//char(191)
    integer, parameter :: chunk = 256 !! characters requested in one read, which pads the rest with blanks each time

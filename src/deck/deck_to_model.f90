@@ -67,7 +67,7 @@ contains
       type(model_t), intent(inout) :: model
       type(cursor_t), allocatable :: tie_origin(:)
       logical :: joints_wrong
-      integer :: n                                      ! errors before the readers whose errors are noted next
+      integer :: n                                      ! number of errors before the readers whose errors note_errors counts next
       integer :: i
       joints_wrong = .false.
       call read_heading(deck, model)
@@ -97,7 +97,7 @@ contains
 
    contains
 
-      !> Notes that something is incomplete if errors were added since the last note.
+      !> Marks a kind of definitions as incomplete if errors were added since the last call.
       subroutine note_errors(incomplete)
          logical, intent(inout) :: incomplete
          incomplete = incomplete .or. deck%diagnostics%n > n
@@ -161,7 +161,7 @@ contains
 
    contains
 
-      !> Notes what a card of a kind defines; '': any card.
+      !> Marks the definitions that cards with this keyword make as possibly missing; '': those of all cards.
       subroutine note(keyword)
          character(*), intent(in) :: keyword
          associate (names => deck%names)
@@ -181,7 +181,7 @@ contains
       end subroutine note
    end subroutine note_bad_cards
 
-   !> True for a keyword of a list, and for ''.
+   !> True if a keyword is one of a list, and for the keyword '', which stands for all keywords.
    pure logical function concerns(keyword, keywords)
       character(*), intent(in) :: keyword, keywords ! keywords: between bars
       concerns = keyword == '' .or. is_listed(keywords, keyword)

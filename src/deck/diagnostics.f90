@@ -14,6 +14,7 @@ module diagnostics
       integer :: first = 1, last = 1
    end type place_t
 
+   !> One error in the deck: its place and the message.
    type :: diagnostic_t
       type(place_t) :: place
       character(:), allocatable :: message
@@ -28,7 +29,7 @@ module diagnostics
    end type diagnostics_t
 
    integer, parameter :: most_shown = 20 !! largest number of errors in a report
-   integer, parameter :: longest_message = 1000 !! [bytes]
+   integer, parameter :: longest_message = 1000 !! [bytes] longest message
    integer, parameter :: longest_line = 160     !! [bytes] longest part shown of a line of the deck
    integer, parameter :: least_before = 60      !! [bytes] least part of that line shown before the place of the error
 

@@ -20,7 +20,7 @@ module formula
       character(:), allocatable :: text
       integer :: at = 1, depth = 0
       character(:), allocatable :: known    !! names between bars
-      real(wp), allocatable :: value(:)     !! of the known names
+      real(wp), allocatable :: value(:)     !! values of the known names
       character(:), allocatable :: wrong    !! first error; '' if there is none
    end type reading_t
 
@@ -30,7 +30,7 @@ contains
    pure subroutine evaluate(string, known, value, result, wrong)
       character(*), intent(in) :: string                 !! the formula
       character(*), intent(in) :: known                  !! permitted names, between bars; case is ignored
-      real(wp), intent(in) :: value(:)                   !! of these names
+      real(wp), intent(in) :: value(:)                   !! values of the known names
       real(wp), intent(out) :: result                    !! finite; 0 after an error
       character(:), allocatable, intent(out) :: wrong    !! description of the error, in words; '' if there is none
       type(reading_t) :: reading

@@ -49,7 +49,7 @@ contains
          call write_card(unit, table(i))
          found = .true.
       end if
-      ! Parameters, and the words that are values of parameters and fields.
+      ! Help on parameters and fields, and on the words that are their values; `words` collects the names, for a suggestion.
       words = ''
       do i = 1, size(table)
          words = words//'|*'//table(i)%keyword

@@ -16,7 +16,7 @@ module imperfection_chain
       integer, allocatable :: element(:)  !! in order
       integer, allocatable :: node(:)     !! in order, one more than elements; closed: the last node is the first
       real(wp), allocatable :: knot(:)    !! chain coordinate of the nodes
-      logical :: closed = .false.         !! the chain ends at its beginning
+      logical :: closed = .false.         !! true: the chain ends at its beginning
    end type chain_t
 
 contains

@@ -176,6 +176,7 @@ contains
       if (label == huge(label)) string = ' below '//to_text(huge(label))
    end function label_limit
 
+   !> True if a number is within one of the bounds of card_spec.
    pure logical function within(bound, x)
       integer, intent(in) :: bound
       real(wp), intent(in) :: x

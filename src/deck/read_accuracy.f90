@@ -9,8 +9,8 @@ module read_accuracy
    public :: read_accuracy_cards, check_placed
 
    real(wp), parameter :: widest = 0.01_wp       !! widest error bar of a load, over the load, if the deck requests no accuracy
-   ! Parts of the requested error. The residual is to be a tenth of the error left by the last correction, see corrector; if the
-   ! tolerance turns out to be too large, the iteration is continued.
+   ! Tolerances of the residual and of event locations over the requested error. The residual is to be a tenth of the error left by
+   ! the last correction, see corrector; if the tolerance turns out to be too large, the iteration is continued.
    real(wp), parameter :: part_of_residual = 1.0e-3_wp, part_of_place = 0.01_wp
    real(wp), parameter :: closest = 1.0e-11_wp   !! smallest tolerance of event locations: below it the event function is rounding
    real(wp), parameter :: coarsest = 1.0e-5_wp   !! largest tolerance of the residual: a tenth of the limit in the balance checks
@@ -118,7 +118,7 @@ contains
    function why_not(model, e, free) result(why)
       type(model_t), intent(in) :: model
       integer, intent(in) :: e                ! first element of the segment
-      logical, intent(in) :: free             ! its nodes may move along the rod
+      logical, intent(in) :: free             ! true: its nodes may move along the rod
       character(:), allocatable :: why
       logical :: member(model%mesh%n_nodes)
       integer :: c

@@ -15,8 +15,8 @@ module read_branches
       integer :: step = 0
       integer :: n = 0                     !! cards so far, with those that have errors
       type(definitions_t) :: list
-      integer, allocatable :: branch(:)    !! by name: index of its first branch in step%branch
-      logical, allocatable :: two_sides(:) !! by name: true if it has two sides
+      integer, allocatable :: branch(:)    !! (names) index of the name's first branch in step%branch
+      logical, allocatable :: two_sides(:) !! (names) true: the name has branches on two sides
    end type branch_names_t
 
 contains

@@ -24,7 +24,7 @@ contains
       type(model_t), intent(inout) :: model             !! receives contact
       type(cursor_t) :: at
       type(contact_t) :: contact
-      integer :: touched(size(model%obstacle), model%mesh%n_nodes) ! line of the *CONTACT
+      integer :: touched(size(model%obstacle), model%mesh%n_nodes) ! (obstacles, nodes) line of the *CONTACT; 0: none
       allocate (model%contact(0))
       touched = 0
       do while (deck%next_card(at, 'CONTACT'))
@@ -128,7 +128,7 @@ contains
       call check_size(deck, at, model, contact, model%obstacle(contact%obstacle))
       if (model%obstacle(contact%obstacle)%bilateral) return
       if (pushes_out(deck, model%obstacle(contact%obstacle)%name)) return
-      ! Otherwise the position of the obstacle or of the nodes may be wrong.
+      ! With errors in obstacles or imperfections the positions of the obstacle or of the nodes may be wrong: no further message.
       if (.not. (deck%names%obstacle%incomplete .or. deck%names%imperfections_incomplete)) &
          call check_start(deck, at, model, contact, model%obstacle(contact%obstacle))
    end subroutine check_candidates
@@ -147,7 +147,8 @@ contains
       if (overlap == '') return
       call obstacle_gap(obstacle, model%mesh%x_nominal(:, node), gap, normal, bend)
       if (gap + contact%gap < -deepest_start(model)) then
-         ! The imperfection is not the cause.
+         ! The node penetrates without the imperfections already: the deck describes the side or the position of the obstacle
+         ! wrongly.
          hint = 'the order of its points'
          if (obstacle%kind == obstacle_circle) hint = 'its SIDE'
          if (obstacle%kind == obstacle_arc) hint = 'which of its angles comes first'
@@ -182,7 +183,7 @@ contains
          if (sharpest_turn(obstacle%curve, length(e)) <= most_turn) return
       end if
       advice = 'use more elements'
-      ! The measured elements only carry the output.
+      ! The deck omits the number of elements: the program makes the mesh, and these elements serve for the output only.
       if (model%mesh%placed(e)) advice = 'give a number of elements, so many that none is as long'
       if (obstacle%kind == obstacle_circle) then
          call deck%wrong(at, 'NSET', element_words(model%mesh, e)//' is longer than the radius of the obstacle, which could '// &

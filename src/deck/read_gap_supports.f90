@@ -23,7 +23,7 @@ contains
       type(obstacle_t) :: obstacle
       logical :: ok
       real(wp) :: normal(2)
-      integer :: stopped_in(model%mesh%n_nodes)         ! line of the deck, for the card being read
+      integer :: stopped_in(model%mesh%n_nodes)         ! (nodes) line of the deck with the stop, for the card being read; 0: none
       do while (deck%next_card(at, 'GAP'))
          call deck%define(at, deck%names%obstacle, deck%text(at, 'NAME'), ok)
          if (.not. ok) cycle

@@ -19,7 +19,7 @@ contains
    subroutine read_imperfection_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the mesh
       type(model_t), intent(inout) :: model             !! receives imperfection, curve%imperfection, mesh%x
-      type(cursor_t), allocatable :: origin(:)          ! by imperfection: its card
+      type(cursor_t), allocatable :: origin(:)          ! (imperfections) card of the imperfection
       type(cursor_t) :: at
       type(chain_t) :: chain
       type(imperfection_t) :: shape
@@ -84,8 +84,8 @@ contains
       logical, intent(inout) :: ok  ! false after an error
       integer, parameter :: most_of_any_mesh = 1000
       integer :: most
-      ! One for each Gauss point of the elements, or for each straight element. If numbers of elements are omitted, the program may
-      ! make finer meshes, and a constant applies.
+      ! The mesh resolves one half wave for each Gauss point of its elements, or for each straight element. If numbers of elements
+      ! are omitted, the program may make finer meshes, and a constant is the limit.
       most = sum(max(1, mesh%stages(chain%element)))
       if (any(deck%names%placed_line(mesh%curve(chain%element)) > 0)) most = max(most, most_of_any_mesh)
       if (deck%real(at, 'half waves') > most) then
@@ -156,7 +156,7 @@ contains
    subroutine move_nodes(deck, model, origin)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
-      type(cursor_t), intent(in) :: origin(:)    ! by imperfection: its card
+      type(cursor_t), intent(in) :: origin(:)    ! (imperfections) card of the imperfection
       real(wp), parameter :: disagreement = 1.0e-3_wp
       real(wp) :: shift(2, model%mesh%n_nodes), size_of_offset(model%mesh%n_nodes), w, dw, angle, here(2)
       integer :: owner(model%mesh%n_nodes), e, k, node, i

@@ -46,7 +46,7 @@ contains
       end do
    end subroutine read_limit_curve_cards
 
-   !> Reads what the parameter belongs to, and finds its value in the model.
+   !> Reads the obstacle or element set to which the varied parameter belongs, and finds the parameter's present value in the model.
    subroutine find_start(deck, at, model, curve, start, ok)
       type(checked_deck_t), intent(inout) :: deck
       type(cursor_t), intent(in) :: at
@@ -78,7 +78,7 @@ contains
       end select
    end subroutine find_start
 
-   !> MODULUS: of a foundation.
+   !> Present value of the parameter MODULUS: modulus of a Winkler or Pasternak foundation.
    subroutine find_modulus(deck, at, model, obstacle, start, ok)
       type(checked_deck_t), intent(inout) :: deck
       type(cursor_t), intent(in) :: at
@@ -99,7 +99,7 @@ contains
       end associate
    end subroutine find_modulus
 
-   !> GAP: the common value of all contacts with the obstacle.
+   !> Present value of the parameter GAP: all contacts with the obstacle must have the same gap.
    subroutine find_gap(deck, at, model, obstacle, start, ok)
       type(checked_deck_t), intent(inout) :: deck
       type(cursor_t), intent(in) :: at
@@ -122,7 +122,7 @@ contains
       end if
    end subroutine find_gap
 
-   !> EA, EI: of the section assigned to the set.
+   !> Present value of the parameter EA or EI: stiffness of the section assigned to the set.
    subroutine find_stiffness(deck, at, model, curve, start, ok)
       type(checked_deck_t), intent(inout) :: deck
       type(cursor_t), intent(in) :: at
@@ -146,14 +146,14 @@ contains
       end if
    end subroutine find_stiffness
 
-   !> IMPERFECTION: the set must be a whole chain with an imperfection, from the model part or as a mode in this step.
+   !> Parameter IMPERFECTION: the set must be a whole chain with an imperfection, from the model part or as a mode in this step.
    subroutine check_imperfection(deck, at, model, element, ok)
       type(checked_deck_t), intent(inout) :: deck
       type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       integer, intent(in) :: element(:) ! not empty
       logical, intent(out) :: ok
-      integer :: owner(model%mesh%n_elements) ! imperfection of each element
+      integer :: owner(model%mesh%n_elements) ! (elements) imperfection of the element
       integer :: e, i
       ok = deck%names%mesh_incomplete .or. deck%names%imperfections_incomplete
       if (ok) return
@@ -171,7 +171,7 @@ contains
       if (.not. ok) call deck%wrong(at, 'ELSET', 'these are not the elements of an *IMPERFECTION')
    end subroutine check_imperfection
 
-   !> CONSTANT LOAD: a previous step must have left a load.
+   !> Parameter CONSTANT LOAD: a previous step must have left a load.
    subroutine check_constant_load(deck, at, model, ok)
       type(checked_deck_t), intent(inout) :: deck
       type(cursor_t), intent(in) :: at

@@ -26,7 +26,7 @@ contains
       type(model_t), intent(inout) :: model             !! with sections, supports and contacts; receives step%load
       type(cursor_t) :: at
       integer :: s
-      integer :: prescribed_in(3, model%mesh%n_nodes)   ! line of the deck, for the step being read
+      integer :: prescribed_in(3, model%mesh%n_nodes)   ! (3, nodes) line of the deck, for the step being read
       integer :: shrunk_in(size(model%obstacle))        ! (obstacles) line of the deck, for the steps since the last stress-free
       ! start
       do s = 1, size(model%step)

@@ -21,7 +21,7 @@ module read_mesh
    !> Entries per node of a chain's band matrix factored with pivoting: three unknowns, coupled with those of neighbouring nodes.
    integer, parameter :: band_entries = 3 * (3 * 5 + 1)
 
-   !> What all elements of a card have in common.
+   !> Properties that all elements of a card have in common.
    type :: element_card_t
       integer :: family = 0, stages = 0        !! kind of the elements
       integer :: node_set = 0, element_set = 0 !! sets that receive nodes and elements, 0: none
@@ -228,7 +228,7 @@ contains
       integer, intent(in) :: ends(2)             ! indices of the end nodes, equal for a ring
       real(wp), intent(in) :: s(0:)              ! ends of the elements on the curve
       type(element_card_t), intent(in) :: common
-      logical, intent(in) :: placed              ! the deck omits the number of elements
+      logical, intent(in) :: placed              ! true: the deck omits the number of elements
       type(imperfection_t) :: none(0)
       integer :: i, from, to
       real(wp) :: x(2), angle, speed

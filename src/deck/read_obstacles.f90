@@ -90,7 +90,8 @@ contains
          if (ok) call check_ground(deck, at, obstacle, ok)
          if (ok) call read_shape(deck, at, obstacle, ok)
          if (.not. ok) then
-            ! A placeholder for which gaps can be computed without further errors.
+            ! An invalid obstacle is replaced by one for which gaps can be computed, so that cards that refer to it are still
+            ! checked.
             deck%names%obstacle%incomplete = .true.
             obstacle%kind = obstacle_line
             obstacle%point = reshape([0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp], [2, 2])

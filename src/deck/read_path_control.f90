@@ -170,7 +170,8 @@ contains
       end do
    end function has_card
 
-   !> True if all nodes of the monitor of displacement control are held in its direction.
+   !> True if supports fix the monitored component at all nodes of displacement control's monitor, and the step prescribes none of
+   !> them.
    pure logical function cannot_move(model, step)
       type(model_t), intent(in) :: model
       type(step_t), intent(in) :: step

@@ -10,9 +10,9 @@ module read_releases
    private
    public :: read_release_cards
 
-   !> What the lines of a card release.
+   !> Components that the lines of a *RELEASE card release, and the spring of the joint.
    type :: joint_t
-      logical :: free(3) = .false.                      !! components
+      logical :: free(3) = .false.                      !! true for components that are released
       real(wp) :: stiffness = 0.0_wp                    !! of a spring in these components; 0: none
       integer :: set = 0                                !! node set that receives the new nodes, 0: none
    end type joint_t
@@ -25,7 +25,7 @@ contains
       type(model_t), intent(inout) :: model             !! receives nodes, tie, joint_spring, release
       type(cursor_t) :: at
       type(joint_t) :: joint
-      logical, allocatable :: released(:, :)            ! (2, elements) ends that are released by an earlier line
+      logical, allocatable :: released(:, :)            ! (2, elements) true for ends that an earlier line releases
       integer, allocatable :: nodes(:), elements(:)
       integer :: i
       call complete_joints(model)
@@ -63,7 +63,7 @@ contains
       free = .false.
    end subroutine read_free
 
-   !> The ends of some elements at a node.
+   !> Marks the element ends at a node that belong to the given elements: (end, element).
    pure function ends_of(model, elements, node) result(chosen)
       type(model_t), intent(in) :: model
       integer, intent(in) :: elements(:), node
@@ -97,7 +97,7 @@ contains
          trim(merge('one element ', 'no element  ', n == 1))//'; a joint needs a second one')
    end subroutine release_all
 
-   !> Gives the chosen ends at a node a node of their own, which remain connected to each other.
+   !> Gives the chosen element ends at a node a new common node, by which they remain connected to each other.
    subroutine release(deck, at, model, node, chosen, joint, released)
       type(checked_deck_t), intent(inout) :: deck
       type(cursor_t), intent(in) :: at

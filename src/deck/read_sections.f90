@@ -11,6 +11,7 @@ module read_sections
    private
    public :: read_section_cards
 
+   !> Constants of a material: Young's modulus, Poisson's ratio, density, coefficient of thermal expansion.
    type :: material_t
       real(wp) :: e = 1.0_wp, nu = 0.0_wp, rho = 0.0_wp, alpha = 0.0_wp
       integer :: elastic_line = 0, density_line = 0, expansion_line = 0 !! lines of the deck with the cards, 0: not given
@@ -86,7 +87,7 @@ contains
       type(cursor_t) :: at
       type(section_t) :: section
       integer, allocatable :: elements(:)
-      integer :: section_line(size(deck%card))          ! by section: line of its card
+      integer :: section_line(size(deck%card))          ! (sections) line of the section's card
       integer :: i, m
       allocate (model%section(0))
       do while (deck%next_card(at, 'BEAM SECTION'))

@@ -91,7 +91,7 @@ contains
    subroutine read_dofs(deck, at, dofs)
       type(checked_deck_t), intent(inout) :: deck
       type(cursor_t), intent(in) :: at !! a line with the fields dof and last dof
-      logical, intent(out) :: dofs(3)  !! x, y, rotation
+      logical, intent(out) :: dofs(3)  !! (x, y, rotation) true for the components named
       integer :: first, last
       dofs = .false.
       first = deck%integer(at, 'dof')

@@ -76,7 +76,8 @@ contains
       integer :: lead, k
       lead = other
       if (kind == 'LINK') then
-         ! An additional pinned node with a rotation of its own carries the link as a rigid bar.
+         ! LINK: a bar with hinges at both ends. An additional node, pinned to the other one and with a rotation of its own, carries
+         ! the bar.
          call copy_node(deck%names, model%mesh, other)
          lead = model%mesh%n_nodes
          do k = 1, 2
@@ -198,7 +199,7 @@ contains
    !> True if the value of a tie can be computed.
    pure logical function is_ready(tie, waits)
       type(tie_t), intent(in) :: tie
-      logical, intent(in) :: waits(:, :) ! (3, nodes) components whose values are not known yet
+      logical, intent(in) :: waits(:, :) ! (3, nodes) true for components whose values are not known yet
       integer :: k
       is_ready = .true.
       do k = 1, size(tie%of)

@@ -3,10 +3,11 @@
 !>   sigma' = o (1 + e)        e = N/EA + e_T           theta' = k(sigma) sigma'     M = EI (theta' - k0 - k_T)
 !>   P' = k'(sigma) (1 + e) M - q_t                     P = N + o k M                q_t = q . (o tangent)
 !>
-!> ' is d/ds of the stress-free length s; sigma, k and k': arc length, curvature and its rate of the track (obstacle_track);
-!> o = 1 where the rod runs in the sense of the track, -1 against it; k0: stress-free curvature; e_T, k_T: thermal strain and
-!> curvature of the unstressed rod; q: dead load per unit stress-free length. Follower pressure is normal to the track and does no
-!> work on it. The rod does not shear.
+!> ' is d/ds of the stress-free length s. theta, e, N, M: tangent angle, strain, axial force and moment of the rod; P: the force
+!> dual to sigma (see below). sigma, k and k': arc length, curvature and its rate of the track (obstacle_track); o = 1 where the rod
+!> runs in the sense of the track, -1 against it; k0: stress-free curvature; e_T, k_T: thermal strain and curvature of the
+!> unstressed rod; q: dead load per unit stress-free length. Follower pressure is normal to the track and does no work on it. The
+!> rod does not shear.
 !>
 !> On the track the rod has one degree of freedom, sigma. With L = EA (e - e_T)^2/2 + EI (theta' - k0 - k_T)^2/2 - q . r the force
 !> dual to sigma is dL/d(sigma') = o P, and the equation of P' is Lagrange's equation. (sigma, o P) is thus a Hamiltonian system,
@@ -93,7 +94,7 @@ contains
       end do
       ok = all(section(:s)%stretch > 0.0_wp)
 
-      ! Linearised stage equations, sigma before P.
+      ! Linearised stage equations, those of sigma before those of P.
       defect = 0.0_wp
       system = 0.0_wp
       rhs = 0.0_wp

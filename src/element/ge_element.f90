@@ -3,8 +3,9 @@
 !>   r' = C [(1 + e + N/EA) t + (Q/GA) nu] N = n.t, Q = n.nu, t at the angle (stress-free angle + rotation)
 !>   rotation' = k + m/EI                   n' = -q - p J r' - f(r)     m' = -r' x n
 !>
-!> q: dead load per unit stress-free length, p: follower pressure per deformed length, J: a quarter turn anticlockwise,
-!> e, k: thermal strain and curvature of the unstressed rod,
+!> ' is the derivative by the stress-free length. r: position; n, m: force and moment of the section, with the components N along
+!> the section's normal t and Q along nu, a quarter turn to the left of t; q: dead load per unit stress-free length; p: follower
+!> pressure per deformed length; J: a quarter turn anticlockwise; e, k: thermal strain and curvature of the unstressed rod;
 !> f: force of foundations per unit stress-free length, a function of the position. Its quadrature points may be anywhere in the
 !> element (contact may end inside): the stages take n_i = n_1 - ... - h sum_q w_q (1 - A_i(tau_q)/b_i) f_q, A_i the integral of the
 !> Lagrange polynomial, as the virtual work of f_q requires; with the Gauss points this is the collocation itself.
@@ -66,7 +67,7 @@ contains
    pure function ge_compliance(stages, h, ea, ei, ga, shear_rigid) result(compliance)
       integer, intent(in) :: stages
       real(wp), intent(in) :: h, ea, ei, ga
-      logical, intent(in) :: shear_rigid      !! GA is not used
+      logical, intent(in) :: shear_rigid      !! true: the element does not shear, and GA is not used
       type(ge_stiffness_t) :: compliance
       compliance%axial = 1.0_wp / ea
       compliance%bending = 1.0_wp / ei
@@ -314,7 +315,7 @@ contains
          defect(2) = max(abs(end_defect(1)), abs(end_defect(2)))
       end subroutine go_to_second_end
 
-      !> End conditions, of which the increments of n and m at the first end are the solution.
+      !> Sets up the end conditions, whose solution is the increment of n and m at the first end.
       subroutine set_up_end_conditions()
          real(wp) :: t(2)
          integer :: i

@@ -30,7 +30,7 @@ module inner_forces
 
 contains
 
-   !> No forces; keeps the storage.
+   !> Removes all forces from a list; the storage is kept.
    pure subroutine clear_forces(list)
       type(inner_forces_t), intent(inout) :: list
       list%n = 0

@@ -12,6 +12,7 @@ module rod_geometry
    private
    public :: geometry_t, element_geometry_t, new_geometry, with_other_stages, shift_nodes
 
+   !> Stress-free geometry of one element.
    type :: element_geometry_t
       real(wp) :: s(2) = 0.0_wp               !! nominal coordinates of both ends; 0 for elements on no curve
       real(wp) :: length = 0.0_wp             !! stress-free length
@@ -23,6 +24,7 @@ module rod_geometry
       real(wp) :: end_angle(2) = 0.0_wp       !! tangent angle at both ends
    end type element_geometry_t
 
+   !> Stress-free geometry of all elements and nodes.
    type :: geometry_t
       type(element_geometry_t), allocatable :: element(:)
       real(wp), allocatable :: x(:, :)        !! (2, nodes) stress-free position of the nodes

@@ -22,7 +22,7 @@ contains
       end associate
    end function at_breakpoint
 
-   !> True if a support takes the whole force that the obstacle could exert on a contact node; the node is then fixed with and
+   !> True if a support takes the whole force that the obstacle could exert on a contact node, so that the node is fixed with and
    !> without contact.
    pure logical function stands(problem, state, candidate)
       type(problem_t), intent(in) :: problem
@@ -79,7 +79,7 @@ contains
       end associate
    end function breakpoint_couple
 
-   !> Bound, relative to the force scale, below which a force is a residual of the iteration.
+   !> Bound, relative to the force scale, below which a force counts as a residual of the iteration.
    pure real(wp) function left_over(problem)
       type(problem_t), intent(in) :: problem
       left_over = max(10.0_wp * problem%model%step(problem%step)%tolerance, 1.0e-10_wp)

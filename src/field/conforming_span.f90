@@ -23,7 +23,8 @@ module conforming_span
    !> residuals of Newton's method.
    real(wp), parameter :: flat_excess = 1.0e-8_wp
 
-   !> Place of a point contact's force relative to the contact node, if the node is a segment boundary.
+   !> Position of a point contact's force relative to the contact node, if the node is a segment boundary and the force is beside
+   !> it.
    type :: rolled_t
       real(wp) :: way = 0.0_wp        !! distance along the rod from the node to the force, stress-free length, > 0 after the node
       real(wp) :: rise = 0.0_wp       !! height of the node above the track
@@ -46,8 +47,8 @@ contains
       end associate
    end function node_track
 
-   !> Places inside a conforming element where two pieces of the obstacle's track join, as parts of the element's length; exact for
-   !> a constant extension ratio.
+   !> Places inside a conforming element where two pieces of the obstacle's track join, as fractions of the element's length; exact
+   !> for a constant extension ratio.
    pure function track_joints(problem, state, e) result(share)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -87,7 +88,7 @@ contains
       angle = state%geometry%element(e)%end_angle(end) + state%u(3, problem%candidates%node(candidate))
    end function rod_angle
 
-   !> 1 if the rod runs in the sense of the track at a candidate, -1 if in the opposite sense.
+   !> 1 if the rod and the track have the same direction at a candidate, -1 if they have opposite directions.
    pure real(wp) function track_sense(problem, state, candidate, track, which) result(sense)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -124,8 +125,10 @@ contains
       rate = track%curvature_rate
    end function track_bend_rate
 
-   !> Relative curvature at a point contact: o theta' - kappa (1 + e) per unit stress-free length, > 0 if the rod bends away from
-   !> the obstacle more than its surface. Zero where the point becomes a line contact or two points.
+   !> Relative curvature at a point contact, per unit stress-free length: o theta' - kappa (1 + e), with the curvature theta' of the
+   !> rod, o = 1 or -1 for a rod in or against the direction of the track (track_sense), the curvature kappa of the track, and the
+   !> extension ratio 1 + e. Positive if the rod bends away from the obstacle more than the obstacle's surface; zero where the point
+   !> becomes a line contact or two points.
    pure subroutine excess_curvature(problem, state, candidate, excess, extension, which)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -137,12 +140,12 @@ contains
       call contact_track(problem, state, candidate, track, which, excess, extension)
    end subroutine excess_curvature
 
-   !> Derivative of the relative curvature along the rod, per unit stress-free length, for a moving point contact.
+   !> Derivative of the relative curvature along the rod per unit stress-free length, at a point contact that moves.
    pure real(wp) function excess_rate(problem, state, candidate, shear) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: shear                 !! shear force in the rod just after the point
+      real(wp), intent(in) :: shear                 !! shear force in the rod just behind the point contact
       type(track_t) :: track
       real(wp) :: excess, extension, sense, bend(0:2)
       integer :: e
@@ -155,7 +158,7 @@ contains
 
    !> Track at a contact node. A point contact lies at the least gap. If the rod bends more towards the obstacle than the nearest
    !> piece of the track does, the gap there is largest, not least. If the next piece of the track bends more than the rod, the gap
-   !> is least beyond the joint: the contact is then assigned to the next piece, continued back across the joint.
+   !> is least beyond the joint of both pieces: the contact then belongs to the next piece, continued back across the joint.
    pure subroutine contact_track(problem, state, candidate, track, which, excess, extension)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -238,8 +241,9 @@ contains
       m = second(3)
    end subroutine ge_end
 
-   !> Rotational stiffness of a point contact. The point lies at the least gap, g' = 0, so the potential of its force T is T times
-   !> the least gap, g - g'^2/(2 g''), whose second derivative with respect to g' is T/g''.
+   !> Rotational stiffness of a point contact. The point lies at the least gap, where the gap's slope g' along the rod is zero. The
+   !> potential of its force T is therefore -T times the least gap, -T (g - g'^2/(2 g'')) with the gap g at the node and its
+   !> derivatives along the rod; the second derivative of the potential with respect to g' is T/g''.
    pure real(wp) function touchdown_spring(problem, state, candidate) result(spring)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state            !! state with its contact reactions
@@ -255,8 +259,8 @@ contains
    end function touchdown_spring
 
    !> Unbalanced couple at a point contact that is not at the least gap: force times distance to the least gap. A rotation below
-   !> rounding gives no couple, because at an osculating contact the distance would be undetermined. A rolling point contact at a
-   !> segment boundary counts as osculating.
+   !> rounding gives no couple, because the distance would be undetermined at an osculating contact. At an osculating contact only a
+   !> point that moves along the rod gives a couple.
    pure real(wp) function touchdown_couple(problem, state, candidate) result(couple)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state            !! state with its contact reactions
@@ -271,7 +275,7 @@ contains
       if (abs(turn) * problem%size > rounding_gap(problem)) couple = spring * turn
    end function touchdown_couple
 
-   !> Place of the force of a point contact whose node is a segment boundary: the least gap beside the node, to second order.
+   !> Position of the force of a point contact whose node is a segment boundary: the least gap beside the node, to second order.
    pure type(rolled_t) function rolled(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -331,7 +335,7 @@ contains
          call curve_bend(curve, imperfection, min(max(s, g%s(1) + step), g%s(2) - step), bend(0), bend(1))
          step = epsilon(step)**(1.0_wp / 3.0_wp) * (g%s(2) - g%s(1))
          middle = min(max(s, g%s(1) + step), g%s(2) - step)
-         ! Elements of a diverging iterate may have lengths as small as rounding.
+         ! An element of a diverging iterate may be as short as rounding: its derivatives are then not computed.
          if (.not. middle + step > middle - step) return
          do i = -1, 1
             call curve_bend(curve, imperfection, middle + i * step, unused, rate(i))

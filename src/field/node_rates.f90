@@ -14,9 +14,10 @@ module node_rates
    !> Cross section at an end of an element.
    type :: section_t
       type(ge_load_t) :: load
-      real(wp) :: n(2) = 0.0_wp, m = 0.0_wp            !! force and moment, global axes
-      real(wp) :: t(2) = 0.0_wp, nu(2) = 0.0_wp        !! direction of the section's normal, and a quarter turn to its left
-      real(wp) :: along = 1.0_wp, across = 0.0_wp      !! position's derivative by stress-free length, along t and nu
+      real(wp) :: n(2) = 0.0_wp, m = 0.0_wp            !! force and moment of the section, global axes
+      real(wp) :: t(2) = 0.0_wp, nu(2) = 0.0_wp        !! unit normal of the section, and the unit vector a quarter turn to its left
+      real(wp) :: along = 1.0_wp, across = 0.0_wp      !! derivative of the position by stress-free length: components along t and
+      !! nu
    end type section_t
 
 contains

@@ -98,7 +98,7 @@ contains
             end do
          end do
          do j = 0, s
-            ! Chebyshev points, between which the polynomial does not oscillate.
+            ! The points between the ends are Chebyshev points, between which the polynomial does not oscillate.
             tau = 0.5_wp * (1.0_wp - cos(j * pi / s))
             if (j == 0) then
                u = state%u(:, node(1))
@@ -163,7 +163,7 @@ contains
             end do
          end associate
       else
-         ! Stored are M = EI/h (4 phi_1 + 2 phi_2) and EI/h (2 phi_1 + 4 phi_2).
+         ! The stored end moments are EI/h (4 phi_1 + 2 phi_2) and EI/h (2 phi_1 + 4 phi_2), with the natural end rotations phi.
          phi = (geometry%length * problem%compliance(e)%bending / 6.0_wp) * &
             & [2.0_wp * state%z(2, e) - state%z(3, e), 2.0_wp * state%z(3, e) - state%z(2, e)]
          d = geometry%chord + u(4:5) - u(1:2)
@@ -245,7 +245,8 @@ contains
       x = x + mended_by(profile, tau)
    end function profile_place
 
-   !> Hermite correction of a position; its size is about the error of the uncorrected position. Zero for an uncorrected profile.
+   !> Hermite correction of a position; its size is about the error of the uncorrected position. Zero for a profile without
+   !> correction.
    pure function mended_by(profile, tau) result(x)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
@@ -494,7 +495,7 @@ contains
       real(wp), intent(in) :: tau
       real(wp) :: d(2), x(2), angle, speed
       if (problem%ground%founded(profile%element) .and. problem%ground%tabled) then
-         ! Tabulated, because quadratures of foundations evaluate it very often.
+         ! The deviation is tabulated, because quadratures of foundations evaluate it very often.
          d = home_deviation(problem%ground, profile%element, tau)
       else
          call curve_point(problem%model%curve(problem%model%mesh%curve(profile%element)), problem%model%imperfection, &

@@ -200,7 +200,7 @@ contains
    pure subroutine carry_stored(problem, state, chosen, new)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state        !! state before the nodes moved
-      logical, intent(in) :: chosen(:)          !! (elements)
+      logical, intent(in) :: chosen(:)          !! (elements) true: the section forces of the element are transferred
       type(state_t), intent(inout) :: new       !! in: with its geometry
       type(kept_t) :: kept
       integer :: range(2, size(chosen)), i
@@ -318,7 +318,8 @@ contains
             s = merge(g%s(1), g%at(max(i, 1)), i == 0)
             if (i > 0) call find_point(from, state, j, s + to%origin(e), old, tau, kept%along)
             if (to%conforms(e) > 0) then
-               ! For a conforming element only N + kappa M is used, which does not jump at contact forces.
+               ! For a conforming element only P = N + kappa M is used (see conforming_element), which does not jump at contact
+               ! forces.
                if (from%conforms(old) > 0 .and. tau > 0.0_wp .and. tau < 1.0_wp) then
                   call conforming_point(from, state, old, tau, u(:, i), resultant(:, i))
                else

@@ -95,8 +95,8 @@ contains
          integer :: q
          length = last - first
          if (length <= 1.0e-12_wp) return
-         ! With one point more than stages, long elements would follow the surface between their stages, and the stiffness would
-         ! multiply the error of their polynomials there.
+         ! An element too long for its foundation gets as many points as stages. With one point more it would follow the surface
+         ! between its stages, and the stiffness would multiply the error of its polynomial there.
          if (carries(state%segment(c)) .and. .not. follows(problem, state, c)) then
             do q = 1, s
                call add_point(q, first + problem%tableau(s)%c(q) * length, problem%tableau(s)%b(q) * length)

@@ -30,7 +30,7 @@ module element_gap
       integer :: obstacle = 0
       logical :: bilateral = .false.            !! true: the gap is measured from the gap of the stress-free axis
       real(wp) :: shift(2) = 0.0_wp             !! displacement of the obstacle
-      real(wp) :: home_offset = 0.0_wp          !! added to the gap of the stress-free axis
+      real(wp) :: home_offset = 0.0_wp          !! offset of the contact, added to the gap of the stress-free axis
       real(wp) :: offset = 0.0_wp               !! offset added to the gap since the start, see candidate_offset
       real(wp) :: touching = 0.0_wp             !! the rod is in contact below this gap
       integer :: segment = segment_unknown      !! segment of a foundation's law, if prescribed: contact all along the element, or
@@ -40,16 +40,17 @@ module element_gap
       real(wp) :: sample(0:most_samples) = 0.0_wp
    end type element_gap_t
 
-   !> A known root of the gap, see ground_ends.
+   !> A known root of the gap, which a search for further extreme values divides out (see ground_ends).
    type :: gap_root_t
-      real(wp) :: at = 0.0_wp                   !! place, in the unit of the caller (part of an element, or elsewhere along the rod)
+      real(wp) :: at = 0.0_wp                   !! position, in the unit of the caller (part of an element, or elsewhere along the
+      !! rod)
       real(wp) :: scale = 1.0_wp                !! > 0, unit of distances from the root
       integer :: order = 1
       real(wp) :: limit = 0.0_wp                !! limit of gap / (distance/scale)^order at the root
    end type gap_root_t
 
-   !> Distance over scale below which the limit is used: at this distance and for order 1, the rounding error of the gap over the
-   !> distance equals the second-order change from the limit.
+   !> Distance from a root, over the root's scale, below which the limit replaces the quotient: at this distance and for order 1,
+   !> the rounding error of the gap over the distance equals the second-order change from the limit.
    real(wp), parameter :: at_root = epsilon(1.0_wp)**(1.0_wp / 3.0_wp)
 
 contains
@@ -179,8 +180,8 @@ contains
 
    contains
 
-      !> A place between a and b where gap - level has the other sign, if one is found: vertex of a parabola, improved by a second
-      !> parabola through closer places.
+      !> Finds a place between a and b where gap - level has the other sign, if there is one: the vertex of a parabola, improved by
+      !> a second parabola through closer places.
       subroutine find_extreme(top, f_top)
          real(wp), intent(out) :: top, f_top
          real(wp) :: half, f(2), curvature
@@ -302,7 +303,7 @@ contains
       end do
    end function root_factor
 
-   !> True for a place at a root up to rounding.
+   !> True if a place coincides with a root up to rounding.
    elemental logical function is_at(root, at)
       type(gap_root_t), intent(in) :: root
       real(wp), intent(in) :: at

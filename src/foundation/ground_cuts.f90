@@ -14,8 +14,8 @@ module ground_cuts
    private
    public :: find_cuts, inner_cuts, marked, add_marks, graded
 
-   real(wp), parameter :: shortest = 1.0e-6_wp !! least distance of interface points, as part of the structure's size; of closer
-   !! ones none gets a node
+   real(wp), parameter :: shortest = 1.0e-6_wp !! least distance of interface points, as part of the structure's size; a mesh has a
+   !! node at none of two closer points
    !> Least distance of two interface points with the same gap, or of an interface point and a segment boundary, as part of the
    !> length of a boundary layer beside the point. Shorter spans open and close with the square root of the load, or continue beyond
    !> the boundary, to which an interface point cannot move. Without interface points the elements detect such contact themselves;
@@ -61,6 +61,7 @@ contains
 
    contains
 
+      !> Adds an interface point at the nominal coordinate s of an element.
       subroutine add(candidate, e, s, at_level)
          integer, intent(in) :: candidate, e
          real(wp), intent(in) :: s, at_level
@@ -69,7 +70,7 @@ contains
       end subroutine add
    end function find_cuts
 
-   !> True if the mesh has an interface point at each place found, and at no other place.
+   !> True if the mesh has an interface point at each interface point of the state, and nowhere else.
    logical function marked(problem, state, cut)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -154,7 +155,7 @@ contains
       end do
    end subroutine add_layers
 
-   !> Adds interface points at the mesh nodes of the given places.
+   !> Adds the interface points of a mesh that has nodes at the given places.
    subroutine add_marks(problem, cut, division)
       type(problem_t), intent(inout) :: problem
       type(cut_t), intent(in) :: cut(:)

@@ -1,11 +1,11 @@
 !> Rods in contact with foundations during Newton iterations: nodes follow the curved surface, and the boundary layer beside an end
 !> of contact moves with this end.
 !>
-!> A Newton step is straight. A node that slides on a curved foundation by d would leave the surface by d^2/(2 r), and a stiff
-!> foundation would react with forces unrelated to the solution. An interface point may move by more than the layer length
-!> (EI/k)^(1/4) over which the foundation bends the rod; nodes that take the displacements of their new material points would leave
-!> this layer behind. Therefore gap and angle between rod and surface, which are small and determine the reaction, change by their
-!> linear parts in the step; the position along the surface and the direction follow the surface.
+!> A Newton step is straight. A node that slides by d on a foundation with the radius of curvature r would leave the surface by
+!> d^2/(2 r), and a stiff foundation would react with forces unrelated to the solution. An interface point may move by more than the
+!> layer length (EI/k)^(1/4) over which a foundation of stiffness k bends the rod; nodes that take the displacements of their new
+!> material points would leave this layer behind. Therefore gap and angle between rod and surface, which are small and determine the
+!> reaction, change by their linear parts in the step; the position along the surface and the direction follow the surface.
 module ground_following
    use kinds, only: wp
    use problem, only: problem_t
@@ -17,7 +17,7 @@ module ground_following
    private
    public :: keep_to_ground, keep_layers
 
-   real(wp), parameter :: short = 1.0e-3_wp !! part of an element over which the layer is straight
+   real(wp), parameter :: short = 1.0e-3_wp !! distance over which the boundary layer is straight, as part of an element
 
 contains
 

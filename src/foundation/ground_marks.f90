@@ -2,11 +2,12 @@
 !>
 !> At the equilibrium place of an interface point the reaction is the same on both sides, so that the place has no first-order
 !> effect on forces: with fixed interface points the tangent is exact at a solution, and symmetric. A point at the distance d from
-!> this place leaves an unbalanced force dk (g - g_0) d, dk the jump of the law's stiffness. With d = -(g - g_0 + n.du) / g' by
-!> Newton's method, g' the slope of the gap along the rod, the force is that of a spring at the point's node, of stiffness dk (g -
-!> g_0) / g' along the normal, and a constant force. With both terms the iteration is Newton's method for displacements and
-!> interface points together, however stiff the foundation is; without them a point would move no further per iteration than the
-!> length over which the foundation bends a rod, (EI/k)^(1/4). The boundary layer of this length moves with the point, see
+!> this place leaves an unbalanced force dk (g - g_0) d, with the jump dk of the law's stiffness, the gap g at the point and the gap
+!> g_0 at the corner of the law. By Newton's method d = -(g - g_0 + n.du) / g', with the slope g' of the gap along the rod, the
+!> normal n and the displacement du of the point's node. The force is then that of a spring at the node, of stiffness dk (g - g_0) /
+!> g' along the normal, and a constant force. With both terms the iteration is Newton's method for displacements and interface
+!> points together, however stiff the foundation is. Without them a point would move no further per iteration than the length
+!> (EI/k)^(1/4) over which a foundation of stiffness k bends a rod. The boundary layer of this length moves with the point, see
 !> ground_following.
 module ground_marks
    use kinds, only: wp
@@ -33,7 +34,7 @@ contains
       end associate
    end function is_live
 
-   !> Gap at an interface point less the gap of its corner, and the derivative of the gap by the nominal coordinate.
+   !> Gap at an interface point less the gap of its corner of the law, and the derivative of the gap by the nominal coordinate.
    pure subroutine mark_error(problem, state, m, error, slope, normal)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

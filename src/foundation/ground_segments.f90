@@ -27,10 +27,10 @@ module ground_segments
    !! Newton's method moves this point
    real(wp), parameter :: at_node = 1.0e-6_wp !! part of an element: a crossing this close to a node is not inside the element
 
-   !> Largest k h^4/EI for which collocation with 1, 2, ... stages represents the deflection of a rod on a foundation. The
-   !> deflection falls along the rod as exp(-z), z = (k/EI)^(1/4) h at 45 degrees to the real axis; the stability function of the
-   !> method, the diagonal Pade approximant of the exponential, falls with z up to the fourth root of these values only, and a
-   !> stiffer foundation gives longer waves.
+   !> Largest k h^4/EI for which collocation with 1, 2, ... stages represents the deflection of a rod on a foundation (k: stiffness
+   !> of the foundation, h: length of the element). The deflection falls along the rod as exp(-z), z = (k/EI)^(1/4) h at 45 degrees
+   !> to the real axis. The stability function of the method, the diagonal Pade approximant of the exponential, falls with z up to
+   !> the fourth root of these values only, and a stiffer foundation gives longer waves.
    real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp, 4434.6_wp, 7682.8_wp]
 
 contains
@@ -43,8 +43,8 @@ contains
       length = (stiffest(stages) * bending / stiffness)**0.25_wp
    end function followed_length
 
-   !> Part of the foundations' stiffness up to which no element would be too long for its foundation; foundations without corners or
-   !> ends of contact are left out.
+   !> Largest part of the foundations' stiffness for which no element would be too long to represent its deflection; foundations
+   !> without corners or ends of contact do not count.
    pure real(wp) function followed_part(problem) result(part)
       type(problem_t), intent(in) :: problem
       integer :: c
@@ -58,8 +58,9 @@ contains
       end do
    end function followed_part
 
-   !> False for an element in contact that is too long to represent the deflection on its foundation; its gap between the nodes is
-   !> meaningless. This is a property of the mesh as it was made: nodes that move with interface points do not change it.
+   !> True if an element is short enough to represent the deflection on its foundation, or is not in contact. False for an element
+   !> in contact, or with an unknown segment of the law, that is too long: its gap between the nodes is meaningless. The answer is a
+   !> property of the mesh as it was made; nodes that move with interface points do not change it.
    pure logical function follows(problem, state, candidate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -74,9 +75,9 @@ contains
       end associate
    end function follows
 
-   !> Gap on the element after a candidate, as accurate as the nodes allow: with Hermite correction if the element is short enough
-   !> for its foundation, much more accurate than the polynomial in the quadrature of the foundation's forces. (No correction for
-   !> rods with shear flexibility, which would need the foundation's forces at the nodes.)
+   !> Gap on the element after a candidate, as accurate as the nodes allow. If the element is short enough for its foundation, the
+   !> gap has the Hermite correction, and is much more accurate than the polynomial in the quadrature of the foundation's forces.
+   !> (No correction for rods with shear flexibility, which would need the foundation's forces at the nodes.)
    pure function told_gap(problem, state, candidate) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -90,8 +91,9 @@ contains
    end function told_gap
 
    !> Mean gap of the element after a candidate, for an element too long for its foundation, and the amplitudes of the waves that
-   !> decay into the element from its nodes: (A cos b s + B sin b s) / exp(b s), 4 b^4 = k/EI, from gap and slope at the node.
-   !> Amplitudes are computed only at nodes with a neighbouring element that is short enough.
+   !> decay into the element from its nodes: (A cos b s + B sin b s) / exp(b s) at the distance s from a node, 4 b^4 = k/EI with the
+   !> foundation's stiffness k, A and B from gap and slope at the node. Amplitudes are computed only at nodes with a neighbouring
+   !> element that is short enough.
    subroutine settled_gap(problem, state, candidate, mean, waves)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -174,7 +176,7 @@ contains
       end associate
    end function segment_of
 
-   !> Reaction per penetration and length on a segment; 0 without contact.
+   !> Foundation stiffness on a segment of the law: reaction per penetration and length; 0 without contact.
    pure real(wp) function segment_stiffness(problem, candidate, segment) result(stiffness)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate, segment
@@ -211,8 +213,8 @@ contains
       end do
    end subroutine segment_at
 
-   !> Error of every gap of a state due to rounding of displacements and the residual of Newton's method. It comes from the
-   !> displacements of all nodes: whoever needs it for many candidates computes it once.
+   !> Error of every gap of a state due to rounding of displacements and the residual of Newton's method. The result depends on the
+   !> displacements of all nodes and is the same for all candidates: callers compute it once.
    pure real(wp) function gap_rounding(state)
       type(state_t), intent(in) :: state
       gap_rounding = noise * maxval(abs(state%u(1:2, :)))
@@ -234,7 +236,8 @@ contains
       integer, intent(in) :: candidate
       real(wp), intent(in) :: rounding           !! gap_rounding of the state
       integer, intent(out) :: n
-      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) places, 0 to 1, in order for each level; level of each place
+      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) places, 0 to 1, in order for each corner of the law; gap of the
+      !! corner at each place
       real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this size are ignored
       type(element_gap_t) :: gap
       real(wp) :: place(most_crossings), wave
@@ -295,7 +298,7 @@ contains
       end associate
    end function crosses_at
 
-   !> True if the gap has the value of a corner of the law inside the element after a candidate.
+   !> True if the gap passes the value of a corner of the law at some place inside the element after a candidate, see element_cuts.
    logical function is_cut(problem, state, candidate, rounding, smallest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -337,7 +340,7 @@ contains
 
    contains
 
-      !> True if the next candidate's element continues the span, without an interface point between.
+      !> True if the element of the next candidate belongs to the same span: no interface point lies between.
       pure logical function goes_on(at)
          integer, intent(in) :: at
          integer :: m
@@ -398,7 +401,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
       logical, intent(out) :: hold
-      logical, intent(in) :: carried            !! as in tell_segments
+      logical, intent(in) :: carried            !! true: the state comes from another mesh, as in tell_segments
       type(element_gap_t) :: gap
       real(wp) :: low, high, slack, rounding
       real(wp), allocatable :: value(:)

@@ -16,14 +16,14 @@ module inner_kinks
    private
    public :: kink_moments, left_of_kink
 
-   !> Largest moment error, over all places of the kink, of an element of length 1 with s stages and J = 1.
+   !> Largest moment error, over all positions of the kink, of an element of length 1 with s stages and J = 1.
    real(wp), parameter :: left_of_kink(max_stages) = [4.13e-2_wp, 5.21e-3_wp, 6.78e-4_wp, 1.44e-4_wp, 7.07e-5_wp, 3.17e-5_wp]
 
    real(wp), parameter :: beside = 1.0_wp / 64.0_wp !! part of an element: distance over which the slope of the gap is computed
 
 contains
 
-   !> Moment error by kinks in each element, integrated along the element [moment * length].
+   !> Moment error due to kinks in each element, integrated along the element [moment * length].
    function kink_moments(problem, state) result(moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! converged

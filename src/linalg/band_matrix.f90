@@ -12,10 +12,11 @@ module band_matrix
       real(wp), allocatable :: a(:, :)   !! (kd + 1, n)
    end type band_t
 
+   !> Factors of a symmetric band matrix.
    type :: factor_t
       integer :: n = 0, kd = 0
-      logical :: positive = .false.      !! Cholesky succeeded
-      logical :: deficient = .false.     !! the matrix was exactly singular and springs were added to its diagonal, see
+      logical :: positive = .false.      !! true: Cholesky's method succeeded
+      logical :: deficient = .false.     !! true: the matrix was exactly singular and springs were added to its diagonal, see
       !! spring_forces
       integer :: negative_pivots = 0     !! number of negative pivots of L D L^T = number of negative eigenvalues (Sylvester)
       real(wp), allocatable :: cholesky(:, :) !! (kd + 1, n)
@@ -47,7 +48,7 @@ contains
    !> Factors A with the rows and columns of the fixed unknowns replaced by those of the identity.
    subroutine factorise(band, fixed, factor)
       type(band_t), intent(in) :: band
-      logical, intent(in) :: fixed(:)      !! (n)
+      logical, intent(in) :: fixed(:)      !! (n) true: fixed
       type(factor_t), intent(inout) :: factor !! storage is kept between calls
       integer :: info
       factor%n = band%n

@@ -30,6 +30,7 @@ module block_krylov
       end subroutine apply_operator
    end interface
 
+   !> The eigenvalues found, with their eigenvectors.
    type :: spectrum_t
       integer :: n = 0                         !! number of eigenvalues found: the number wanted, or all that the operator has
       real(wp), allocatable :: value(:)        !! eigenvalues, largest size first
@@ -39,8 +40,8 @@ module block_krylov
 
    integer, parameter :: max_restarts = 4
    real(wp), parameter :: rounding = 1.0e-13_wp
-   real(wp), parameter :: dependent = 1.0e-10_wp !! a vector of which orthogonalisation leaves less than this part counts as
-   !! dependent
+   real(wp), parameter :: dependent = 1.0e-10_wp !! part of a vector's norm: a vector of which orthogonalisation leaves less counts
+   !! as dependent
 
 contains
 

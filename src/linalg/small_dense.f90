@@ -15,7 +15,7 @@ contains
       integer, intent(in) :: n             !! unknowns
       real(wp), contiguous, intent(inout) :: a(:, :) !! (>= n, >= n) transposed matrix, destroyed
       real(wp), contiguous, intent(inout) :: b(:, :) !! (right-hand sides, >= n) transposed right-hand sides; solutions on return
-      logical, intent(out) :: singular     !! a pivot was exactly zero or not finite; B is then undefined
+      logical, intent(out) :: singular     !! true: a pivot was exactly zero or not finite; B is then undefined
       real(wp), intent(inout), optional :: weight(:) !! (>= n) factor > 0 of each equation in the comparison of pivots; exchanged
       !! with the equations
       real(wp) :: part, best

@@ -1,4 +1,4 @@
-!> Candidates of contact spans, one for each node in contact, and the places of the spans' ends in a state.
+!> Candidates of contact spans, one for each node in contact, and the positions of the spans' ends in a state.
 module span_candidates
    use kinds, only: wp, pi
    use problem, only: problem_t
@@ -104,7 +104,7 @@ contains
 
    contains
 
-      !> Mesh node of a rod segment by its number along the segment, from 1.
+      !> Mesh node of a rod segment, given by its number along the segment, from 1.
       pure integer function node_of(rod_segment, i) result(node)
          integer, intent(in) :: rod_segment, i
          associate (e => problem%element_first(rod_segment) + i - 1, mesh => problem%model%mesh)
@@ -117,7 +117,7 @@ contains
       end function node_of
    end subroutine add_span_candidates
 
-   !> Numbers, along the rod segment, of the first and last node of a contact span.
+   !> First and last node of a contact span, as numbers along the rod segment.
    pure subroutine touched_nodes(contact_span, at, first, last)
       type(contact_span_t), intent(in) :: contact_span
       real(wp), intent(in) :: at(:)                  !! coordinates of all nodes of the segment
@@ -126,8 +126,8 @@ contains
       last = findloc(at <= contact_span%at(2), .true., 1, back=.true.)
    end subroutine touched_nodes
 
-   !> True for an end of a rod segment at which the rod is smooth and the contact covers both sides: a point contact may roll past
-   !> such an end.
+   !> True for an end of a rod segment at which the rod is smooth and the contact covers both sides: the force of a point contact
+   !> may roll past such an end.
    pure logical function rolls_at(problem, contact, rod_segment, side)
       type(problem_t), intent(in) :: problem         !! problem with contact spans
       integer, intent(in) :: contact, rod_segment

@@ -16,9 +16,10 @@ module span_division
    private
    public :: span_nodes, sampled_division, outgrown, present_demand, lasting_demand, looking_demand
 
-   ! Least numbers of elements: a free span needs an inner node.
+   ! Least numbers of elements of a span: a free span needs a node inside.
    integer, parameter :: least_free = 2, least_conforming = 2
-   real(wp), parameter :: whole_number = 0.01_wp    !! a sum of parts that differs from an integer by less than this is the integer
+   real(wp), parameter :: whole_number = 0.01_wp    !! tolerance for sums of parts: a sum that differs from an integer by less than
+   !! this is the integer
    integer, parameter :: least_placed = 2           !! least number of elements of a span on a mesh made for a tolerance, as the
    !! error estimate requires
    ! Numbers of elements of a mesh whose nodes detect contact: the lower bound, and the upper bound if the deck has more.
@@ -103,7 +104,7 @@ contains
       !> contacts as well, because a line contact without pressure buckles as a free span does.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
-         integer, intent(in) :: contact              ! contact of a line contact, 0: a free span
+         integer, intent(in) :: contact              ! index of the contact of a line contact; 0: a free span
          real(wp) :: wanted
          integer :: n, least, i, stages
          type(mesh_density_t) :: deck
@@ -299,7 +300,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(mesh_density_t) :: demand(size(problem%layout%rod_segment))
-      logical, allocatable :: begins(:)              ! (nodes) a span begins there
+      logical, allocatable :: begins(:)              ! (nodes) true: a span begins there
       integer :: k, m, n
       demand = present_demand(problem, state)
       do k = 1, size(demand)

@@ -17,7 +17,7 @@ module span_forces
 contains
 
    !> Resultant of each contact's forces on the structure, in x and in y, and the sum of its normal forces; and the moment of all
-   !> forces about a place.
+   !> these forces about the point `middle`.
    subroutine span_totals(problem, state, middle, total, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -109,7 +109,7 @@ contains
 
    contains
 
-      !> Adds a force at a material point.
+      !> Adds a force at a material point to the shares of the two deck's nodes beside the point.
       subroutine add(rod_segment, at, force)
          integer, intent(in) :: rod_segment
          real(wp), intent(in) :: at, force
@@ -125,7 +125,7 @@ contains
       end subroutine add
    end subroutine node_shares
 
-   !> Index of the last of increasing places that is below a value, by bisection; 0: none is.
+   !> Index of the last of increasing coordinates that is below a value, by bisection; 0 if none is below.
    pure integer function last_before(place, value) result(first)
       real(wp), intent(in) :: place(:), value
       integer :: last, middle

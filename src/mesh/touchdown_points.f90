@@ -25,7 +25,7 @@ module touchdown_points
 
 contains
 
-   !> Distance of each touchdown point from its equilibrium place, and the largest unbalanced moment.
+   !> Distance of each touchdown point from its equilibrium position, and the largest unbalanced moment.
    subroutine misfit(problem, state, distance, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -44,9 +44,11 @@ contains
       end do
    end subroutine misfit
 
-   !> True for a touchdown point located by continuity of the moment: the end of a line contact, where the rod has the obstacle's
-   !> direction. A point contact of force T can be located by continuity of the moment (dM = T ds) or by the least gap (dg' = g''
-   !> ds); the errors of the two places have the ratio of EI g'' to T L, and the more accurate place is used.
+   !> True for a touchdown point whose position follows from continuity of the moment, false for one that follows from the least
+   !> gap. The end of a line contact, where the rod has the obstacle's direction, is of the first kind. A point contact of force T
+   !> can be located by either condition: dM = T ds for the moment M, dg' = g'' ds for the slope g' of the gap along the rod s. The
+   !> errors of the two positions have the ratio of EI g'' to T L (L: size of the structure), and the more accurate position is
+   !> used.
    logical function told_by_moment(problem, state, c) result(told)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -60,13 +62,13 @@ contains
       end associate
    end function told_by_moment
 
-   !> Residual at a touchdown point and its decrease per unit of distance along the rod: jump of the moment, or slope of the gap
-   !> over the extension ratio.
+   !> Residual of the location of a touchdown point, and its decrease per unit of distance along the rod. The residual is the jump
+   !> of the moment, or the slope of the gap over the extension ratio.
    subroutine measure_error(problem, state, c, told, error, slope)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c              !! candidate
-      logical, intent(in) :: told           !! located by continuity of the moment
+      logical, intent(in) :: told           !! true: the moment locates the point; false: the least gap
       real(wp), intent(out) :: error, slope !! 0 for a fixed candidate
       real(wp) :: local(3, 2), extension, sense
       error = 0.0_wp
@@ -99,8 +101,8 @@ contains
       frozen%candidates%held(pack(points, points > 0)) = .true.
    end function with_held
 
-   !> Residual of the location of two touchdown points: for a point contact the rotation relative to the obstacle, for an end of a
-   !> line contact the distance from its equilibrium place over the structure's size. 0 for a side without point.
+   !> Residuals of the location of two touchdown points: for a point contact the rotation relative to the obstacle, for an end of a
+   !> line contact the distance from its equilibrium position over the structure's size. 0 for a candidate 0.
    function opening_misfit(problem, points, state) result(left)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(2)      !! candidates, 0: none
@@ -120,7 +122,7 @@ contains
       end do
    end function opening_misfit
 
-   !> Errors of the conditions of all touchdown points, as angles: for an end of a line contact the jump of the moment, as a
+   !> Residuals of the location of all touchdown points, as angles: for an end of a line contact the jump of the moment, as a
    !> curvature times the structure's size; for a point contact the rotation relative to the obstacle. 0 for other candidates.
    function touchdown_errors(problem, state) result(error)
       type(problem_t), intent(in) :: problem
@@ -239,7 +241,7 @@ contains
       call shift_touchdown_points(problem, state, distance, travelled, mark)
    end subroutine move_touchdown_points
 
-   !> Distances of touchdown points from their places in an iterate, with the slopes of the previous iterate `before`.
+   !> Distances of all touchdown points from their positions in an iterate, with the slopes of the previous iterate `before`.
    function touchdown_steps(problem, before, state) result(distance)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state
@@ -248,7 +250,7 @@ contains
       distance = [(touchdown_step(problem, before, state, c), c=1, size(distance))]
    end function touchdown_steps
 
-   !> Such a distance of one touchdown point; 0 for a fixed candidate.
+   !> Distance of one touchdown point from its position in an iterate, as in touchdown_steps; 0 for a fixed candidate.
    real(wp) function touchdown_step(problem, before, state, c) result(distance)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, state

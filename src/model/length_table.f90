@@ -11,6 +11,7 @@ module length_table
 
    integer, parameter :: table_points = 8 !! Chebyshev points of a panel
 
+   !> Table of the excess of length along curves of one nominal curvature.
    type :: length_table_t
       real(wp) :: curvature = 0.0_wp          !! curvature of the nominal curve
       integer :: n = 0                        !! number of panels so far

@@ -10,6 +10,7 @@ module load_pattern
    private
    public :: load_t, new_load
 
+   !> A load pattern, at load factor 1. Addition and scaling act on all components.
    type :: load_t
       real(wp), allocatable :: node_force(:, :)   !! (3, n_nodes) forces and moment
       real(wp), allocatable :: line_force(:, :)   !! (2, n_elements) dead, global axes, per unit stress-free length
@@ -130,6 +131,7 @@ contains
       if (allocated(self%point)) n_points = size(self%point)
    end function n_points
 
+   !> True if any load of the pattern, prescribed displacements and thermal strains included, is not zero.
    pure logical function does_anything(self)
       class(load_t), intent(in) :: self
       integer :: i
@@ -142,7 +144,7 @@ contains
       end do
    end function does_anything
 
-   !> True if a load or prescribed displacement acts on the node, which is then no ordinary node of the rod.
+   !> True if a load or prescribed displacement acts on the node, which is then a segment boundary (rod_layout).
    pure logical function acts_at(self, node)
       class(load_t), intent(in) :: self
       integer, intent(in) :: node

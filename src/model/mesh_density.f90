@@ -19,8 +19,9 @@ module mesh_density
    real(wp), parameter :: first_elements = 2.0_wp !! initial elements of a segment: the fewest whose errors can be compared with
    !! each other
    real(wp), parameter :: steepest = 4.0_wp       !! largest ratio of the lengths of neighbouring elements
-   real(wp), parameter :: rounding = 1.0e-9_wp    !! part of a segment's length: positions closer than this are equal
-   real(wp), parameter :: part = 1.0_wp / 64.0_wp !! of an element: resolution of the density; sums of it are exact
+   real(wp), parameter :: rounding = 1.0e-9_wp    !! part of a segment's length: positions that differ by less are equal
+   real(wp), parameter :: part = 1.0_wp / 64.0_wp !! part of an element: densities are multiples of this number, so that their sums
+   !! are exact
 
 contains
 
@@ -85,7 +86,7 @@ contains
          end do
          passed = passed + piece
       end do
-      ! Elements that rounding has left over.
+      ! Rounding may have left the last elements without a place: they divide the rest of the length equally.
       do while (k < n)
          at(k + 1) = at(k) + (to - at(k)) / (n - k + 1)
          k = k + 1

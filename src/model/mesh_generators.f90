@@ -43,7 +43,7 @@ contains
    subroutine arc_curve(first, last, centre, anticlockwise, curve, error)
       real(wp), intent(in) :: first(2), last(2)        !! its ends
       real(wp), intent(in) :: centre(2)                !! at equal distance from both points, to 1e-6 of the radius
-      logical, intent(in) :: anticlockwise             !! sense of the arc
+      logical, intent(in) :: anticlockwise             !! true: the arc runs anticlockwise
       type(curve_t), intent(out) :: curve              !! as declared on failure
       type(error_t), allocatable, intent(out) :: error !! no such arc
       real(wp) :: chord(2), c(2), a(2), b(2), radius(2), sweep
@@ -132,7 +132,7 @@ contains
       integer, intent(in) :: family, stages !! as in mesh_t
       integer, intent(in) :: curve          !! index of its curve, 0: straight between its nodes
       real(wp), intent(in) :: s(2)          !! ends on the curve
-      logical, intent(in) :: placed         !! as in mesh_t
+      logical, intent(in) :: placed         !! true: the deck leaves the number of elements open, as in mesh_t
       integer :: n
       associate (mesh => self%mesh)
          n = mesh%n_elements + 1

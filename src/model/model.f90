@@ -25,7 +25,7 @@ module model
    integer, parameter :: family_ul2 = 1 !! the paper's straight updated-Lagrangian element
    integer, parameter :: family_ge = 2  !! geometrically exact, Gauss collocation with `stages` points
 
-   ! Imperfection shapes; see imperfection_t.
+   ! Shapes of imperfections; see imperfection_t.
    integer, parameter :: shape_none = 0, shape_sine = 1, shape_cosine = 2, shape_clamped = 3, shape_nodal = 4
 
    integer, parameter :: quantity_displacement = 1, quantity_reaction = 2, quantity_contact = 3
@@ -85,10 +85,11 @@ module model
       !! computes with a mesh of its own; these elements only define where output is given
    end type mesh_t
 
+   !> A cross section.
    type :: section_t
       character(name_length) :: name = ''       !! element set of the section
       real(wp) :: ea = 0.0_wp, ei = 0.0_wp      !! axial [force] and bending [force length^2] stiffness
-      logical :: inextensible = .false.         !! 1/EA is zero: ea is not used
+      logical :: inextensible = .false.         !! true: 1/EA is zero: ea is not used
       real(wp) :: ga = 0.0_wp                   !! shear stiffness [force]; not used when shear_rigid
       logical :: shear_rigid = .true.
       real(wp) :: mass = 0.0_wp                 !! mass per unit stress-free length (self-weight)
@@ -117,9 +118,10 @@ module model
    type :: release_t
       integer :: node = 0                       !! node of the deck
       integer :: own = 0                        !! node of the released ends
-      logical :: free(3) = .false.              !! components that are independent
+      logical :: free(3) = .false.              !! true for components that are independent
    end type release_t
 
+   !> A named set of nodes.
    type :: node_set_t
       character(name_length) :: name = ''
       integer, allocatable :: node(:)           !! node indices (not labels), in the deck's order
@@ -136,9 +138,9 @@ module model
       integer :: obstacle = 0
       integer, allocatable :: node(:)           !! node indices, in the deck's order
       real(wp) :: gap = 0.0_wp                  !! added to the geometric gap (half depth: negative)
-      logical :: along = .false.                !! rigid obstacle: contact spans are possible, at points and lines anywhere along
-      !! the rod (choose_spans)
-      logical :: distributed = .false.          !! foundation: reactions act along the elements, not at the nodes
+      logical :: along = .false.                !! true: rigid obstacle: contact spans are possible, at points and lines anywhere
+      !! along the rod (choose_spans)
+      logical :: distributed = .false.          !! true: foundation: reactions act along the elements, not at the nodes
       logical :: spans = .false.                !! contact spans are used at present; false: contact at nodes, or with a foundation
       character(:), allocatable :: needs        !! property that is missing for contact along the rod, if contact acts at nodes
       !! although the deck does not request this; not allocated: none
@@ -148,10 +150,12 @@ module model
    type :: contact_print_t
       integer :: obstacle = 0
       logical :: at_end = .false.               !! true: its end; false: its beginning
-      logical :: angle = .false.                !! as an angle about the obstacle's centre [degrees], not as an arc length
+      logical :: angle = .false.                !! true: the place is an angle about the obstacle's centre [degrees]; false: an arc
+      !! length
       integer :: region = 1                     !! number of the region along the rods
    end type contact_print_t
 
+   !> A monitor: a number that the deck observes along the path.
    type :: monitor_t
       character(name_length) :: name = ''
       integer :: quantity = quantity_displacement
@@ -162,11 +166,12 @@ module model
       real(wp) :: factor = 1.0_wp, offset = 0.0_wp !! value = offset + factor * quantity
    end type monitor_t
 
-   !> "stop / locate when `monitor` (0: the load factor) passes `value`".
+   !> A stop or a located point: the load factor (monitor 0) or a monitor passes a value.
    type :: threshold_t
       integer :: monitor = 0
       real(wp) :: value = 0.0_wp
-      logical :: rising = .true.                !! stop only: passes upwards (ABOVE) or downwards (BELOW)
+      logical :: rising = .true.                !! stops only: true if the value must be passed upwards (ABOVE), false if downwards
+      !! (BELOW)
    end type threshold_t
 
    !> A path that starts at a bifurcation of another path.
@@ -191,16 +196,18 @@ module model
       integer :: line = 0                       !! line of its card in the deck
    end type mode_offset_t
 
-   !> "Follow the k-th limit point of this step while a second parameter varies."
+   !> A limit curve: the k-th limit point of this step is followed while a second parameter varies.
    type :: limit_curve_t
       character(name_length) :: name = ''
       integer :: limit_point = 1                !! number of the limit point (LP) on the step's own path
       integer :: parameter = parameter_modulus
-      integer :: obstacle = 0                   !! modulus, gap (of all its contacts): index into model%obstacle
-      character(name_length) :: set = ''        !! imperfection (factor on its amplitudes), EA, EI: the element set of its card
+      integer :: obstacle = 0                   !! parameters modulus and gap: index into model%obstacle (gap: of all its contacts)
+      character(name_length) :: set = ''        !! parameters imperfection (factor on its amplitudes), EA, EI: the element set of
+      !! the card
       integer, allocatable :: element(:)        !! elements of that set
-      logical :: logarithmic = .false.          !! true: increments are decades
-      logical :: to_rigid = .false.             !! modulus: true: at the end one more point with a rigid obstacle is computed
+      logical :: logarithmic = .false.          !! true: increments are those of the parameter's decimal logarithm
+      logical :: to_rigid = .false.             !! parameter modulus, true: one more point with a rigid obstacle is computed at the
+      !! end
       real(wp) :: increment = 0.0_wp            !! first increment, with sign
       real(wp) :: last = 0.0_wp                 !! value of the parameter at which the curve ends
       real(wp) :: largest = 0.0_wp              !! largest increment
@@ -220,7 +227,7 @@ module model
       integer :: n_modes = 0                    !! > 0: a buckling step, which computes this number of modes and follows no path
       integer :: tangent_updates = huge(1)      !! new tangents in an increment after the predictor: huge: full Newton, 0: modified
       !! Newton, 1: one update
-      logical :: paper_loop = .false.           !! contact by the loop of the paper's Fig. 2
+      logical :: paper_loop = .false.           !! true: contact by the loop of the paper's Fig. 2
       real(wp) :: tolerance = 0.0_wp            !! relative residual (defaults are in the card table only)
       real(wp) :: sharper = 1.0_wp              !! part of the tolerance needed for the requested errors, as far as rounding allows
       logical :: tolerance_given = .false.      !! true: the deck gives the tolerance, which is then never changed
@@ -230,10 +237,10 @@ module model
       integer :: max_points = 0
       logical :: error_bars = .true.            !! true: error bars at critical points and the end of the step
       logical :: bars_everywhere = .false.      !! true: error bars at all points
-      real(wp) :: widest_bar = 0.0_wp           !! over the size of the value: wider ones fail the run
-      real(wp) :: asked = 0.0_wp                !! requested relative error for which meshes are made: at critical points and the
-      !! end,
-      real(wp) :: asked_of_path = 0.0_wp        !! and at the other points; 0: no error is requested
+      real(wp) :: widest_bar = 0.0_wp           !! largest error bar over the size of the value; a run with a wider one fails
+      real(wp) :: asked = 0.0_wp                !! requested relative error at critical points and at the end of the step, for which
+      !! meshes are made; 0: none
+      real(wp) :: asked_of_path = 0.0_wp        !! requested relative error at the other points; 0: none
       integer, allocatable :: asked_of(:)       !! monitors to which the requested error applies, 0: the load factor
       type(threshold_t), allocatable :: stop(:)
       type(threshold_t), allocatable :: locate(:)
@@ -247,6 +254,7 @@ module model
       logical :: field_reaction = .false., field_gap = .false.
    end type step_t
 
+   !> The whole model, see the module's header.
    type :: model_t
       character(:), allocatable :: title        !! heading lines, newline separated
       character(:), allocatable :: job          !! from *HEADING, JOB=; '' if not given
@@ -256,7 +264,7 @@ module model
       type(imperfection_t), allocatable :: imperfection(:)
       type(section_t), allocatable :: section(:)
       type(node_set_t), allocatable :: node_set(:)
-      logical, allocatable :: fixed(:, :)       !! (3, n_nodes) supported degrees of freedom
+      logical, allocatable :: fixed(:, :)       !! (3, n_nodes) true for supported degrees of freedom
       real(wp), allocatable :: spring(:, :)     !! (3, n_nodes) stiffness of springs to the ground
       type(tie_t), allocatable :: tie(:)
       type(joint_spring_t), allocatable :: joint_spring(:)

@@ -6,6 +6,7 @@ module numbering
    private
    public :: numbering_t, new_numbering
 
+   !> Positions of the nodes in the band matrix.
    type :: numbering_t
       integer, allocatable :: position(:)   !! (nodes) place of a node in the band, 1 ..
       integer :: half_bandwidth = 0         !! of the matrix with three unknowns a node
@@ -17,7 +18,7 @@ contains
    !> towards the support has large pivots, while in the other direction the pivots fall with the cube of the length.
    function new_numbering(mesh, supported, pair) result(numbering)
       type(mesh_t), intent(in) :: mesh
-      logical, intent(in) :: supported(:)    !! (nodes)
+      logical, intent(in) :: supported(:)    !! (nodes) true: supported
       integer, intent(in) :: pair(:, :)      !! (2, pairs) nodes that share matrix entries besides those of elements
       type(numbering_t) :: numbering
       integer, allocatable :: start(:), neighbour(:), order(:), level(:)

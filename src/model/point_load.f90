@@ -9,6 +9,7 @@ module point_load
    private
    public :: point_load_t, point_load_item_t
 
+   !> A load on one node that depends on the node's position and rotation.
    type, abstract :: point_load_t
       integer :: node = 0
       real(wp) :: magnitude = 0.0_wp   !! at load factor 1

@@ -7,6 +7,7 @@ module pole_load
    private
    public :: pole_load_t
 
+   !> A load of constant magnitude towards a fixed point, its pole.
    type, extends(point_load_t) :: pole_load_t
       real(wp) :: pole(2) = 0.0_wp     !! a positive force pulls the node towards it
    contains
@@ -15,7 +16,7 @@ module pole_load
 
 contains
 
-   !> A unit force e = d/|d| towards the pole; minus its derivatives are (1 - e e^T)/|d|.
+   !> Unit force e = d/|d| towards the pole, d the vector from the node to the pole; minus its derivatives are (1 - e e^T)/|d|.
    pure subroutine push(self, place, force, stiffness, sound)
       class(pole_load_t), intent(in) :: self
       real(wp), intent(in) :: place(3)

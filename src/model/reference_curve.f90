@@ -94,7 +94,7 @@ contains
       integer :: k, i, pieces
       logical :: added
       table = new_length_table(curvature)
-      ! Splines are smooth between their knots.
+      ! A spline is smooth between its knots only: the panels of the table end at the knots.
       pieces = 1
       if (imperfection%shape == shape_nodal) pieces = size(imperfection%knot) - 1
       from = 0.0_wp

@@ -75,7 +75,7 @@ contains
 
    contains
 
-      !> Nodes of the new mesh that correspond to a list of the deck's nodes; others are left out.
+      !> Nodes of the new mesh that correspond to a list of the deck's nodes; nodes of the deck that the mesh lacks are left out.
       pure function there(node)
          integer, intent(in) :: node(:)
          integer, allocatable :: there(:)

@@ -50,7 +50,7 @@ contains
          kept = elements_that_stay(model)
          allocate (layout%rod_segment_of(mesh%n_elements), layout%node_rod_segment(mesh%n_nodes), source=0)
          allocate (layout%origin(mesh%n_elements), layout%node_at(mesh%n_nodes), source=0.0_wp)
-         ! The number of elements is an upper bound, mostly far too large.
+         ! The number of elements would be an upper bound as well, but mostly far too large.
          allocate (rod_segment(count(layout%breakpoint(mesh%node(1, :))) + count(.not. layout%breakpoint)))
          n = 0
          do e = 1, mesh%n_elements
@@ -98,7 +98,7 @@ contains
                new%element(k) = at
                layout%rod_segment_of(at) = n
                layout%origin(at) = new%at(k) - mesh%s(1, at)
-               ! The same value all along a curve, without differences by rounding.
+               ! All elements of a curve get the same value, without differences by rounding.
                if (k > 1) then
                   associate (before => new%element(k - 1))
                      if (mesh%curve(at) == mesh%curve(before) .and. abs(mesh%s(1, at) - mesh%s(2, before)) <= 0.0_wp) &
@@ -119,7 +119,7 @@ contains
    subroutine find_breakpoints(model, beside, breakpoint)
       type(model_t), intent(in) :: model
       integer, allocatable, intent(out) :: beside(:, :)     !! (2, nodes) as in new_layout
-      logical, allocatable, intent(out) :: breakpoint(:)    !! (nodes)
+      logical, allocatable, intent(out) :: breakpoint(:)    !! (nodes) true: segment boundary
       integer :: ends(2, model%mesh%n_nodes)                ! numbers of elements that end and begin at the node
       logical, allocatable :: member(:), covered(:)
       integer :: e, i, k
@@ -200,7 +200,7 @@ contains
    !> contact at nodes requested by the deck, and foundations that couple nodes.
    function elements_that_stay(model) result(kept)
       type(model_t), intent(in) :: model
-      logical, allocatable :: kept(:)         !! (elements)
+      logical, allocatable :: kept(:)         !! (elements) true: the nodes of the element are kept
       logical, allocatable :: member(:)
       integer :: k
       associate (mesh => model%mesh)

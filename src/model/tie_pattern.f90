@@ -8,8 +8,9 @@ module tie_pattern
    private
    public :: tie_pattern_t, new_tie_pattern, coupled_pairs
 
+   !> The nodes that determine the displacements of each tied node.
    type :: tie_pattern_t
-      logical, allocatable :: tied(:, :)    !! (3, nodes) components that follow others
+      logical, allocatable :: tied(:, :)    !! (3, nodes) true for components that follow others
       logical, allocatable :: follows(:)    !! (nodes) true: some component follows others
       integer, allocatable :: first(:)      !! (nodes + 1) first position of each node's list in `of`
       integer, allocatable :: of(:)         !! list of a node that follows others: the node itself and all nodes that it follows;

@@ -1,5 +1,5 @@
-!> Monitors of displacements as functionals. A monitor watches the material point that the deck names, wherever the nodes of a
-!> contact span are.
+!> Monitors of displacements: their values and linearisations (functionals). A monitor refers to the material point that the deck
+!> names, wherever the nodes of a contact span are.
 module displacement_functional
    use kinds, only: wp
    use model, only: quantity_displacement
@@ -33,8 +33,8 @@ contains
       end associate
    end function watched_displacement
 
-   !> A displacement monitor, linearised. Inside an element its displacements depend on the element's own unknowns, so that the load
-   !> factor and the internal residual change it, too.
+   !> Linearisation of a displacement monitor. Displacements of a point inside an element depend on the element's internal unknowns,
+   !> so that the load factor and the internal residual change the monitor, too.
    function new_displacement_functional(problem, state, system, m) result(watched)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -62,13 +62,13 @@ contains
       watched%by_unknown = unknowns_of(problem, system, by_node)
    end function new_displacement_functional
 
-   !> Adds to a functional the displacements and the rotation of a place inside an element, each times its weight.
+   !> Adds to a functional the displacements and the rotation of a point inside an element, each times its weight.
    subroutine add_place(problem, state, system, e, tau, weight, by_node, number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       integer, intent(in) :: e                  !! element
-      real(wp), intent(in) :: tau               !! place in the element, 0 to 1
+      real(wp), intent(in) :: tau               !! position of the point in the element, 0 to 1
       real(wp), intent(in) :: weight(3)         !! global axes
       real(wp), intent(inout) :: by_node(:, :)  !! (3, nodes) gradient, global axes
       type(functional_t), intent(inout) :: number !! load derivative and defect
@@ -91,15 +91,15 @@ contains
       number%defect = number%defect + dot_product(weight, rate)
    end subroutine add_place
 
-   !> Change of a displacement monitor along a solved increment. Along the path, per unit of load factor: x = system%tangent,
-   !> y = 1.
+   !> Change of a displacement monitor due to an increment of displacements and load factor. With x = system%tangent and y = 1 the
+   !> result is the monitor's derivative along the path, by the load factor.
    real(wp) function monitor_change(problem, m, state, system, x, y) result(change)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: m                  !! index into model%monitor, of a displacement
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
       real(wp), intent(in) :: x(:)              !! (n) nodal increments, node axes
-      real(wp), intent(in) :: y                 !! of the load factor
+      real(wp), intent(in) :: y                 !! increment of the load factor
       type(functional_t) :: watched
       watched = new_displacement_functional(problem, state, system, m)
       change = watched%change(x, y)

@@ -20,14 +20,14 @@ module foundation_force_functional
 
 contains
 
-   !> True if the obstacle is a distributed foundation.
+   !> True if the obstacle is a foundation whose forces are distributed along elements.
    pure logical function has_foundation(problem, obstacle)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: obstacle
       has_foundation = any(problem%ground%chain%obstacle == obstacle)
    end function has_foundation
 
-   !> Sum of the forces: a component, or the sum of the normal forces.
+   !> Sum of an obstacle's foundation forces: a component, or the sum of the normal forces.
    real(wp) function foundation_force_sum(problem, state, obstacle, component) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -38,7 +38,7 @@ contains
       total = founded(component, obstacle)
    end function foundation_force_sum
 
-   !> The sum, linearised.
+   !> Linearisation of the sum of an obstacle's foundation forces.
    function new_foundation_force_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -79,7 +79,7 @@ contains
 
    contains
 
-      !> Change of the element's part of the sum.
+      !> Change of an element's part of the sum by changes of its unknowns and of the load factor.
       subroutine change_in_element(du, dz, y, change)
          real(wp), intent(in) :: du(6), dz(:)    !! changes of the nodes' displacements (global axes) and of the stored unknowns
          real(wp), intent(in) :: y               !! change of the load factor

@@ -1,6 +1,6 @@
-!> Linearisation by differences of a number that only a few elements determine: in turn, each unknown of their nodes is changed a
-!> little, and with it the section forces of these elements. The nodes of contact spans stay at their places along the rods, as in
-!> the equations.
+!> Linearisation, by finite differences, of a number that depends on a few elements only. Each unknown of their nodes is changed a
+!> little in turn, and the section forces of the elements with it. The nodes of contact spans keep their places along the rods, as
+!> in the equations.
 module local_differences
    use kinds, only: wp
    use problem, only: problem_t
@@ -14,7 +14,7 @@ module local_differences
    private
    public :: local_number_t, linearised
 
-   !> A number of the state. Its kinds extend this type by the data that the number depends on.
+   !> A number that is a function of the state. Its kinds extend this type by the data that the number depends on.
    type, abstract :: local_number_t
       integer, allocatable :: element(:)         !! elements that determine the number
    contains
@@ -22,7 +22,7 @@ module local_differences
    end type local_number_t
 
    abstract interface
-      !> Value at a state.
+      !> Value of the number at a state.
       real(wp) function value_of_state(self, problem, state)
          import :: local_number_t, problem_t, state_t, wp
          class(local_number_t), intent(in) :: self
@@ -35,14 +35,14 @@ module local_differences
 
 contains
 
-   !> The functional of a number.
+   !> Linearisation of a number (a functional) by finite differences.
    function linearised(problem, state, system, of) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system       !! assembled at `state`
       class(local_number_t), intent(in) :: of
       type(functional_t) :: number
-      type(state_t) :: here, moved               ! without the elements' internal residuals
+      type(state_t) :: here, moved               ! states after the elimination of the elements' internal residuals
       real(wp) :: none(system%n), axes(3, 3), gradient(3), base, step
       logical :: near(problem%model%mesh%n_nodes)
       integer :: node, i, k
@@ -76,7 +76,8 @@ contains
 
    contains
 
-      !> Displaces the node from its place in `here`.
+      !> Displaces the present node from its position in `here`; the internal unknowns of the elements follow from the linear
+      !> equations.
       subroutine displace(du)
          real(wp), intent(in) :: du(3)           !! global axes
          real(wp) :: rate(size(state%z, 1))

@@ -1,5 +1,5 @@
-!> Monitors: numbers the deck watches, with their values and as functionals: displacements, reactions of supports and springs,
-!> contact forces.
+!> Monitors, the numbers that the deck observes: displacements, reactions of supports and springs, contact forces. Their values and
+!> their linearisations (functionals).
 module monitors
    use kinds, only: wp
    use model, only: quantity_displacement, quantity_contact
@@ -41,7 +41,7 @@ contains
       end do
    end function monitor_values
 
-   !> Sum of all forces of an obstacle.
+   !> Sum of all forces of an obstacle on the structure: a component, or the sum of the normal forces.
    real(wp) function contact_force_sum(problem, state, system, obstacle, component) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -94,7 +94,7 @@ contains
       end associate
    end function new_monitor_functional
 
-   !> Sum of all forces of an obstacle.
+   !> Linearisation of the sum of all forces of an obstacle, see contact_force_sum.
    type(functional_t) function new_contact_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -107,8 +107,9 @@ contains
       call number%add(1.0_wp, new_span_force_functional(problem, state, system, obstacle, component))
    end function new_contact_functional
 
-   !> The part of this sum without contact spans. It has an error bar only if the deck names the nodes: otherwise contact begins and
-   !> ends at the next node, or inside elements.
+   !> Linearisation of an obstacle's forces except those on contact spans: forces at nodes, and distributed foundation forces. Only
+   !> forces on nodes that the deck names have an error estimate: all other contact begins and ends at the next node, or inside
+   !> elements.
    type(functional_t) function new_fixed_contact_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -19,14 +19,15 @@ module node_contact_functional
 
 contains
 
-   !> True for a stop at a node that the deck names; the node exists on every mesh.
+   !> True if a candidate is a stop at a node that the deck names; this node exists on every mesh.
    pure elemental logical function is_stop(problem, c)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: c                   !! candidate
       is_stop = problem%model%obstacle(problem%candidates%obstacle(c))%at_nodes
    end function is_stop
 
-   !> Gap of a candidate; on coupled ground its opening, without value.
+   !> Gap of a candidate as a functional. On coupled ground the derivatives are those of the opening (gap plus settlement of the
+   !> ground); the value is that of the gap.
    pure type(functional_t) function new_gap_functional(problem, system, candidate) result(number)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled
@@ -44,7 +45,7 @@ contains
       end do
    end function new_gap_functional
 
-   !> Reaction of an active candidate.
+   !> Reaction of an active candidate as a functional.
    pure type(functional_t) function new_contact_force_functional(problem, state, system, candidate) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -56,7 +57,8 @@ contains
       call add_held_forces(system, number)
    end function new_contact_force_functional
 
-   !> Derivative of a candidate's gap along the path, by the load factor; on coupled ground of its opening.
+   !> Derivative of a candidate's gap along the path, by the load factor; on coupled ground the derivative of the opening (gap plus
+   !> settlement).
    pure real(wp) function gap_rate(problem, system, candidate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored
@@ -89,7 +91,7 @@ contains
       end if
    end function reaction_rate
 
-   !> True if the obstacle acts on a node without contact span.
+   !> True if the obstacle acts on some node that belongs to no contact span.
    pure logical function has_node_forces(problem, state, obstacle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -97,7 +99,8 @@ contains
       has_node_forces = any(acts(problem, state, obstacle))
    end function has_node_forces
 
-   !> Sum of an obstacle's reactions at nodes without contact span: a component of the forces, or the sum of the normal forces.
+   !> Sum of an obstacle's reactions at nodes that belong to no contact span: a component of the forces, or the sum of the normal
+   !> forces.
    pure real(wp) function node_force_sum(problem, state, system, obstacle, component) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -112,7 +115,8 @@ contains
       end do
    end function node_force_sum
 
-   !> This sum, linearised. A node moves along the obstacle, which may move itself, and its reaction then changes its direction.
+   !> Linearisation of node_force_sum. A node moves along the obstacle, which may move itself, and the reaction then changes its
+   !> direction.
    pure type(functional_t) function new_node_force_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -137,7 +141,7 @@ contains
       number%value = node_force_sum(problem, state, system, obstacle, component)
    end function new_node_force_functional
 
-   !> (candidates) true for active ones of the obstacle without contact span.
+   !> Marks, for all candidates, the active ones of an obstacle that belong to no contact span.
    pure function acts(problem, state, obstacle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -147,7 +151,7 @@ contains
          & state%active(:size(acts))
    end function acts
 
-   !> Component of a candidate's unit normal reaction, or 1 for the normal force.
+   !> Component of a candidate's unit normal in global axes; 1 if `component` is 3, the normal force.
    pure real(wp) function along_component(system, candidate, component) result(share)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate, component
@@ -155,7 +159,8 @@ contains
       if (component < 3) share = system%normal(component, candidate)
    end function along_component
 
-   !> Adds a multiple of an active candidate's reaction; forces on fixed unknowns only to by_force.
+   !> Adds a multiple of an active candidate's reaction to a number. A reaction on an unknown that the contact eliminates enters
+   !> by_force only.
    pure subroutine add_reaction(problem, state, system, candidate, factor, number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -178,7 +183,7 @@ contains
       end if
    end subroutine add_reaction
 
-   !> Adds a multiple of a candidate's gap, without value.
+   !> Adds a multiple of a candidate's gap to a number's derivatives, but not to its value.
    pure subroutine add_gap(problem, system, candidate, factor, number)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -18,6 +18,7 @@ module place_functional
    private
    public :: moving_ends, places_at, places_after, new_place_functional, named_place
 
+   !> Position of a touchdown point as a number of the state.
    type, extends(local_number_t) :: touchdown_place_t
       integer :: candidate = 0
       type(state_t) :: before                    !! state that has the touchdown point at its place
@@ -27,7 +28,7 @@ module place_functional
 
 contains
 
-   !> Candidates that are touchdown points and move along the rod, or roll beside their node.
+   !> Candidates that are touchdown points and move along the rod, or whose contact force rolls beside their node.
    pure function moving_ends(problem) result(ends)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: ends(:)
@@ -36,7 +37,7 @@ contains
          & .or. problem%candidates%rolls(c)), c=1, problem%candidates%n)])
    end function moving_ends
 
-   !> Stress-free arc lengths of touchdown points along the chains of their contacts.
+   !> Positions of touchdown points: stress-free arc lengths along the chains of their contacts.
    function places_at(problem, state, ends) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -46,7 +47,7 @@ contains
       at = [(place_at(problem, state, ends(k)), k=1, size(ends))]
    end function places_at
 
-   !> Positions in a state `after` that is close to `before` and has the same nodes.
+   !> Positions of touchdown points in a state `after` that is close to `before` and has the same nodes.
    function places_after(problem, before, after, ends) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, after
@@ -56,7 +57,7 @@ contains
       at = [(place_after(problem, before, after, ends(k)), k=1, size(ends))]
    end function places_after
 
-   !> Position of one touchdown point in a state `after`.
+   !> Position of one touchdown point in a state `after`: its node's position plus the step that the touchdown condition requires.
    real(wp) function place_after(problem, before, after, candidate) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, after
@@ -64,7 +65,7 @@ contains
       at = place_at(problem, after, candidate) + touchdown_step(problem, before, after, candidate)
    end function place_after
 
-   !> Position of one touchdown point.
+   !> Position of one touchdown point: that of its node, or of the rolling contact force beside the node.
    real(wp) function place_at(problem, state, candidate) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -74,7 +75,7 @@ contains
       at = chain_coordinate(problem, state, candidate, merge(1, 2, is_last(problem, candidate))) + roll%way
    end function place_at
 
-   !> Position in a state with the nodes of `before`.
+   !> Position of the touchdown point in a state with the nodes of `before`.
    real(wp) function place_of_state(self, problem, state) result(at)
       class(touchdown_place_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -82,7 +83,8 @@ contains
       at = place_after(problem, self%before, state, self%candidate)
    end function place_of_state
 
-   !> Position of a touchdown point, linearised. Unbalanced moments on both sides of the end of a line contact move it, too.
+   !> Linearisation of a touchdown point's position. Unbalanced moments on both sides of the end of a line contact move the point,
+   !> too.
    function new_place_functional(problem, state, system, candidate) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -96,7 +98,7 @@ contains
       associate (beside => problem%candidates%element(:, candidate))
          place%element = pack(beside, beside > 0)
          number = linearised(problem, state, system, place)
-         ! The error bar of a place does not count the misfit that the iteration left.
+         ! The residual of the touchdown condition that the iteration left does not count in the error bar of the position.
          number%defect = 0.0_wp
          slope = touchdown_slope(problem, state, candidate)
          if (.not. abs(slope) > 0.0_wp) return
@@ -106,7 +108,7 @@ contains
       end associate
    end function new_place_functional
 
-   !> Position of a touchdown point, prepared for its error bar.
+   !> Identifies a touchdown point by contact span and end, with its position, for its error bar.
    type(place_bar_t) function named_place(problem, candidate, at) result(place)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
@@ -116,7 +118,7 @@ contains
       place%at = at
    end function named_place
 
-   !> True for the end of a line contact; false for its beginning, or for a point contact.
+   !> True if a touchdown point is the end of a line contact; false for the beginning of a line contact and for a point contact.
    pure logical function is_last(problem, candidate)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate

@@ -24,7 +24,7 @@ contains
       total = 0.0_wp
       associate (monitor => problem%deck%monitor(m))
          do i = 1, size(monitor%node)
-            ! A supported node is a segment boundary, and so a node of every mesh.
+            ! A supported node is a segment boundary, and so a node of every mesh: a node that the mesh lacks has no reaction.
             node = problem%mesh_node(monitor%node(i))
             if (node == 0) cycle
             if (problem%model%fixed(monitor%component, node)) then
@@ -37,7 +37,7 @@ contains
       end associate
    end function reaction_sum
 
-   !> The sum, linearised.
+   !> Linearisation of the sum of support reactions and spring forces.
    type(functional_t) function new_reaction_functional(problem, state, system, m) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -60,7 +60,7 @@ contains
       end associate
    end function new_reaction_functional
 
-   !> The part of the sum that supports exert, as computed from the equations; without its value.
+   !> Linearisation of the part of the sum that supports exert, as computed from the equations; without its value.
    type(functional_t) function new_support_functional(problem, system, m) result(number)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! assembled
@@ -80,7 +80,8 @@ contains
       call add_held_forces(system, number)
    end function new_support_functional
 
-   !> Adds to a functional the linearisation of the forces on fixed unknowns, of which by_force says the share in the number.
+   !> Adds to a functional the linearisation of the forces on fixed unknowns; by_force contains the functional's derivatives by
+   !> these forces.
    pure subroutine add_held_forces(system, number)
       type(system_t), intent(in) :: system       !! assembled
       type(functional_t), intent(inout) :: number

@@ -19,8 +19,8 @@ module relative_curvature
 
 contains
 
-   !> Gradient of the relative curvature by differences: nodal displacements and the resulting end forces of the elements beside the
-   !> point.
+   !> Gradient of the relative curvature by finite differences: nodes are displaced, and the internal unknowns of the elements
+   !> beside the point contact follow from the linear equations.
    function new_relative_curvature(problem, state, system, candidate) result(curvature)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -63,7 +63,7 @@ contains
          value = excess_ahead(problem, state, at, candidate)
       end function value
 
-      !> Forces and moments of the elements beside the point.
+      !> Changes the internal unknowns of the elements beside the point in `other`, as they follow from a displacement of a node.
       subroutine answer(node, column, step)
          integer, intent(in) :: node             !! node that is displaced; 0: none
          integer, intent(in) :: column           !! component of its displacement; 7: elimination of internal residuals, 8: load

@@ -19,6 +19,7 @@ module span_force_functional
    private
    public :: span_force_sum, span_force_rate, new_span_force_functional
 
+   !> Sum of an obstacle's forces on contact spans as a number of the state.
    type, extends(local_number_t) :: span_sum_t
       integer :: obstacle = 0
       integer :: component = 0                   !! 1: x, 2: y, 3: normal forces
@@ -28,7 +29,7 @@ module span_force_functional
 
 contains
 
-   !> Sum of the forces: a component, or the sum of the normal forces.
+   !> Sum of an obstacle's forces on contact spans: a component, or the sum of the normal forces.
    real(wp) function span_force_sum(problem, state, obstacle, component) result(total)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -39,8 +40,9 @@ contains
       total = sum(pushed(component, :), mask=problem%model%contact%obstacle == obstacle)
    end function span_force_sum
 
-   !> Derivative of the sum along the path, by the load factor: a difference in this direction. The functional's derivatives by
-   !> single unknowns are differences, too; those of stiff rods may be 10,000 times the rate, and their errors as large as the rate.
+   !> Derivative of span_force_sum along the path, by the load factor, as one difference along the path tangent. The derivatives of
+   !> the functional by single unknowns are differences, too; those of stiff rods may be 10,000 times the rate, and their errors as
+   !> large as the rate.
    real(wp) function span_force_rate(problem, state, system, obstacle, component) result(rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -53,7 +55,7 @@ contains
       rate = (span_force_sum(problem, ahead, obstacle, component) - span_force_sum(problem, here, obstacle, component)) / step
    end function span_force_rate
 
-   !> The sum at a state.
+   !> Value of the sum at a state.
    real(wp) function sum_of_state(self, problem, state) result(total)
       class(span_sum_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -61,7 +63,7 @@ contains
       total = span_force_sum(problem, state, self%obstacle, self%component)
    end function sum_of_state
 
-   !> The sum, linearised. Reactions at fixed segment boundaries are unbalanced forces on unknowns of their own.
+   !> Linearisation of span_force_sum. Reactions at fixed segment boundaries are unbalanced forces on unknowns of their own.
    function new_span_force_functional(problem, state, system, obstacle, component) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -96,14 +98,14 @@ contains
       end do
    end function new_span_force_functional
 
-   !> True for a contact node of the obstacle's contact spans.
+   !> True if a candidate is a node of one of the obstacle's contact spans.
    pure logical function counts(problem, obstacle, c)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: obstacle, c
       counts = problem%candidates%contact_span(c) > 0 .and. problem%candidates%obstacle(c) == obstacle
    end function counts
 
-   !> Elements beside the contact nodes of the obstacle's contact spans.
+   !> Elements beside the nodes of the obstacle's contact spans.
    pure function elements_beside(problem, obstacle) result(element)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: obstacle
@@ -147,7 +149,7 @@ contains
       end associate
    end subroutine set_own_part
 
-   !> Displacement of a contact node whose work with a force on the node is the contribution of this force to the sum. Node axes;
+   !> Displacement of a contact node whose work with a force on the node is the contribution of this force to the sum. In node axes;
    !> the rotation of the node is zero.
    function shift(problem, state, system, component, c) result(along)
       type(problem_t), intent(in) :: problem
@@ -161,7 +163,7 @@ contains
          if (component < 3) then
             along(component) = 1.0_wp
          else
-            ! The sum of pressures along a line contact is not that of the section forces at its ends.
+            ! Along a line contact the sum of the normal forces does not follow from the section forces at the ends of the line.
             if (.not. problem%candidates%moves(c)) return
             call candidate_gap(problem, state, c, gap, normal, bend)
             along(1:2) = normal

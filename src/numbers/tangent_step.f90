@@ -38,8 +38,8 @@ contains
       end do
    end subroutine states_along
 
-   !> Increment of the load factor along the tangent that displaces and rotates no node by more than `most`; the load factor itself,
-   !> but at least 1, if nothing moves.
+   !> Increment of the load factor along the tangent that displaces and rotates no node by more than `most`, and does not exceed the
+   !> magnitude of the load factor (or 1, if that is larger).
    pure real(wp) function small_load(problem, system, load, most) result(step)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored

@@ -6,6 +6,7 @@ module bracketing
    private
    public :: bracket_t, new_bracket, next_guess, take_value
 
+   !> A bracket: the two ends between which a function has a zero, and its values there.
    type :: bracket_t
       real(wp) :: low = 0.0_wp, high = 1.0_wp
       real(wp) :: f_low = 0.0_wp, f_high = 0.0_wp
@@ -28,7 +29,7 @@ contains
       bracket%scale = max(abs(f_low), abs(f_high))
    end function new_bracket
 
-   !> Next place at which the function is to be evaluated. False: the bracket is narrower than `narrow`.
+   !> True if the function must be evaluated at a further place, `at`; false if the bracket is narrower than `narrow`.
    logical function next_guess(bracket, narrow, at)
       type(bracket_t), intent(in) :: bracket
       real(wp), intent(in) :: narrow             !! width at which the search ends
@@ -47,7 +48,7 @@ contains
       if (bracket%fresh) then
          at = bracket%low + width * bracket%f_low / (bracket%f_low - bracket%f_high)
       else
-         ! 1: end that was replaced last, 2: other end, 3: the replaced point.
+         ! The three points are 1: the end that was replaced last, 2: the other end, 3: the replaced point.
          x = [bracket%high, bracket%low, bracket%dropped]
          f = [bracket%f_high, bracket%f_low, bracket%f_dropped]
          if (bracket%latest_low) x(1:2) = [bracket%low, bracket%high]
@@ -60,7 +61,7 @@ contains
             at = x(1) + part * (x(2) - x(1))
          end if
       end if
-      ! At least a rounding distance from both ends.
+      ! The guess keeps at least a rounding distance from both ends.
       margin = min(2.0_wp * epsilon(at) * max(1.0_wp, abs(bracket%low), abs(bracket%high)), 0.25_wp * width)
       at = min(max(at, bracket%low + margin), bracket%high - margin)
    end function bracket_guess

@@ -9,6 +9,7 @@ module gauss_tableau
 
    integer, parameter :: max_stages = 6
 
+   !> Tableau of the Gauss method with a given number of stages.
    type :: tableau_t
       integer :: stages = 0
       real(wp) :: a(max_stages, max_stages) = 0.0_wp !! a_ij: integral of the j-th Lagrange polynomial from 0 to c_i
@@ -30,7 +31,7 @@ contains
       t%stages = stages
       call gauss_points(stages, t%c(:stages), t%b(:stages))
       do j = 1, stages
-         ! Coefficients of the product of (x - c_k)/(c_j - c_k) over k.
+         ! Coefficients of the Lagrange polynomial j: the product of (x - c_k)/(c_j - c_k) over all other k.
          lagrange = 0.0_wp
          lagrange(0) = 1.0_wp
          degree = 0

@@ -17,6 +17,7 @@ module golden_section
    !> minimum.
    integer, parameter :: sections_to_rounding = ceiling(log(epsilon(golden)) / (2.0_wp * log(golden)))
 
+   !> State of a golden-section search.
    type :: golden_section_t
       real(wp) :: place = 0.0_wp                !! place of the least value so far
       real(wp) :: least = huge(1.0_wp)          !! least value so far

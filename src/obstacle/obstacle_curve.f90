@@ -30,6 +30,7 @@ module obstacle_curve
       real(wp) :: turn = 0.0_wp         !! [rad] arc: > 0 counterclockwise
    end type piece_t
 
+   !> A curve of consecutive pieces with a search tree of circles around them.
    type :: obstacle_curve_t
       type(piece_t), allocatable :: piece(:)
       integer :: leaves = 0             !! number of leaves of the tree, a power of 2
@@ -98,7 +99,7 @@ contains
    pure function legs(c) result(leg)
       real(wp), intent(in) :: c(2, 6)
       real(wp) :: leg(2, 5)
-      ! binomial(i, k)/binomial(4, k) times k + 1, row i from 0, column k
+      ! The coefficients are binomial(i, k)/binomial(4, k) times k + 1, row i from 0, column k.
       leg(:, 1) = c(:, 2)
       leg(:, 2) = leg(:, 1) + 0.5_wp * c(:, 3)
       leg(:, 3) = c(:, 2) + c(:, 3) + 0.5_wp * c(:, 4)
@@ -113,7 +114,7 @@ contains
       real(wp) :: d(2, 0:5)
       integer :: k, i
       d = 0.0_wp
-      ! Horner's scheme, once more for each derivative over its factorial.
+      ! Horner's scheme for the value, and once more for each derivative over its factorial.
       do k = 6, 1, -1
          do i = 5, 1, -1
             d(:, i) = d(:, i) * t + d(:, i - 1)

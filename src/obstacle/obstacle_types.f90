@@ -33,8 +33,8 @@ module obstacle_types
       real(wp) :: young = 0.0_wp, poisson = 0.0_wp !! half-space
       integer :: law = 0                        !! index into model%law, 0: none; its forces are multiplied by the width
       real(wp) :: width = 1.0_wp
-      logical :: bilateral = .false.            !! permanent contact with tension as well as pressure
-      logical :: at_nodes = .false.             !! a line as model of stops at single nodes (*GAP): gaps count from each node's
-      !! place at the start, modulus and law are those of a node
+      logical :: bilateral = .false.            !! true: permanent contact, with tension as well as pressure
+      logical :: at_nodes = .false.             !! true: a line as model of stops at single nodes (*GAP): gaps count from each
+      !! node's place at the start, modulus and law are those of a node
    end type obstacle_t
 end module obstacle_types

@@ -255,7 +255,7 @@ contains
       end do
    end subroutine write_step
 
-   !> Method, increments and iteration.
+   !> Strategy, increments and iteration of a step, in words.
    pure function control_text(model, step) result(text)
       type(model_t), intent(in) :: model
       type(step_t), intent(in) :: step
@@ -275,7 +275,7 @@ contains
       text = text//', tolerance '//brief(step%tolerance)
    end function control_text
 
-   !> Ends of a step, and the points that it locates.
+   !> Ends of a step, and the points that it locates, in words.
    pure function end_text(model, step) result(text)
       type(model_t), intent(in) :: model
       type(step_t), intent(in) :: step
@@ -306,7 +306,7 @@ contains
       end do
    end function stop_text
 
-   !> Buckling mode used as the imperfection of a step.
+   !> Buckling mode used as the imperfection of a step, in words.
    pure function mode_offset_text(model, mode_offset) result(text)
       type(model_t), intent(in) :: model
       type(mode_offset_t), intent(in) :: mode_offset

@@ -54,7 +54,7 @@ contains
    subroutine attribute_integers(file, object, name, value)
       type(hdf5_file_t), intent(inout) :: file
       character(*), intent(in) :: object, name(:)
-      integer, intent(in) :: value(:)           !! of each name
+      integer, intent(in) :: value(:)           !! values of the attributes, one for each name
       integer, target :: copy
       integer(hid_t) :: place
       integer :: i, status, close_status

@@ -169,7 +169,7 @@ contains
    subroutine hdf5_write_data(file, name, data_type, dims, data, units, description)
       type(hdf5_file_t), intent(inout) :: file
       character(*), intent(in) :: name, units, description
-      integer(hid_t), intent(in) :: data_type   !! of the file and of the memory
+      integer(hid_t), intent(in) :: data_type   !! type in the file and in memory
       integer(hsize_t), intent(in) :: dims(:)   !! extents, as Fortran orders them; none: a single value
       type(c_ptr), intent(in) :: data           !! the values
       integer(hid_t) :: space, dataset

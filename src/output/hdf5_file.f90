@@ -43,7 +43,7 @@ module hdf5_file
       logical :: flushed = .false.              !! true: at least one flush was made
       logical :: meddled = .false.              !! true: afterwards another program removed or changed the file
       character(:), allocatable :: message      !! first failure; not allocated: none so far
-      logical :: system = .false.               !! see error_t
+      logical :: system = .false.               !! true: the failure was caused by the system, see error_t
       character(:), allocatable :: note         !! message for the user although nothing failed
    end type hdf5_file_t
 

@@ -60,7 +60,7 @@ module hdf5_series
       integer :: n = 0
       type(table_t), allocatable :: table(:)
       integer :: present = 0                      !! table whose row is being filled
-      integer :: bytes = 0                        !! in all buffers
+      integer :: bytes = 0                        !! number of bytes in the buffers of all tables
       character(:), allocatable :: kept_name      !! names of tables continued from another file, each between line ends
       integer, allocatable :: kept_rows(:)        !! number of rows of these tables
    end type series_set_t
@@ -193,7 +193,7 @@ contains
    subroutine put(set, name, data_type, fill, row, ragged, n, data, units, description)
       type(series_set_t), intent(inout) :: set
       character(*), intent(in) :: name, units, description
-      integer(hid_t), intent(in) :: data_type     !! of the file and of the memory; negative: text of the length of `fill`
+      integer(hid_t), intent(in) :: data_type     !! type in the file and in memory; negative: text of the length of `fill`
       character(1), intent(in) :: fill(:)
       integer, intent(in) :: row(:)
       logical, intent(in) :: ragged
@@ -253,7 +253,7 @@ contains
       table%n = table%n + 1
    end subroutine add_column
 
-   !> Stores it if the present row lacks a column.
+   !> Stores the name of the first missing column as an error if the present row lacks a column.
    subroutine check_complete(table)
       type(table_t), intent(inout) :: table
       if (table%buffered == 0 .or. table%filled == table%n .or. allocated(table%wrong)) return
@@ -290,7 +290,7 @@ contains
    subroutine widen(column, n, rows)
       type(column_t), intent(inout) :: column
       integer, intent(in) :: n
-      integer, intent(in) :: rows                 !! in the buffer
+      integer, intent(in) :: rows                 !! number of rows in the buffer
       character(1), allocatable :: old(:)
       integer :: was, i
       was = row_bytes(column)

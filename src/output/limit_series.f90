@@ -16,7 +16,7 @@ module limit_series
    type :: curve_series_t
       integer :: step = 0, curve = 0              !! step of the curve, and its index there
       integer :: table = 0                        !! number of its table
-      character(:), allocatable :: units          !! of its parameter
+      character(:), allocatable :: units          !! units of the parameter
       type(value_columns_t) :: values
    end type curve_series_t
 

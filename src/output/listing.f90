@@ -43,7 +43,7 @@ module listing
       type(contact_print_t), allocatable :: print(:) !! columns behind the monitors
       integer, allocatable :: obstacle(:)         !! (contacts) index of its obstacle
       type(cell_t), allocatable :: printed(:)     !! cells of these columns at the last point
-      type(cell_t), allocatable :: printed_bar(:) !! and their error bars
+      type(cell_t), allocatable :: printed_bar(:) !! error bars of these cells
       type(column_t), allocatable :: column(:)
       character(2 * name_length), allocatable :: step_title(:)
       character(:), allocatable :: branch_title   !! title of the branch that started last

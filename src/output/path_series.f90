@@ -29,7 +29,8 @@ module path_series
       integer :: n_contacts = 0, n_obstacles = 0, n_candidates = 0, n_nodes = 0, n_elements = 0
       logical :: place_bars = .false.             !! true: places of contact have error bars
       logical :: moving = .false.                 !! true: obstacles move
-      logical :: displacement = .false., section_forces = .false., reaction = .false., gap = .false. !! fields of some step
+      logical :: displacement = .false., section_forces = .false., reaction = .false., gap = .false. !! true: some step stores this
+      !! field
    end type contents_t
 
    !> All tables of one path.

@@ -15,6 +15,7 @@ module progress
    real(wp), parameter :: seconds_between = 0.25_wp
    integer, parameter :: line_width = 79
 
+   !> State of the progress line.
    type :: progress_t
       private
       logical :: shown = .false.

@@ -152,8 +152,8 @@ contains
    subroutine write_stops(file, model, number, group)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
-      integer, intent(in) :: number               !! of the obstacle
-      character(*), intent(in) :: group           !! its group
+      integer, intent(in) :: number               !! number of the obstacle
+      character(*), intent(in) :: group           !! group of the obstacle
       real(wp), allocatable :: place(:, :)
       real(wp) :: gap, normal(2), bend
       integer :: c, i

@@ -26,9 +26,11 @@ module results
    public :: results_note, results_meddled, results_due, results_state
    public :: results_point, results_critical, results_branch, results_buckling, results_limit_point
 
-   real(wp), parameter :: flush_seconds = 0.2_wp  !! longest time that a row stays in memory while points are found,
-   integer(i8), parameter :: rest_of_flush = 20_i8 !! or this multiple of the duration of the last flush, if longer
-   integer(i8), parameter :: patience = 5_i8      !! multiple of this time to wait for a checkpoint, from which a run can continue
+   real(wp), parameter :: flush_seconds = 0.2_wp  !! least time [s] between flushes while points are found; a row stays in memory so
+   !! long
+   integer(i8), parameter :: rest_of_flush = 20_i8 !! least time between flushes, over the duration of the last flush
+   integer(i8), parameter :: patience = 5_i8      !! factor on the least time: a flush due at a point waits so long for a
+   !! checkpoint, from which a run can continue
    integer, parameter :: flush_bytes = 8000000    !! largest number of bytes kept in memory (fields)
 
    !> An open result file.
@@ -42,7 +44,7 @@ module results
       logical :: has_branches = .false., has_parameters = .false.
       integer :: n_branches = 0                   !! number of branches started so far
       type(restart_t) :: standing                 !! last checkpoint of the run
-      logical :: has_states = .false.             !! true: flushes contain a checkpoint, and wait a little for the next one
+      logical :: has_states = .false.             !! true: flushes contain a checkpoint, and wait for the next one, see patience
       type(limit_series_t) :: limit_curves
       integer(i8) :: flushed = 0_i8               !! clock at the last flush
       integer(i8) :: flush_ticks = 0_i8           !! flush_seconds in clock ticks

@@ -11,12 +11,13 @@ module run_recorder
    private
    public :: run_recorder_t
 
+   !> Recorder of a run: passes points to the result file, the listing and the progress line.
    type, extends(recorder_t) :: run_recorder_t
       type(results_t) :: results
       type(listing_t) :: listing
       type(progress_t) :: progress
       integer :: on_branch = 0          !! branch of the points; 0: the path of the steps
-      logical :: quiet = .false.        !! no listing
+      logical :: quiet = .false.        !! true: no listing is written
    contains
       procedure :: point => record_point
       procedure :: critical => record_critical

@@ -11,11 +11,13 @@ module text_table
    integer, parameter :: monitor_digits = 8
    integer, parameter :: monitor_width = 15       !! width of the longest number with monitor_digits
 
+   !> A column of a table.
    type :: column_t
       character(longest_head) :: head = ''
       integer :: width = 0                        !! width without the blank before the column
    end type column_t
 
+   !> A cell of a table.
    type :: cell_t
       character(:), allocatable :: text
    end type cell_t

@@ -12,8 +12,8 @@ module path_record
       integer :: contact = 0                  !! index into model%contact
       real(wp) :: start = 0.0_wp, end = 0.0_wp !! stress-free arc length along the candidates' chain
       real(wp) :: angle_start = 0.0_wp, angle_end = 0.0_wp !! [degrees] from the obstacle's reference direction; NaN for lines
-      integer :: contact_span(2) = 0          !! numbers of the contact spans at its ends, see contact_spans; 0: contact at nodes,
-      !! with a foundation, or not yet numbered
+      integer :: contact_span(2) = 0          !! numbers of the contact spans in which the region begins and ends, see
+      !! contact_spans; 0: contact at nodes, with a foundation, or not yet numbered
       logical :: line = .false.               !! true: both ends are touchdown points of a line contact
       type(error_bar_t) :: bar(2)             !! error bars of start and end
    end type region_t
@@ -26,8 +26,9 @@ module path_record
       real(wp) :: arc_length = 0.0_wp         !! sum of the dimensionless arc lengths from the start
       integer :: iterations = 0
       real(wp) :: residual = 0.0_wp           !! relative
-      integer :: negative_pivots = 0          !! of the tangent on the null space of the active constraints
-      integer :: free_pivots = 0              !! negative pivots without contacts that carry no force
+      integer :: negative_pivots = 0          !! number of negative pivots of the tangent on the null space of the active
+      !! constraints
+      integer :: free_pivots = 0              !! negative pivots after contacts that carry no force are released
       integer :: active_contacts = 0
       integer :: lcp_size = 0, lcp_pivots = 0 !! largest LCP and all pivots of this increment
       character(:), allocatable :: warning    !! one sentence, if the results become doubtful at this point
@@ -43,9 +44,9 @@ module path_record
       real(wp), allocatable :: displacement(:, :)     !! (3, n_nodes)
       real(wp), allocatable :: section_forces(:, :, :) !! (3, 2, n_elements) N, Q, M at both ends
       real(wp), allocatable :: reaction(:)            !! (nodes of all contacts, in the deck's order) contact reaction of the node
-      real(wp), allocatable :: reaction_density(:)    !! (the same) [force/length]
-      real(wp), allocatable :: gap(:)                 !! (the same)
-      real(wp), allocatable :: contact_point(:, :)    !! (2, as above) position of reaction and gap: contact nodes move along the
+      real(wp), allocatable :: reaction_density(:)    !! (as reaction) reaction per length of the rod [force/length]
+      real(wp), allocatable :: gap(:)                 !! (as reaction) gap of the node
+      real(wp), allocatable :: contact_point(:, :)    !! (2, as reaction) position of reaction and gap: contact nodes move along the
       !! rod
       real(wp), allocatable :: contact_force(:, :)    !! (6, forces) of contact spans at points and ends of lines, see span_pushes
       real(wp), allocatable :: contact_pressure(:, :) !! (6, samples) contact pressure along line contacts, see span_pushes
@@ -64,7 +65,8 @@ module path_record
       real(wp), allocatable :: null_vector(:, :, :) !! (3, n_nodes, multiplicity) BP only: largest displacement 1
    end type critical_t
 
-   !> Path to which the following points belong.
+   !> Start of a path: the branch (or the path of the steps) to which the following points belong, and where the branch leaves its
+   !> parent.
    type :: branch_start_t
       integer :: branch = 0                   !! number in the result file, from 1; 0: back on the path of the steps
       character(name_length) :: name = ''
@@ -91,7 +93,7 @@ module path_record
       integer :: step = 0
       integer :: curve = 0                    !! index into step%limit_curve
       real(wp) :: parameter = 0.0_wp
-      logical :: rigid = .false.              !! the obstacle was rigid (parameter: infinity)
+      logical :: rigid = .false.              !! true: the obstacle was rigid (parameter: infinity)
       real(wp) :: load_factor = 0.0_wp
       integer :: iterations = 0               !! Newton iterations of all its corrections
       real(wp) :: residual = 0.0_wp           !! relative, of equilibrium

@@ -15,6 +15,7 @@ module run_accuracy
       integer :: element = 0
    end type place_t
 
+   !> Worst value of one check so far.
    type :: worst_t
       real(wp) :: value = 0.0_wp
       type(place_t) :: at                     !! point 0: no value yet
@@ -28,8 +29,10 @@ module run_accuracy
       type(worst_t) :: complementarity        !! largest |reaction * gap| over (largest reaction * size)
       type(worst_t) :: force_balance          !! |loads + supports + contact| over the force scale
       type(worst_t) :: moment_balance         !! the same for moments about the structure's middle, over the size
-      type(worst_t) :: node_balance           !! the same for each node without its supports
-      type(worst_t) :: foundation             !! largest |reaction - that of the gap| of foundations at nodes, over the largest
+      type(worst_t) :: node_balance           !! largest sum of the forces (or moments over the size) on a node, without components
+      !! that supports take, over the force scale
+      type(worst_t) :: foundation             !! foundations at nodes: largest |reaction - reaction by the law for the gap|, over
+      !! the largest reaction
       type(worst_t) :: mesh                   !! a measure of element length over its limit, see mesh_adequacy
       type(worst_t) :: rounding               !! rounding as part of the stiffness along the path, see tangent_rounding
       type(worst_t) :: error_bar              !! widest error bar of a critical load, over the largest load of its step
@@ -44,14 +47,15 @@ module run_accuracy
       integer :: load_step = 0                !! that step
       real(wp) :: reaction = 0.0_wp           !! largest reaction at a node of the run so far
       real(wp) :: asked = 0.0_wp              !! tolerance of displacements that the deck requests, over the structure's size
-      real(wp) :: stiffness = 0.0_wp          !! stiffness along the path, at the last point without a label
-      character(:), allocatable :: rounding_words !! words on rounding, as mesh_words
+      real(wp) :: stiffness = 0.0_wp          !! stiffness along the path, at the last point without a label: reference value of
+      !! `rounding`
+      character(:), allocatable :: rounding_words !! words on rounding and its remedy; allocated if rounding is too large
    end type accuracy_t
 
    !> One check of a run, for listing and result file.
    type :: check_t
-      character(15) :: name = ''              !! in the result file
-      character(38) :: head = ''              !! in the listing
+      character(15) :: name = ''              !! name of the check in the result file
+      character(38) :: head = ''              !! heading of the check in the listing
       character(:), allocatable :: description
       type(worst_t) :: worst
       logical :: of_contact = .false.         !! true: structures without contact do not need it

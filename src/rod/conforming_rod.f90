@@ -12,6 +12,7 @@ module conforming_rod
    private
    public :: conforming_rod_t
 
+   !> The conforming elements of line contacts.
    type, extends(rod_element_t) :: conforming_rod_t
    contains
       procedure :: evaluate

@@ -14,6 +14,7 @@ module ge_rod
    private
    public :: ge_rod_t
 
+   !> The geometrically exact elements.
    type, extends(rod_element_t) :: ge_rod_t
    contains
       procedure :: evaluate

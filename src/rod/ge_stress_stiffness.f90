@@ -13,8 +13,8 @@ module ge_stress_stiffness
 
 contains
 
-   !> Change of the element's tangent, inner unknowns eliminated, due to the stresses of a change `factor` of the load factor; for
-   !> factor 0 the derivative, by central differences of sixth order in n h^2/EI.
+   !> Change of the element's tangent, internal unknowns eliminated, due to the stresses of a change `factor` of the load factor.
+   !> For factor 0 the derivative, by central differences of sixth order in n h^2/EI, n the section force, h the element's length.
    subroutine ge_stress(problem, state, du, dz, e, factor, k, shift)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -24,7 +24,8 @@ contains
       real(wp), intent(in) :: factor
       real(wp), intent(out) :: k(6, 6)
       real(wp), intent(out) :: shift(6, 2)     !! k times unit translations
-      ! (64 D(e/4) - 20 D(e/2) + D(e)) / 45 with D(e) = (K(e) - K(-e)) / 2e
+      ! Sixth-order difference: (64 D(e/4) - 20 D(e/2) + D(e)) / 45 with D(e) = (K(e) - K(-e)) / 2e, K(e) the tangent under e times
+      ! the stresses
       real(wp), parameter :: sides(6) = [1.0_wp, -1.0_wp, 0.5_wp, -0.5_wp, 0.25_wp, -0.25_wp]
       real(wp), parameter :: weights(6) = [0.5_wp, -0.5_wp, -20.0_wp, 20.0_wp, 128.0_wp, -128.0_wp] / 45.0_wp
       real(wp), parameter :: small = 0.3_wp    !! n h^2/EI at the outermost points of the difference
@@ -62,7 +63,7 @@ contains
 
    contains
 
-      !> Adds the tangent, inner unknowns eliminated, under the stresses of a part of the load change, times a weight.
+      !> Adds the tangent, internal unknowns eliminated, under the stresses of a part of the load change, times a weight.
       subroutine add(part_of_load, weight)
          real(wp), intent(in) :: part_of_load, weight
          type(ge_load_t) :: shifted
@@ -81,7 +82,7 @@ contains
          shift = shift + weight * moved
       end subroutine add
 
-      !> Adds the geometric stiffness of a curved foundation surface under the additional pressure.
+      !> Adds the geometric stiffness of a curved foundation surface under the pressure of a part of the load change.
       subroutine press(part_of_load)
          real(wp), intent(in) :: part_of_load
          real(wp) :: along(2), d(2), rho(2, max_stages), change

@@ -12,6 +12,7 @@ module rod_element
    private
    public :: rod_element_t
 
+   !> A kind of element: the operations that every kind implements.
    type, abstract :: rod_element_t
    contains
       procedure(evaluate_element), deferred :: evaluate

@@ -11,6 +11,7 @@ module ul2_rod
    private
    public :: ul2_rod_t
 
+   !> The element UL2.
    type, extends(rod_element_t) :: ul2_rod_t
    contains
       procedure :: evaluate
@@ -146,7 +147,7 @@ contains
       z = state%z(:problem%z_size(e), e)
    end function finer_unknowns
 
-   !> See rod_element: forces follow from displacements.
+   !> See rod_element. False: the forces follow from displacements, and the operator gives their new values.
    pure logical function takes_increments(self)
       class(ul2_rod_t), intent(in) :: self
       takes_increments = .false.

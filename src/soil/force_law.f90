@@ -15,7 +15,7 @@ module force_law
 
 contains
 
-   !> True for a prescribed segment in contact.
+   !> True if a segment number prescribes contact: false for segment_open and for segment_unknown.
    elemental logical function carries(segment)
       integer, intent(in) :: segment
       carries = segment /= segment_open .and. segment /= segment_unknown

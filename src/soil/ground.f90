@@ -13,18 +13,19 @@ module ground
 
    integer, parameter :: n_knots = 10 !! degree + 1 of the deviation's polynomial, far above the elements' order
 
-   !> The deviation is the stress-free axis less its collocation polynomial. Without the deviation, an arc in a cavity of the same
-   !> radius would be in contact at the nodes, but not between them.
+   !> Foundations that act inside elements, and the deviation: the stress-free axis less its collocation polynomial. Without the
+   !> deviation, an arc in a cavity of the same radius would be in contact at the nodes, but not between them.
    type :: ground_t
       type(candidates_t) :: chain               !! nodes along the foundations, in order
       integer, allocatable :: first(:)          !! (elements + 1) first entry of each element in `candidate`
       integer, allocatable :: candidate(:)      !! candidate at the element's first node, index into chain
       logical, allocatable :: founded(:)        !! (elements) true: a foundation acts on the element
-      logical :: tabled = .true.                !! the deviation is tabulated, because no node moves along its rod
+      logical :: tabled = .true.                !! true: the deviation is tabulated, because no node moves along its rod
       logical, allocatable :: curved(:)         !! (elements) true: the deviation is not zero
       real(wp), allocatable :: slope(:)         !! (obstacles) [force/length^2] largest slope of the law; 0: not inside elements
       real(wp) :: stiffest = 0.0_wp             !! [force/length] largest stiffness of a node's share of a foundation
-      real(wp), allocatable :: deviation(:, :, :) !! (2, n_knots, elements) Newton's divided differences of the deviation
+      real(wp), allocatable :: deviation(:, :, :) !! (2, n_knots, elements) Newton's divided differences of the deviation, global
+      !! axes
       real(wp) :: knot(n_knots) = 0.0_wp        !! knots of the differences, in (0, 1)
       integer :: terms = 0                      !! number of differences used; the rest are rounding
       real(wp) :: rule_place(max_stages + 1, max_stages) = 0.0_wp !! (points, stages) Gauss rule of stages + 1 points
@@ -122,7 +123,7 @@ contains
          end associate
       end subroutine set_deviation
 
-      !> Largest value in (0, 1) of the polynomial of a divided difference, from samples.
+      !> Largest magnitude in (0, 1) of the polynomial that multiplies a divided difference in Newton's form, from samples.
       real(wp) function largest_product(number)
          integer, intent(in) :: number
          integer :: k

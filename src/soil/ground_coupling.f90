@@ -16,10 +16,10 @@ module ground_coupling
    private
    public :: coupling_t, new_coupling, settlement
 
-   !> One entry for each candidate on coupled ground.
+   !> Compliances of coupled ground. One entry for each candidate on such ground; n is their number.
    type :: coupling_t
       integer :: n = 0
-      integer, allocatable :: candidate(:)       !! (n)
+      integer, allocatable :: candidate(:)       !! (n) candidate of the entry
       integer, allocatable :: entry(:)           !! (candidates) index of the entry; 0: the obstacle does not couple
       real(wp), allocatable :: compliance(:, :)  !! (n, n) T [length/force], zero between different obstacles
       real(wp), allocatable :: local(:)          !! (n) a diagonal d for which T - 2 d is positive definite

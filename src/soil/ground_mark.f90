@@ -12,7 +12,8 @@ module ground_mark
    !> Interface point of a mesh: a node at which the gap of a contact has the value of a corner of its foundation's law.
    type :: mark_t
       integer :: node = 0
-      integer :: candidate(2) = 0            !! candidates of the foundations' chain for the elements before and after the point
+      integer :: candidate(2) = 0            !! candidates whose elements lie before and after the point, indices into the
+      !! foundations' chain
       real(wp) :: level = 0.0_wp             !! gap at the corner
       integer :: segment(2) = segment_unknown !! segments of the law before and after the point along the rod
    end type mark_t

@@ -1,4 +1,5 @@
-!> Settlement of a Pasternak foundation, springs connected by a shear layer, k w - G w'' = p, under point forces.
+!> Settlement w of a Pasternak foundation under point forces: springs connected by a shear layer, k w - G w'' = p, with the modulus
+!> k, the shear stiffness G of the layer, and the force p per length.
 !>
 !> Between two points of the same rod the springs are lumped at both points and the layer is straight, as the rod's own reaction is
 !> lumped at its nodes: the error is of second order in the distance of the points, and G = 0 gives the Winkler foundation.

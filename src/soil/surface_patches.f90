@@ -14,7 +14,7 @@ module surface_patches
    private
    public :: patches_t, new_patches, along_surface, couples, first_overlap
 
-   !> One entry for each candidate on coupled ground.
+   !> The loaded patches. One entry for each candidate on coupled ground.
    type :: patches_t
       integer :: n = 0
       integer, allocatable :: candidate(:)
@@ -120,13 +120,13 @@ contains
       end do
    end function along_surface
 
-   !> Two candidates that load the same part of an obstacle; 0 if there are none.
+   !> The first two candidates that load the same part of an obstacle's surface; 0 if there are none.
    pure function first_overlap(patches, list, obstacle) result(pair)
       type(patches_t), intent(in) :: patches
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: obstacle
       integer :: pair(2)
-      real(wp), parameter :: rounding = 1.0e-6_wp !! relative to the length of the patches
+      real(wp), parameter :: rounding = 1.0e-6_wp !! overlap that counts as rounding, as part of the length of the patches
       integer, allocatable :: order(:)
       integer :: i
       pair = 0

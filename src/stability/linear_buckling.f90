@@ -24,8 +24,9 @@ module linear_buckling
    private
    public :: buckle
 
-   real(wp), parameter :: tolerance = 1.0e-8_wp !! of the eigenvectors
-   integer, parameter :: most_steps = 12        !! from a mode of the linearised elements to the elements' own mode
+   real(wp), parameter :: tolerance = 1.0e-8_wp !! relative residual of the eigenvectors
+   integer, parameter :: most_steps = 12        !! largest number of iterations from a mode of the linearised elements to a mode of
+   !! the elements under the finite stresses
    real(wp), parameter :: worst_residual = 1.0e-2_wp !! residual of an accepted mode; the error of the load factor is its square,
    !! 1e-4
 
@@ -142,7 +143,7 @@ contains
 
    contains
 
-      !> Number of eigenvalues of one sign inside the last one that the iteration found.
+      !> Number of eigenvalues (load increments) of one sign that the iteration found within `inside` times the bound.
       pure integer function found(sense)
          integer, intent(in) :: sense
          associate (value => spectrum%value(:spectrum%n))
@@ -151,7 +152,7 @@ contains
       end function found
    end subroutine check_by_counting
 
-   !> From a mode of the pencil to a mode of the stiffness under the finite stresses: K + S(factor), S(0) = 0, S'(0) = K'.
+   !> Iteration from a mode of the pencil to a mode of the stiffness under the finite stresses: K + S(factor), S(0) = 0, S'(0) = K'.
    !>
    !> Inverse iteration with the derivative, and Newton's method for the zero of x^T (K + S) x: both converge quadratically. The
    !> forms are summed over the elements, so that the rounding of the factored matrix enters squared. `residual` is (K + S) x in the

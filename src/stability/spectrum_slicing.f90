@@ -17,7 +17,7 @@ module spectrum_slicing
    type :: pencil_t
       type(band_t) :: k, prime
       type(active_coupling_t) :: coupling       !! coupled ground, whose matrix is subtracted from K
-      logical, allocatable :: fixed(:)      !! (n)
+      logical, allocatable :: fixed(:)      !! (n) true for fixed unknowns
       real(wp), allocatable :: weight(:)    !! (n) weights of the iteration's inner product, zero at fixed unknowns
    end type pencil_t
 

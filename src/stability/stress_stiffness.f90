@@ -22,6 +22,7 @@ module stress_stiffness
    private
    public :: stress_stiffness_t, new_stress_stiffness, stiffness_under, apply_stress
 
+   !> Stress stiffness of the whole structure, as a band and by its parts.
    type :: stress_stiffness_t
       type(band_t) :: k                        !! per unit of load factor, node axes
       real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) element matrices, node axes
@@ -110,7 +111,7 @@ contains
       matrix%shift = stresses%eshift
       matrix%pressure = times * problem%model%step(problem%step)%load%pressure
       allocate (matrix%contact(2, 2, problem%candidates%n), source=0.0_wp)
-      ! Reaction on a curved obstacle.
+      ! Geometric stiffness of curved obstacles under their reactions.
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          associate (node => problem%candidates%node(c))

@@ -28,13 +28,14 @@ module tangent_modes
    type :: modes_t
       integer :: n = 0                       !! number of modes
       integer :: pivots = 0                  !! negative pivots c of the factored tangent
-      integer :: hinges = 0                  !! spurious ones among them, which events do not count (system_t)
-      logical, allocatable :: was_negative(:) !! (n) sign of each eigenvalue in the iteration
+      integer :: hinges = 0                  !! number of spurious ones among these pivots, which events do not count (system_t)
+      logical, allocatable :: was_negative(:) !! (n) true for eigenvalues that were negative in the iteration, before refinement
       real(wp), allocatable :: mu(:)
       real(wp), allocatable :: x(:, :)       !! (unknowns, n) node axes, <x, x> = 1 in the metric
    end type modes_t
 
-   real(wp), parameter :: mode_tolerance = 1.0e-5_wp !! of the eigenvectors; the error of the eigenvalues is its square
+   real(wp), parameter :: mode_tolerance = 1.0e-5_wp !! relative residual of the eigenvectors; the error of the eigenvalues is its
+   !! square
 
    !> The operator x -> K^-1 M x.
    type, extends(operator_t) :: inverse_tangent_t
@@ -118,9 +119,10 @@ contains
    !> Rotates the first n modes, whose eigenvalues are zero, to null vectors that do not depend on rounding. Every rotation of a
    !> basis of the null space is a basis, but only few of its vectors have the direction of branches.
    !>
-   !> The first vector gives some node the largest displacement that a vector of unit length can give, the next one does so among
-   !> If separate parts buckle at the same load, each vector is a mode of one part. In a symmetric structure a node on the axis of
-   !> symmetry selects the vector with its symmetry, along which a branch exists (equivariant branching lemma).
+   !> The first vector gives some node the largest displacement that a vector of unit length can give; each further vector does so
+   !> among the vectors orthogonal to those before. If separate parts buckle at the same load, each vector is a mode of one part. In
+   !> a symmetric structure a node on the axis of symmetry selects the vector with its symmetry, along which a branch exists
+   !> (equivariant branching lemma).
    subroutine choose_null_vectors(problem, state, system, n, modes)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state     !! at which the system is assembled

@@ -1,11 +1,11 @@
 !> Part of the tangent that is rounding.
 !>
 !> Axial stiffness exceeds bending stiffness by EA L^2/EI times the square of the number of elements. If this ratio approaches the
-!> inverse of the machine precision, the assembled tangent has no digits of bending left. The slope of the path, the pivots and the
-!> points located by them are then wrong; the forces in equilibrium, stored unknowns instead of EA times a difference, remain right.
-!> Products of the elements with the tangent vector (element_products) are accurate: K t should be the load, and t.(load - K t)/<t,
-!> t> is the change by rounding of eigenvalues of modes like t. The value is finite where K becomes singular; at an exactly singular
-!> K the load on the artificial springs of the factors is not counted as rounding.
+!> inverse of the machine precision, the assembled tangent K has no digits of bending left. The slope of the path, the pivots and
+!> the points located by them are then wrong. The forces in equilibrium remain right, because they are stored unknowns instead of EA
+!> times a difference. Products of the element matrices with the path tangent t (element_products) are accurate: K t should be the
+!> load, and t.(load - K t)/<t, t> is the change by rounding of eigenvalues of modes like t. The value is finite where K becomes
+!> singular; at an exactly singular K the load on the artificial springs of the factors is not counted as rounding.
 module tangent_rounding
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -25,7 +25,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      real(wp), intent(out) :: stiffness       !! its size; zero at limit points, and if nothing moves
+      real(wp), intent(out) :: stiffness       !! absolute value of the stiffness; zero at limit points, and if nothing moves
       real(wp), intent(out) :: rounding
       real(wp) :: force(system%n), left(system%n), work, length
       integer :: node, d

@@ -38,6 +38,7 @@ module problem
    integer, parameter :: mesh_of_spans = 3               !! nodes follow touchdown points of contact spans and interface points of
    !! foundations
 
+   !> The problem: see the module's header.
    type :: problem_t
       type(model_t) :: model                             !! the model on the working mesh
       type(model_t) :: deck                              !! the model on the deck's mesh
@@ -78,7 +79,7 @@ module problem
       !! same on every mesh
       real(wp), allocatable :: coordinates(:, :)         !! (2, deck's nodes) at the start; stored displacements refer to these
       integer, allocatable :: beside(:, :)               !! (2, nodes) elements that end and begin at the node; 0: none
-      type(load_t) :: constant                           !! constant loads of the steps before this one
+      type(load_t) :: constant                           !! constant loads that the steps before this one left
       integer :: step = 1
       integer :: n_unknowns = 0                          !! three for each node
       real(wp) :: size = 1.0_wp                          !! diagonal of the bounding box of the structure
@@ -174,7 +175,7 @@ contains
                new%rod_segment(e) = j
                new%origin(e) = division(j)%at(i) - mesh%s(1, e)
                if (i == 1) cycle
-               ! One value for all elements of a curve, without differences by rounding.
+               ! All elements of a curve get the same value, without differences by rounding.
                if (mesh%curve(e) == mesh%curve(e - 1) .and. abs(mesh%s(1, e) - mesh%s(2, e - 1)) <= 0.0_wp) &
                   & new%origin(e) = new%origin(e - 1)
             end do
@@ -205,7 +206,7 @@ contains
       call count_from_deck(new, new%ground%chain)
    end function remeshed_problem
 
-   !> Makes arc coordinates of a closed chain count from the contact's first node in the deck, where the mesh may have no node.
+   !> Makes arc coordinates of a closed chain begin at the contact's first node in the deck, where the mesh may have no node.
    subroutine count_from_deck(problem, list)
       type(problem_t), intent(in) :: problem
       type(candidates_t), intent(inout) :: list

@@ -21,11 +21,12 @@ module rod_state
    !! units
    real(wp), parameter :: unknown_push = huge(1.0_wp)
 
+   !> State of the structure at one point of the path.
    type :: state_t
       real(wp) :: load_factor = 0.0_wp
       real(wp), allocatable :: u(:, :)        !! (3, nodes) displacements and rotation, global axes
       real(wp), allocatable :: z(:, :)        !! (largest z_size, elements) stored section forces
-      logical, allocatable :: active(:)       !! (candidates) contact is active
+      logical, allocatable :: active(:)       !! (candidates) true: in contact
       real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, > 0 in compression
       real(wp), allocatable :: couple(:)      !! (candidates) couple on a node that takes the direction of its track, without the
       !! couples of the elements on the track
@@ -176,7 +177,7 @@ contains
       call chain_gap(problem, state, problem%candidates, candidate, gap, normal, bend)
    end subroutine candidate_gap
 
-   !> As candidate_gap, for a candidate of either list: problem%candidates or problem%ground%chain.
+   !> As candidate_gap, for a candidate of either list: problem%candidates or problem%ground%chain (foundations).
    pure subroutine chain_gap(problem, state, list, candidate, gap, normal, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -204,8 +205,9 @@ contains
       opening = opening + settlement(problem%coupling, candidate, state%reaction)
    end function candidate_opening
 
-   !> False if supports of the node take the whole reaction of a rigid obstacle with this normal, or if the node is tied to another
-   !> node, which then has the contact. Always true for a foundation, which reacts to its gap.
+   !> True if a rigid obstacle with this normal can exert a reaction on the candidate's node. False if supports of the node take the
+   !> whole reaction, or if the node is tied to another node, which then has the contact. Always true for a foundation, which reacts
+   !> to its gap.
    pure logical function may_react(problem, candidate, normal)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate

@@ -1,9 +1,9 @@
 !> Tied nodes: their displacements as functions of the unknowns, and the transformation of forces and matrices.
 !>
 !> The unknown of a tied component is the difference from the value that its tie prescribes; this unknown is fixed at zero like a
-!> support. With u = T(q) at every node, forces on the unknowns are T'^T f. The tangent is T'^T K T', plus, for a tie that rotates
-!> with a node (rigid links), the tie force times the second derivative of T. T' differs from the unit matrix only in the blocks of
-!> this module.
+!> support. With the displacements u = T(q) of all nodes as functions of the unknowns q, forces f on the nodes are forces T'^T f on
+!> the unknowns. The tangent K becomes T'^T K T', plus, for a tie that rotates with a node (rigid links), the tie force times the
+!> second derivative of T. The derivative T' differs from the unit matrix only in the blocks of this module.
 module tied_nodes
    use kinds, only: wp
    use model, only: tie_t

@@ -1,10 +1,11 @@
 !> Ground that couples candidates (half-space, shear layer), in the equations about the present contact set.
 !>
-!> For the active candidates g + T r = 0: the ground is a spring with the full stiffness matrix S = T^-1, r = -S g. The band
-!> contains a stiffer ground instead, independent springs e = 1/d of the candidates; the excess stiffness W = diag(e) - S is
-!> positive definite because T - d is. Solutions are corrected for W (Sherman, Morrison, Woodbury):
+!> For the active candidates g + T r = 0 (gaps g, reactions r, compliance matrix T, see ground_coupling): the ground is a spring
+!> with the full stiffness matrix S = T^-1, r = -S g. The band matrix K contains a stiffer ground instead, independent springs e =
+!> 1/d of the candidates (d: coupling_t%local); the excess stiffness W = diag(e) - S is positive definite because T - d is.
+!> Solutions are corrected for W (Sherman, Morrison, Woodbury):
 !>
-!> (K - N W N^T)^-1 = K^-1 + X (W^-1 - N^T X)^-1 X^T,   X = K^-1 N,   N^T the gaps' derivatives.
+!>   (K - N W N^T)^-1 = K^-1 + X (W^-1 - N^T X)^-1 X^T,   X = K^-1 N,   N^T the derivatives of the gaps by the unknowns.
 !>
 !> The band is regular wherever contact alone supports the structure, and by Haynsworth's theorem the true tangent has the negative
 !> eigenvalues of the band and those of the small matrix.
@@ -40,7 +41,7 @@ contains
    !> Stiffness of the ground for a contact set; computed again only if the set has changed.
    subroutine set_active(coupling, active, set)
       type(coupling_t), intent(in) :: coupling
-      logical, intent(in) :: active(:)             !! (candidates)
+      logical, intent(in) :: active(:)             !! (candidates) true: in contact
       type(active_coupling_t), intent(inout) :: set
       integer, allocatable :: entry(:)
       integer :: i
@@ -140,7 +141,7 @@ contains
       call add_forces(set, -force, y)
    end subroutine subtract_excess
 
-   !> One row of the product N W N^T x.
+   !> One row of the product N W N^T x with the excess stiffness W.
    pure real(wp) function excess_row(set, row, x)
       type(active_coupling_t), intent(in) :: set
       integer, intent(in) :: row
@@ -158,7 +159,7 @@ contains
    subroutine factor_excess(set, factor, fixed)
       type(active_coupling_t), intent(inout) :: set
       type(factor_t), intent(in) :: factor
-      logical, intent(in) :: fixed(:)              !! (unknowns)
+      logical, intent(in) :: fixed(:)              !! (unknowns) true: eliminated
       real(wp), allocatable :: work(:)
       real(wp) :: largest
       integer :: i, info

@@ -3,7 +3,7 @@
 !> The stored section forces and defects of such elements have 1/EA = 0, so equilibrium is exact. A straight element would then have
 !> an infinite axial stiffness, so the tangent has an artificial axial compliance, a small part of the bending compliance
 !> (ge_element). Solutions with the factored tangent are corrected here: the artificial extension of each element is applied to the
-!> element as a stress-free distortion of opposite sign. Each round reduces the error to that small part of the previous error.
+!> element as a stress-free distortion of opposite sign. Each correction reduces the error to that small part of the previous error.
 module axial_rigidity
    use kinds, only: wp
    use problem, only: problem_t, dof
@@ -11,7 +11,8 @@ module axial_rigidity
    private
    public :: rigidity_t, new_rigidity, stretched, shrinking_forces
 
-   integer, parameter, public :: rigidity_rounds = 2 !! number of correction rounds; each reduces the error by about eight digits
+   integer, parameter, public :: rigidity_rounds = 2 !! number of corrections of a solution; each reduces the error by about eight
+   !! digits
 
    !> Linear maps from unknowns to the artificial extension of inextensible elements and back.
    type :: rigidity_t
@@ -58,7 +59,7 @@ contains
       type(rigidity_t), intent(in) :: rigidity
       real(wp), intent(in) :: x(:)             !! (unknowns) the solution
       real(wp), intent(in) :: load             !! load factor of the solution
-      real(wp), intent(inout) :: stretch(:, :) !! (2, n) in: extension corrected so far; out: extension to correct in the next round
+      real(wp), intent(inout) :: stretch(:, :) !! (2, n) in: extension corrected so far; out: extension to correct next
       real(wp) :: force(2)
       integer :: i, k
       do i = 1, rigidity%n

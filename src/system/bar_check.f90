@@ -25,7 +25,7 @@ contains
       real(wp) :: block(3, 3, size(problem%ties%of)), axis(2, problem%model%mesh%n_nodes), chord(2), length
       real(wp), dimension(problem%model%mesh%n_nodes) :: roll, lean
       real(wp), allocatable :: row(:, :), gram(:, :)
-      integer, allocatable :: bar(:)           ! rod segments
+      integer, allocatable :: bar(:)           ! indices of the rod segments that are straight and inextensible
       logical :: turned(problem%model%mesh%n_nodes)
       integer :: i, j, k, node(2), d
       words = ''

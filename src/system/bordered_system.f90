@@ -3,8 +3,10 @@
 !>
 !>   K x - load y = rhs      row.x + corner y = path
 !>
-!> K is the band less the excess stiffness of coupled ground (active_coupling), y the increment of the load factor. The row is the
-!> path constraint; the row makes the system regular at limit points, where K is singular.
+!> K is the tangent: the band less the excess stiffness of coupled ground (active_coupling). x and y are the increments of the
+!> unknowns and of the load factor, `load` the forces per unit of load factor, rhs the forces to be balanced. The second equation is
+!> the linearised path constraint, whose right-hand side is `path`. The constraint row makes the system regular at limit points,
+!> where K is singular.
 module bordered_system
    use kinds, only: wp
    use state_functional, only: functional_t
@@ -95,7 +97,7 @@ contains
       if (present(stretch)) stretch = given
    end subroutine solve_effective
 
-   !> Responses to many force vectors.
+   !> Responses to many force vectors at constant load factor, as solve_effective.
    subroutine solve_all_effective(system, x)
       type(system_t), intent(in) :: system     !! factored
       real(wp), intent(inout) :: x(:, :)       !! (n, any number) in: forces, 0 at fixed unknowns; out: responses
@@ -174,7 +176,7 @@ contains
       system%path_corner = held%by_load
    end subroutine set_path_row
 
-   !> The functional row.u + by_load times the load factor.
+   !> The functional row.u + by_load times the load factor, u the displacements of the nodes.
    function linear_functional(problem, system, row, by_load) result(linear)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -39,7 +39,7 @@ contains
       end associate
    end subroutine set_foundation
 
-   !> Reactions of coupled ground, and the remaining openings.
+   !> Reactions of coupled ground at the present gaps, and the gaps of open candidates to the settled surface (openings).
    subroutine set_coupling(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -66,7 +66,7 @@ contains
             d = dof(problem, node, 1)
             call contact_tangent(problem, state, system, c, force, k)
             if (system%soft(c)) call spread_force(problem, system%tie_block, node, -[force, 0.0_wp], system%residual)
-            ! At a node with `lean` the third unknown contains the offset of the contact force already.
+            ! At a node whose contact force acts beside it (`lean`) the third unknown contains the offset of the force already.
             if (problem%candidates%contact_span(c) > 0 .and. .not. problem%candidates%follows(c) .and. &
                & (problem%candidates%moves(c) .or. .not. system%turned(node))) then
                system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
@@ -154,8 +154,8 @@ contains
          if (.not. system%turned(node)) return
          ! On a track of variable curvature the node's rotation is a nonlinear function of the displacement.
          d = dof(problem, node, 3)
-         ! r - residual: end force of the free element only; the obstacle's force inside the line contact is part of the conforming
-         ! elements.
+         ! The force r - residual is the end force of the free element only: the obstacle's force inside the line contact belongs to
+         ! the conforming elements.
          if (problem%candidates%follows(candidate) .and. system%unknown(candidate) > 0) k(1, 1) = k(1, 1) + &
             & (r - system%residual(system%unknown(candidate))) * system%bend(candidate)
          k(1, 1) = k(1, 1) + system%residual(d) * track_bend_rate(problem, state, candidate)

@@ -10,10 +10,10 @@ module element_products
 
 contains
 
-   !> Product of element matrices k with x, and x^T k x, after subtraction of the translation of each element: EA/h and EI/h^3 then
-   !> multiply the rounding errors of small differences instead of those of the displacements, which would exceed small eigenvalues
-   !> of stiff rods. The translations are left out of the follower pressure's part as well; the symmetric part of the pressure
-   !> stiffness then needs a correction by half of its skew part.
+   !> Product of element matrices k with x, and x^T k x, after subtraction of the translation of each element. EA/h and EI/h^3 (h:
+   !> element length) then multiply the rounding errors of small differences instead of those of the displacements, which would
+   !> exceed small eigenvalues of stiff rods. The translations are left out of the follower pressure's part as well; the symmetric
+   !> part of the pressure stiffness then needs a correction by half of its skew part.
    pure subroutine apply_elements(problem, system, k, shift, pressure, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system     !! provides the node axes

@@ -73,7 +73,7 @@ contains
                cycle
             end if
             first(node) = c
-            ! A support leaves the obstacle one free direction to act in, or none.
+            ! A support of the node leaves the obstacle one free direction in which it can act, or none.
             if (fixed(1, node)) then
                if (fixed(2, node)) cycle
                i = 2
@@ -132,7 +132,7 @@ contains
       if (p > 0) reaction = reaction - corner_share(system, candidate) * force(system%unknown(p)) / system%slope(p)
    end function contact_reaction
 
-   !> Adds the derivatives of that reaction by the forces on the unknowns, times a factor.
+   !> Adds the derivatives of contact_reaction by the forces on the unknowns, times a factor.
    pure subroutine reaction_weights(system, candidate, factor, weight)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate         !! candidate with an eliminated unknown

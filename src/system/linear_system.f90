@@ -179,7 +179,7 @@ contains
       end do
    end subroutine add_node_loads
 
-   !> Adds nodal loads that depend on the state: forces and stiffness.
+   !> Adds nodal loads that depend on the state: their forces and their stiffness.
    subroutine add_node_pushes(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

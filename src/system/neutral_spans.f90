@@ -1,9 +1,10 @@
 !> Neutral free spans, which may shift along themselves: from a clamp to the end of a line contact on a straight wall parallel to
 !> the clamp.
 !>
-!> A uniform, straight rod without loads along the span has a first integral: EI k^2/2 + n . t is constant. At the end of the line
-!> contact the curvature k = 0 and the tangent t has the wall's direction; at the clamp t is the same, so k^2 = 0 there as well, a
-!> double root. A shift of the whole curve along itself, u = t(s) - t(0) with the rotation k, then satisfies all supports to first
+!> A uniform, straight rod without loads along the span has a first integral: EI k^2/2 + n.t is constant, with the curvature k, the
+!> force n in the section and the unit tangent t. At the end of the line contact k = 0 and t has the wall's direction; at the clamp
+!> t is the same, so k^2 = 0 there as well, a double root. A shift of the whole curve along itself, u = t(s) - t(0) with the
+!> rotation k, then satisfies all supports to first
 !> order, and the tangent matrix is singular at every load. The root is simple if the equations require a zero couple at the clamp
 !> instead of a zero rotation: a clamp beside a neutral span is therefore replaced by a hinge. By the first integral the rod still
 !> has the clamp's direction there. The tangent of the hinged rod has one more negative eigenvalue than that of the clamped rod,
@@ -53,7 +54,8 @@ contains
       end associate
    end function last_of_its_segment
 
-   !> True for an end of a rod whose clamp no step rotates and no couple loads.
+   !> True if a rod is clamped at its end (rotation and a displacement fixed), and no step rotates this clamp or loads it by a
+   !> couple.
    pure logical function clamps(problem, node, side)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: node, side           !! 1: beginning of the rod, 2: its end

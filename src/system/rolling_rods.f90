@@ -6,9 +6,10 @@
 !> of the contact. The computed path is the one in the middle, with equal contact lengths before and after the clamp: a spring
 !> without force makes the tangent regular against rolling, and the rolling motion is removed from all solutions.
 !>
-!> EI k^2/2 + n.t is constant along a rod without forces along it, through smooth contacts as well. Across the clamp n.t changes by
-!> the clamp's force along the wall, which is zero if all obstacles are parallel. The rod therefore has the same curvature on both
-!> sides of the clamp, whatever its shape elsewhere, and this curvature vanishes on both sides at the same load.
+!> EI k^2/2 + n.t (curvature k, force n in the section, unit tangent t) is constant along a rod without forces along it, through
+!> smooth contacts as well. Across the clamp n.t changes by the clamp's force along the wall, which is zero if all obstacles are
+!> parallel. The rod therefore has the same curvature on both sides of the clamp, whatever its shape elsewhere, and this curvature
+!> vanishes on both sides at the same load.
 module rolling_rods
    use kinds, only: wp, pi
    use obstacle_types, only: obstacle_line

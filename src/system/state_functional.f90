@@ -28,6 +28,7 @@ module state_functional
       real(wp) :: weight(3) = 0.0_wp             !! derivatives of the number by displacements and rotation, global axes
    end type inner_place_t
 
+   !> A number, a function of the state, with its value and derivatives at the state.
    type :: functional_t
       logical :: estimated = .true.              !! false: errors of elements change the number in further ways, so that it has no
       !! error bar
@@ -39,7 +40,8 @@ module state_functional
       !! allocated: none
       real(wp), allocatable :: by_element(:, :)  !! (6, elements) derivatives by the end forces of each element at constant unknowns
       !! and residuals; not allocated: none
-      type(inner_place_t), allocatable :: inner(:) !! its places inside elements; not allocated: none
+      type(inner_place_t), allocatable :: inner(:) !! places inside elements from which the number takes displacements; not
+      !! allocated: none
    contains
       procedure :: change
       procedure :: add

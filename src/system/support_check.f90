@@ -22,6 +22,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state       !! at the start, with its contact set
       character(:), allocatable :: part
+      !> Constraints of one group of parts.
       type :: gram_t
          real(wp), allocatable :: of(:, :)     ! sum of row * row^T
       end type gram_t

@@ -15,6 +15,7 @@ module system_type
    private
    public :: system_t, new_system
 
+   !> The linearised equations at one state, and quantities measured there.
    type :: system_t
       integer :: n = 0                          !! number of unknowns
       type(band_t) :: k                         !! tangent in node axes, without elimination, with the excess stiffness of coupled
@@ -40,7 +41,7 @@ module system_type
       !! stiffness of the turning node
       ! Contact, one entry for each candidate.
       real(wp), allocatable :: gap(:), normal(:, :), bend(:)
-      real(wp), allocatable :: opening(:)       !! gap to the surface as settled under the other reactions
+      real(wp), allocatable :: opening(:)       !! (candidates) gap to the surface as it has settled under the other reactions
       real(wp), allocatable :: motion(:, :)     !! (2, candidates) displacement of the obstacle per unit of load factor
       real(wp), allocatable :: closing(:)       !! (candidates) closing of the gap per unit of load factor, without `motion`
       integer, allocatable :: unknown(:)        !! eliminated unknown of an active rigid contact, 0 otherwise
@@ -51,11 +52,13 @@ module system_type
       real(wp), allocatable :: spring(:)        !! foundation: stiffness, tangent value if active; on coupled ground the band's
       !! spring; 0 for a rigid obstacle
       real(wp), allocatable :: push(:)          !! foundation: reaction at the present gap of an active candidate
-      ! Elements: stiffness, end forces, end forces without defects, load derivatives, operators of the stored unknowns.
+      ! Element data: stiffness ek, end forces ef, end forces without defects eraw, load derivatives el, operators op of the
+      ! stored unknowns.
       real(wp), allocatable :: ek(:, :, :), ef(:, :), eraw(:, :), el(:, :), op(:, :, :)
-      integer, allocatable :: grip(:)           !! (elements) number of quadrature points of foundations on the touching part
+      integer, allocatable :: grip(:)           !! (elements) number of quadrature points of foundations in the element's part that
+      !! is in contact
       real(wp), allocatable :: eshift(:, :, :) !! (6, 2, elements) element matrix times unit translations in x and y, node axes
-      ! Border.
+      ! Border of the equations: load column and constraint row, see bordered_system.
       real(wp), allocatable :: tangent(:)       !! (n) path tangent: derivative of the unknowns by the load factor
       real(wp), allocatable :: tangent_load(:)  !! (n) forces whose response in the band is `tangent`: `load` and the correction for
       !! inextensible elements
@@ -69,10 +72,11 @@ module system_type
       integer :: roll_at = 0                    !! unknown with the spring against rolling, 0: none
       real(wp) :: roll_rate = 0.0_wp            !! change of that unknown per unit of material length rolled
       real(wp), allocatable :: roll_row(:)      !! (n) displacements of rolling, from the exact shape of the rod
-      real(wp) :: roll_by = 0.0_wp              !! length to roll for equal line contacts beside the clamp
-      real(wp) :: roll_range = 0.0_wp           !! length that the rod may roll either way
+      real(wp) :: roll_by = 0.0_wp              !! material length by which the rod must roll to make the line contacts before and
+      !! after the clamp equal
+      real(wp) :: roll_range = 0.0_wp           !! material length by which the rod may roll in either direction
       real(wp), allocatable :: rolled(:)        !! (n) rolling motion from the tangent, per unit of length
-      ! Measures of the state.
+      ! Measures of the residual and of rounding in the state.
       real(wp) :: force_residual = 0.0_wp       !! relative residual of forces, from the stored section forces
       real(wp) :: defect_residual = 0.0_wp      !! largest residual inside elements: rotation [rad], position over size, force over
       !! force_scale
