@@ -184,3 +184,12 @@ def test_the_limit_pressure_of_a_liner_in_a_host_of_several_arcs():
     """With contact at 150 nodes the limit pressure is 42.978; contact at nodes errs by the square of their distance, pi/150."""
     run = dr.run_deck(HOST)
     dr.assert_close(run.load("LP"), 42.978, relative=(math.pi / 150.0)**2)
+
+
+@pytest.mark.parametrize("at, pull", [(0.45, -0.03), (0.38, -0.02), (0.3, -0.01)])
+def test_a_node_left_of_the_middle_opens_as_its_mirror_image(at, pull):
+    """What differs is the end of the line that meets the node, the last one or the first one."""
+    seen, mirrored = column(at, pull), column(round(1.0 - at, 12), pull)
+    assert [c.label for c in seen.results.critical] == [c.label for c in mirrored.results.critical] == ["C+", "C-", "EP"]
+    for mine, its in zip(seen.results.critical, mirrored.results.critical):
+        dr.assert_close(mine.load_factor, its.load_factor, relative=2 * SHORTEST)
