@@ -1,4 +1,5 @@
-!> Errors of the elements at a point, as sources of the errors of numbers, by their work on dual displacements (path_duals).
+!> Errors of the elements at a point of the path. They cause the errors of the numbers that are reported (loads, displacements,
+!> reactions): the error of a number is the work of the elements' errors on that number's dual displacements (path_duals).
 !>
 !> The enriched element, with its internal unknowns eliminated about the collocation polynomial, has a relative end displacement and
 !> another end moment that the element itself does not have. Imposed on the element itself, both are out-of-balance forces on the

@@ -141,7 +141,7 @@ contains
       if (couple < 0.0_wp) length = length([2, 1])
    end function lifted_lengths
 
-   !> Functions f and c of the law in the module header.
+   !> Force f and couple c on the lifted part, dimensionless, as functions of v = n/m (formulas in the module header).
    elemental real(wp) function force_part(v) result(f)
       real(wp), intent(in) :: v
       f = first_end(v) + second_end(v) - 1.0_wp - v
@@ -152,7 +152,8 @@ contains
       c = 0.5_wp * (1.0_wp - v**2) - first_end(v) + v * second_end(v)
    end function couple_part
 
-   !> Functions T1/(r m) and T2/(r m) of the law in the module header.
+   !> Contact forces at the two ends of the lifted part, T1/(r m) and T2/(r m), as functions of v = n/m (formulas in the module
+   !> header).
    elemental real(wp) function first_end(v) result(t)
       real(wp), intent(in) :: v
       t = (3.0_wp + v - v**2 + v**3) / 12.0_wp

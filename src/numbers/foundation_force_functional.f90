@@ -79,7 +79,7 @@ contains
 
    contains
 
-      !> Change of an element's part of the sum by changes of its unknowns and of the load factor.
+      !> Change of the foundation force on one element by changes of the element's unknowns and of the load factor.
       subroutine change_in_element(du, dz, y, change)
          real(wp), intent(in) :: du(6), dz(:)    !! changes of the nodes' displacements (global axes) and of the stored unknowns
          real(wp), intent(in) :: y               !! change of the load factor

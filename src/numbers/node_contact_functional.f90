@@ -159,8 +159,8 @@ contains
       if (component < 3) share = system%normal(component, candidate)
    end function along_component
 
-   !> Adds a multiple of an active candidate's reaction to a number. A reaction on an unknown that the contact eliminates enters
-   !> by_force only.
+   !> Adds a multiple of an active candidate's reaction to a number of the state. Where the contact eliminates an unknown, the
+   !> reaction is the residual of that unknown's equation: it enters the component `by_force` only.
    pure subroutine add_reaction(problem, state, system, candidate, factor, number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -28,7 +28,8 @@ module place_functional
 
 contains
 
-   !> Candidates that are touchdown points and move along the rod, or whose contact force rolls beside their node.
+   !> Candidates (nodes where contact is possible) whose contact force moves along the rod: touchdown points, whose node moves along
+   !> with them, and contacts at a segment boundary, whose node stays and whose force moves beside it (rolling contact).
    pure function moving_ends(problem) result(ends)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: ends(:)

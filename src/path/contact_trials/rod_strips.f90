@@ -110,8 +110,9 @@ contains
       end function continues
    end function on_strips
 
-   !> Converts a contact set from strips to rod segments. The last piece of a line contact behind a segment boundary is left out if
-   !> it is shorter than the least length with which contact continues behind a boundary.
+   !> Converts a contact set from strips (sequences of rod segments that continue one another) to rod segments. A line contact is
+   !> cut into pieces at segment boundaries; its last piece is left out if it is shorter than the least length with which contact
+   !> continues behind a boundary.
    subroutine on_segments(strip, covered, set, contact_span, valid)
       type(strip_t), intent(in) :: strip(:)
       logical, intent(in) :: covered(:, :)     !! (rod segments, contacts) as in problem_t

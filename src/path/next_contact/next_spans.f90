@@ -18,8 +18,8 @@ module next_spans
    private
    public :: next_t, copy_next, new_next, settle, go_to_load, tests_of, holds
 
-   !> Point of the path with another contact set, found before the run accepts this set. Its tangent is the path tangent on arrival
-   !> from the present set; the tangent is unknown if nothing has been displaced.
+   !> Point of the path with another contact set, found before the run accepts this set. Its tangent is the path tangent with
+   !> which the present set arrives at the point; it is not known at the start of a step, where nothing has been displaced yet.
    type, extends(path_point_t) :: next_t
       type(problem_t) :: problem
       real(wp) :: rate = 0.0_wp                   !! closed free span: derivative of the line contact's least pressure by the load
