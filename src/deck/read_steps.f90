@@ -1,6 +1,5 @@
 !> Reads *STEP, *STATIC, *BUCKLE and *CONTROLS: kind, method and controls of each step.
 module read_steps
-   use kinds, only: wp
    use text, only: to_text, plural
    use model, only: model_t, step_t, quantity_displacement, method_load, method_displacement
    use checked_deck, only: checked_deck_t, cursor_t

@@ -19,7 +19,7 @@ module ground_marks
    use rod_state, only: rounding_steps
    implicit none
    private
-   public :: mark_error, mark_spring, mark_step, is_live
+   public :: mark_spring, mark_step, is_live
 
 contains
 

@@ -18,7 +18,7 @@ module ground_segments
    implicit none
    private
    public :: has_kinks, follows, tell_segments, settle_found, segments_hold, element_cuts, crosses_at, segment_at
-   public :: segment_stiffness, is_cut, gap_uncertainty, followed_length, followed_part, stiffest, told_gap
+   public :: segment_stiffness, is_cut, gap_uncertainty, followed_part, stiffest, told_gap
    public :: settled_gap, gap_rounding
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! rounding of gaps and residual of Newton's method, relative to the

@@ -6,13 +6,13 @@ module lapack
    use kinds, only: wp
    implicit none
    private
-   public :: dgetrf, dgetrs, dgetri, dgesv, dgecon
+   public :: dgetrf, dgetrs, dgetri, dgesv
    public :: dpotrf, dpotri, dsytrf, dsytrs
-   public :: dpbtrf, dpbtrs, dpbcon
-   public :: dgbtrf, dgbtrs, dgbcon
+   public :: dpbtrf, dpbtrs
+   public :: dgbtrf, dgbtrs
    public :: dptsv
    public :: dsyev, dgeev
-   public :: dgemv, dsbmv, dtrsm, dnrm2
+   public :: dsbmv
 
    ! Dense general matrices.
    interface
@@ -120,19 +120,6 @@ module lapack
          integer, intent(out) :: info !! > 0: U(info, info) is exactly zero, b is untouched
       end subroutine dgesv
 
-      !> Reciprocal condition number from the factors of dgetrf.
-      subroutine dgecon(norm, n, a, lda, anorm, rcond, work, iwork, info)
-         import :: wp
-         character, intent(in) :: norm
-         integer, intent(in) :: n, lda
-         real(wp), intent(in) :: a(lda, *)
-         real(wp), intent(in) :: anorm
-         real(wp), intent(out) :: rcond
-         real(wp), intent(out) :: work(*) !! (4 n)
-         integer, intent(out) :: iwork(*) !! (n)
-         integer, intent(out) :: info
-      end subroutine dgecon
-
    end interface
 
    ! Banded and tridiagonal matrices.
@@ -157,19 +144,6 @@ module lapack
          integer, intent(out) :: info
       end subroutine dpbtrs
 
-      !> Reciprocal condition number from the factors of dpbtrf.
-      subroutine dpbcon(uplo, n, kd, ab, ldab, anorm, rcond, work, iwork, info)
-         import :: wp
-         character, intent(in) :: uplo
-         integer, intent(in) :: n, kd, ldab
-         real(wp), intent(in) :: ab(ldab, *)
-         real(wp), intent(in) :: anorm
-         real(wp), intent(out) :: rcond
-         real(wp), intent(out) :: work(*) !! (3 n)
-         integer, intent(out) :: iwork(*) !! (n)
-         integer, intent(out) :: info
-      end subroutine dpbcon
-
       !> LU factors of a general band matrix, with row exchanges.
       subroutine dgbtrf(m, n, kl, ku, ab, ldab, ipiv, info)
          import :: wp
@@ -190,20 +164,6 @@ module lapack
          integer, intent(out) :: info
       end subroutine dgbtrs
 
-      !> Reciprocal condition number from the factors of dgbtrf.
-      subroutine dgbcon(norm, n, kl, ku, ab, ldab, ipiv, anorm, rcond, work, iwork, info)
-         import :: wp
-         character, intent(in) :: norm
-         integer, intent(in) :: n, kl, ku, ldab
-         real(wp), intent(in) :: ab(ldab, *)
-         integer, intent(in) :: ipiv(*)
-         real(wp), intent(in) :: anorm
-         real(wp), intent(out) :: rcond
-         real(wp), intent(out) :: work(*) !! (3 n)
-         integer, intent(out) :: iwork(*) !! (n)
-         integer, intent(out) :: info
-      end subroutine dgbcon
-
       !> Factors and solves a symmetric positive definite tridiagonal system.
       subroutine dptsv(n, nrhs, d, e, b, ldb, info)
          import :: wp
@@ -219,17 +179,6 @@ module lapack
    ! BLAS.
    interface
 
-      !> y = alpha op(a) x + beta y.
-      subroutine dgemv(trans, m, n, alpha, a, lda, x, incx, beta, y, incy)
-         import :: wp
-         character, intent(in) :: trans
-         integer, intent(in) :: m, n, lda, incx, incy
-         real(wp), intent(in) :: alpha, beta
-         real(wp), intent(in) :: a(lda, *)
-         real(wp), intent(in) :: x(*)
-         real(wp), intent(inout) :: y(*)
-      end subroutine dgemv
-
       !> y = alpha a x + beta y, a symmetric and banded.
       subroutine dsbmv(uplo, n, k, alpha, a, lda, x, incx, beta, y, incy)
          import :: wp
@@ -240,24 +189,6 @@ module lapack
          real(wp), intent(in) :: x(*)
          real(wp), intent(inout) :: y(*)
       end subroutine dsbmv
-
-      !> b = alpha op(a)**(-1) b or alpha b op(a)**(-1), a triangular.
-      subroutine dtrsm(side, uplo, transa, diag, m, n, alpha, a, lda, b, ldb)
-         import :: wp
-         character, intent(in) :: side, uplo, transa, diag
-         integer, intent(in) :: m, n, lda, ldb
-         real(wp), intent(in) :: alpha
-         real(wp), intent(in) :: a(lda, *)
-         real(wp), intent(inout) :: b(ldb, *)
-      end subroutine dtrsm
-
-      !> Euclidean norm.
-      function dnrm2(n, x, incx)
-         import :: wp
-         integer, intent(in) :: n, incx
-         real(wp), intent(in) :: x(*)
-         real(wp) :: dnrm2
-      end function dnrm2
 
    end interface
 end module lapack

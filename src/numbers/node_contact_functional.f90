@@ -14,7 +14,7 @@ module node_contact_functional
    use contact_response, only: gap_change, reaction_change
    implicit none
    private
-   public :: is_stop, new_gap_functional, gap_rate, new_contact_force_functional, reaction_rate, has_node_forces, &
+   public :: is_stop, gap_rate, reaction_rate, has_node_forces, &
       & node_force_sum, new_node_force_functional
 
 contains

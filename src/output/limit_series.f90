@@ -1,6 +1,6 @@
 !> Growing tables of the limit curves: /limit_curve/<name>, one row for each limit point.
 module limit_series
-   use model, only: model_t, limit_curve_t
+   use model, only: model_t
    use model_words, only: parameter_name, parameter_units, parameter_object
    use path_record, only: limit_point_t
    use bar_series, only: value_columns_t, open_values, put_values, put_bars

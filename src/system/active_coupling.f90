@@ -16,7 +16,7 @@ module active_coupling
    use lapack, only: dpotrf, dpotri, dsytrf, dsytrs
    implicit none
    private
-   public :: active_coupling_t, set_active, coupled_answer, gap_changes, add_forces, &
+   public :: active_coupling_t, set_active, coupled_answer, add_forces, &
       & subtract_excess, excess_row, factor_excess, add_excess_response
 
    !> Active candidates on coupled ground.
