@@ -28,15 +28,15 @@ contains
    end function lost
 
    !> Makes contact span k a line contact, longer on both sides within its rod segment.
-   pure function spread_out(set, k, by, whole) result(new)
+   pure function spread_out(set, k, by, ends) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
       real(wp), intent(in) :: by                !! extension on each side
-      real(wp), intent(in) :: whole             !! length of the rod segment
+      real(wp), intent(in) :: ends(2)           !! coordinates of the ends of the rod segment or strip
       type(contact_span_t), allocatable :: new(:)
       new = set
       new(k)%line = .true.
-      new(k)%at = [max(set(k)%at(1) - by, 0.0_wp), min(set(k)%at(2) + by, whole)]
+      new(k)%at = [max(set(k)%at(1) - by, ends(1)), min(set(k)%at(2) + by, ends(2))]
    end function spread_out
 
    !> Divides point contact k into two.

@@ -6,7 +6,7 @@ module lapack
    use kinds, only: wp
    implicit none
    private
-   public :: dgetrf, dgetrs, dgetri, dgesv
+   public :: dgetrf, dgetrs, dgetri, dgesv, dgelsd
    public :: dpotrf, dpotri, dsytrf, dsytrs
    public :: dpbtrf, dpbtrs
    public :: dgbtrf, dgbtrs
@@ -119,6 +119,20 @@ module lapack
          real(wp), intent(inout) :: b(ldb, *)
          integer, intent(out) :: info !! > 0: U(info, info) is exactly zero, b is untouched
       end subroutine dgesv
+
+      !> Solves a linear least-squares problem by singular values: the solution of least norm.
+      subroutine dgelsd(m, n, nrhs, a, lda, b, ldb, s, rcond, rank, work, lwork, iwork, info)
+         import :: wp
+         integer, intent(in) :: m, n, nrhs, lda, ldb, lwork
+         real(wp), intent(inout) :: a(lda, *)
+         real(wp), intent(inout) :: b(ldb, *)
+         real(wp), intent(out) :: s(*)
+         real(wp), intent(in) :: rcond
+         integer, intent(out) :: rank
+         real(wp), intent(out) :: work(*)
+         integer, intent(out) :: iwork(*)
+         integer, intent(out) :: info
+      end subroutine dgelsd
 
    end interface
 

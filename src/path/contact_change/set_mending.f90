@@ -56,7 +56,7 @@ contains
       associate (test => interval%before(change%which))
          mended = test%value < -well_below * test_slack(test%kind)
       end associate
-      if (mended) call try_at_change(problem, run, first, next, mended)
+      if (mended) call try_at_change(problem, step, run, first, next, mended)
       if (mended) call begin_set(problem, step, run, first, next, recorder, finished, outcome)
    end subroutine mend_last_change
 
@@ -72,22 +72,23 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(next_t) :: first, next
       finished = .false.
-      call ask_nodes(problem, run, reach, next, changed)
+      call try_at_change(problem, step, run, first, next, changed)
+      if (.not. changed) call try_sets(problem, step, run, first, next, changed)
       if (changed) then
-         call go_to_next(problem, step, run, next, recorder, finished, outcome)
-      else
-         call try_at_change(problem, run, first, next, changed)
-         if (.not. changed) call try_sets(problem, run, first, next, changed)
-         if (.not. changed) return
          call begin_set(problem, step, run, first, next, recorder, finished, outcome)
+      else
+         call ask_nodes(problem, run, reach, next, changed)
+         if (.not. changed) return
+         call go_to_next(problem, step, run, next, recorder, finished, outcome)
       end if
       if (.not. (finished .or. allocated(outcome%why))) call look_whether_back(problem, step, run, outcome)
    end subroutine find_other_set
 
    !> Tries neighbours of the set before the last contact change, or before the first of several changes at one place
    !> (keep_set_before), if no point was accepted since: the set that the rule gave is wrong.
-   subroutine try_at_change(problem, run, first, next, found)
+   subroutine try_at_change(problem, step, run, first, next, found)
       type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run   !! out: at the place of the change if a set is found, else unchanged
       type(next_t), intent(out) :: first, next  !! first equilibrium of the set and a later one at which all its tests are
       !! satisfied, see try_sets
@@ -99,7 +100,7 @@ contains
       call forget_mesh(before)
       before%last = run%before_change%point
       found = before%last%system%ok
-      if (found) call try_sets(run%before_change%problem, before, first, next, found)
+      if (found) call try_sets(run%before_change%problem, step, before, first, next, found)
       if (.not. found) return
       call copy_problem(run%before_change%problem, problem)
       call copy_path_state(before, run)

@@ -8,23 +8,24 @@
 !> the tolerance of the tests.
 module contact_trials
    use kinds, only: wp
-   use problem, only: problem_t, copy_problem
+   use model, only: step_t, method_displacement
+   use problem, only: problem_t, copy_problem, rounding_gap
    use rod_state, only: state_t
    use linear_system, only: system_t
    use contact_spans, only: contact_span_t, shortest
+   use contact_set_edits, only: same_set
    use span_candidates, only: present_contact_spans
    use bordered_system, only: linearise
    use state_transfer, only: carried, carried_field
    use path_control, only: displacement_between, metric
    use path_continuity, only: path_tangent_t
-   use test_kinds, only: span_test_t, any_fails, test_length, test_crossing
+   use test_kinds, only: span_test_t, any_fails, test_slack, test_length, test_crossing
    use span_tests, only: run_span_tests
-   use next_spans, only: next_t, copy_next, go_to_load
-   use reachability, only: leads_to_next
+   use next_spans, only: next_t, copy_next, go_to_load, tests_of
    use path_state, only: path_state_t
    use contact_in_doubt, only: tell_differences
    use rod_strips, only: strip_t, find_strips, on_strips
-   use neighbours, only: doubt_t, neighbour_t, neighbours_at
+   use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge
    use doubts, only: doubts_of, all_doubts
    use set_trial, only: solve_neighbour
    use step_off, only: tangent_along, step_by, failing
@@ -39,14 +40,15 @@ module contact_trials
    ! Displacement as a share of the structure's size:
    real(wp), parameter :: another = 3.0e-3_wp     !! an equilibrium farther from the run's point is on another path
    ! Path lengths as shares of the total displacement, or of the load factor if nothing is displaced (step_off):
-   real(wp), parameter :: step_ahead(2) = [1.0e-3_wp, 1.0e-4_wp]  !! distances from the equilibrium at which the tests decide
-   !! whether a set is valid
+   real(wp), parameter :: step_ahead(4) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp, 1.0e-1_wp]  !! distances from the equilibrium at which
+   !! the tests decide whether a set is valid
    real(wp), parameter :: farthest = 0.2_wp  !! largest distance over which several sets are compared, and largest relative change
    !! of the load factor from the run's point to another set
    real(wp), parameter :: farther = 10.0_wp       !! factor between the distances at which several sets are compared
 
    real(wp), parameter :: shorter = 0.1_wp  !! least length of a new contact or free span just behind the change, as a share of the
    !! least length elsewhere (contact_spans%shortest)
+   integer, parameter :: most_edits = 2           !! edits by which a set differs from the present one
    integer, parameter :: most_halvings = 20       !! halvings of the load interval that contains the onset of the set
 
    !> A contact set found by the search: all its tests are satisfied a short way along its path.
@@ -61,13 +63,21 @@ module contact_trials
    type :: search_t
       type(strip_t), allocatable :: strip(:)
       type(way_t), allocatable :: way(:)          !! all sets found
+      real(wp) :: load = 0.0_wp  !! least reference value for changes of the load factor
    end type search_t
+
+   !> A set to be edited, at an equilibrium, and the places where its tests fail.
+   type :: trial_t
+      type(next_t) :: set
+      type(doubt_t), allocatable :: fails(:)
+   end type trial_t
 
 contains
 
    !> Finds the contact set with which the path continues from the run's point, and the first equilibrium of this set.
-   subroutine try_sets(problem, run, first, next, found)
+   subroutine try_sets(problem, step, run, first, next, found)
       type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(next_t), intent(out) :: first          !! the set at its onset, labelled as a change of contact
       type(next_t), intent(out) :: next           !! the same set at a point further on, where all its tests are satisfied
@@ -78,12 +88,13 @@ contains
       type(contact_span_t), allocatable :: before(:)
       integer :: k, best
       search%strip = find_strips(problem%layout)
+      search%load = max(abs(run%last_load), first_load(step))
       allocate (search%way(0))
       call copy_problem(problem, here%problem)
       here%path_point_t = run%last
       doubt = places_in_doubt(here, run, search%strip)
       do k = 1, size(first_size)
-         call look_at(run, here, here, doubt, first_size(k), 1, search)
+         call look_at(run, here, doubt, first_size(k), search)
          if (size(search%way) > 0) exit
       end do
       call follow_further(search, best)
@@ -161,82 +172,177 @@ contains
       if (size(doubt) == 0) doubt = all_doubts(here%problem, here%state, strip)
    end function places_in_doubt
 
-   !> Tries the neighbours of a set at the given places, and adds those whose tests are satisfied to the search.
-   recursive subroutine look_at(run, here, from, doubt, part, depth, search)
+   !> Tries the neighbours of the present set at the given places. If none of them is valid, their neighbours are tried, where their
+   !> tests fail.
+   subroutine look_at(run, here, doubt, part, search)
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: here            !! the present set, at the run's point
-      type(next_t), intent(in) :: from            !! the set to be edited, at an equilibrium
       type(doubt_t), intent(in) :: doubt(:)
       real(wp), intent(in) :: part                !! length of a new contact or free span / length of the strip
-      integer, intent(in) :: depth                !! number of edits by which the sets tried here differ from the present set
       type(search_t), intent(inout) :: search
-      type(neighbour_t), allocatable :: neighbour(:)
-      type(doubt_t), allocatable :: fails(:)
-      type(next_t) :: next
-      real(wp) :: whole
-      integer :: d, k
-      logical :: found
-      do d = 1, size(doubt)
-         if (doubt(d)%strip == 0) cycle
-         associate (start => search%strip(doubt(d)%strip)%start)
-            whole = min(start(size(start)), part_of_segment / part * minval(start(2:) - start(:size(start) - 1)))
-            neighbour = neighbours_at(on_strips(search%strip, present_contact_spans(from%problem, from%state)), doubt(d), start, &
-               & part * whole, nearby * start(size(start)))
-         end associate
-         do k = 1, size(neighbour)
-            call solve_neighbour(from%problem, from%state, run, search%strip, neighbour(k), next, found)
-            if (.not. found) cycle
-            if (.not. is_near(here, next, abs(run%last_load))) cycle
-            call step_onward(run, here, next, any(neighbour(k)%held > 0) .or. depth > 1, search, fails)
-            if (depth < 2 .and. size(fails) > 0) call look_at(run, here, next, fails, part, depth + 1, search)
+      type(trial_t), allocatable :: from(:), failed(:)
+      integer :: edits, k
+      allocate (from(1))
+      call copy_next(here, from(1)%set)
+      from(1)%fails = doubt
+      do edits = 1, most_edits
+         allocate (failed(0))
+         do k = 1, size(from)
+            call edit(run, here, from(k), part, edits == 1, search, failed)
          end do
+         if (size(search%way) > 0) return
+         call move_alloc(failed, from)
       end do
    end subroutine look_at
+
+   !> Tries the neighbours of one set at the places where its tests fail.
+   subroutine edit(run, here, from, part, first, search, failed)
+      type(path_state_t), intent(in) :: run
+      type(next_t), intent(in) :: here            !! the present set, at the run's point
+      type(trial_t), intent(in) :: from           !! the set to be edited
+      real(wp), intent(in) :: part                !! length of a new contact or free span / length of the strip
+      logical, intent(in) :: first                !! true: `from` is the present set
+      type(search_t), intent(inout) :: search
+      type(trial_t), allocatable, intent(inout) :: failed(:) !! sets with an equilibrium whose tests fail
+      type(neighbour_t), allocatable :: neighbour(:)
+      type(trial_t) :: trial
+      integer :: d, k
+      logical :: found
+      do d = 1, size(from%fails)
+         if (from%fails(d)%strip == 0) cycle
+         neighbour = neighbours_together(search%strip, on_strips(search%strip, present_contact_spans(from%set%problem, &
+            & from%set%state)), from%fails, d, part)
+         do k = 1, size(neighbour)
+            call solve_neighbour(from%set%problem, from%set%state, run, search%load, search%strip, neighbour(k), trial%set, found)
+            if (found) found = is_near(here, trial%set, search%load)
+            if (.not. found) cycle
+            call step_onward(run, here, trial%set, any(neighbour(k)%held > 0), first, search, trial%fails)
+            if (size(trial%fails) > 0) call append_trial(failed, trial)
+         end do
+      end do
+   end subroutine edit
+
+   !> Neighbours of a set at one of several places where its tests fail. If tests of the same kind fail at other places, for
+   !> instance at mirror images, a neighbour with the same edit at all these places comes before the neighbour that is edited at one
+   !> place.
+   function neighbours_together(strip, set, doubt, d, part) result(all)
+      type(strip_t), intent(in) :: strip(:)
+      type(contact_span_t), intent(in) :: set(:)  !! contact set on strips
+      type(doubt_t), intent(in) :: doubt(:)
+      integer, intent(in) :: d                    !! index of the place
+      real(wp), intent(in) :: part                !! length of a new contact or free span / length of the strip
+      type(neighbour_t), allocatable :: all(:)
+      type(neighbour_t), allocatable :: single(:), other(:)
+      type(neighbour_t) :: both
+      integer :: k, j
+      allocate (all(0))
+      single = at_place(set, d)
+      do k = 1, size(single)
+         both = single(k)
+         do j = 1, size(doubt)
+            if (j == d .or. doubt(j)%kind /= doubt(d)%kind .or. doubt(j)%kind == 0 .or. doubt(j)%strip == 0) cycle
+            other = at_place(both%set, j)
+            other = pack(other, other%edit == both%edit)
+            ! Edits that remove a contact change the indices of contacts with prescribed places.
+            if (size(other) == 0 .or. any(both%held > 0 .and. both%edit == edit_merge)) cycle
+            both%set = other(min(count(single(:k)%edit == single(k)%edit), size(other)))%set
+         end do
+         if (size(both%set) /= size(single(k)%set) .or. .not. same_set(both%set, single(k)%set)) all = [all, both]
+         all = [all, single(k)]
+      end do
+
+   contains
+
+      function at_place(set, j) result(found)
+         type(contact_span_t), intent(in) :: set(:)
+         integer, intent(in) :: j
+         type(neighbour_t), allocatable :: found(:)
+         associate (on => strip(doubt(j)%strip))
+            found = neighbours_at(set, doubt(j), on, min(part * on%length(), part_of_segment * minval(on%start(2:) - &
+               & on%start(:size(on%start) - 1))), nearby * on%length())
+         end associate
+      end function at_place
+   end function neighbours_together
+
+   !> First increment of the load factor that the deck gives; 0 if the step controls a displacement.
+   pure real(wp) function first_load(step)
+      type(step_t), intent(in) :: step
+      first_load = 0.0_wp
+      if (step%method /= method_displacement) first_load = abs(step%increment)
+   end function first_load
 
    !> True if an equilibrium is near enough to the run's point to be on the same path, by displacements and load factor.
    logical function is_near(here, next, least)
       type(next_t), intent(in) :: here, next
       real(wp), intent(in) :: least               !! least reference value for the change of the load factor
       real(wp), allocatable :: u(:, :)
+      real(wp) :: change, whole
       u = displacement_between(next%problem, carried(here%problem, here%state, next%problem), next%state)
-      is_near = maxval(abs(u(1:2, :))) <= another * next%problem%size .and. &
+      change = maxval(abs(u(1:2, :)))
+      whole = maxval(abs(here%state%u(1:2, :)))
+      is_near = change <= another * next%problem%size .and. &
          & abs(next%state%load_factor - here%state%load_factor) <= farthest * max(abs(here%state%load_factor), least)
+      ! Nothing may be displaced before the first change of contact.
+      if (whole > rounding_gap(here%problem)) is_near = is_near .and. change <= farthest * whole
    end function is_near
 
-   !> Makes a short step from the equilibrium of a set, in the sense in which displacements and load change on the path that arrives
-   !> at the run's point, and adds the set to the search if all its tests are satisfied there.
-   subroutine step_onward(run, here, next, sized, search, fails)
+   !> Steps from the equilibrium of a set along its path, and adds the set to the search if all its tests are satisfied there. The
+   !> path is smooth where a new contact or free span begins with zero length, so such a set continues in the sense in which the
+   !> path arrives at the run's point. Where a contact force or a gap vanishes the path has a kink, and both senses are tried: in
+   !> the wrong one the tests fail. The distance grows as long as the failing tests rise, because on another mesh a set may become
+   !> valid a little later.
+   subroutine step_onward(run, here, next, sized, first, search, fails)
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: here
-      type(next_t), intent(in) :: next            !! equilibrium of another set, from which the step is made
+      type(next_t), intent(in) :: next            !! equilibrium of another set, from which the steps are made
       logical, intent(in) :: sized                !! true: the set has a prescribed length, see way_t
+      logical, intent(in) :: first                !! true: the set differs from the present one by one edit
       type(search_t), intent(inout) :: search
       type(doubt_t), allocatable, intent(out) :: fails(:) !! places of failing tests; empty if the set was added
       type(way_t) :: way
       type(span_test_t), allocatable :: tests(:)
-      integer :: k
+      real(wp) :: least
+      integer :: k, sense
       allocate (fails(0))
       if (same_kind(here%problem, next%problem)) return
       call copy_next(next, way%base)
       call copy_next(next, way%next)
-      way%sized = sized
+      way%sized = sized .or. .not. first
       way%heading = tangent_along(next, carried_field(here%problem, here%state, run%last%tangent%u, next%problem, &
          & carried(here%problem, here%state, next%problem)), run%last%tangent%load)
-      do k = 1, size(step_ahead)
-         call step_by(way%base, way%heading, step_ahead(k), way%next%state, way%next%system, tests)
-         if (.not. allocated(tests)) cycle
-         if (.not. any_fails(tests)) then
-            ! Newton's method may have found another path.
-            if (.not. leads_to_next(here%problem, run, way%next)) return
-            ! If the step comes nearer to the run's point, the set belongs to the path behind this point.
-            if (distance_from(here, way%next%problem, way%next%state) < distance_from(here, next%problem, next%state)) return
-            way%next%tangent = tangent_along(way%next, way%heading%u, way%heading%load)
-            call append(search%way, way)
-            return
+      do sense = 1, merge(1, 2, sized .and. first)
+         if (sense == 2) then
+            way%heading%u = -way%heading%u
+            way%heading%load = -way%heading%load
          end if
-         if (size(fails) == 0) fails = doubts_of(next%problem, way%next%state, search%strip, failing(tests))
+         least = worst(tests_of(next))
+         do k = 1, size(step_ahead)
+            way%next%system = next%system
+            call step_by(way%base, way%heading, step_ahead(k), way%next%state, way%next%system, tests)
+            if (.not. allocated(tests)) exit
+            if (.not. any_fails(tests)) then
+               ! If the step comes nearer to the run's point, the new contact or free span becomes shorter.
+               if (sized .and. .not. first) then
+                  if (distance_from(here, way%next%problem, way%next%state) < distance_from(here, next%problem, next%state)) exit
+               end if
+               way%next%tangent = tangent_along(way%next, way%heading%u, way%heading%load)
+               call append(search%way, way)
+               deallocate (fails)
+               allocate (fails(0))
+               return
+            end if
+            if (size(fails) == 0) fails = doubts_of(next%problem, way%next%state, search%strip, failing(tests))
+            if (worst(tests) <= least) exit
+            least = worst(tests)
+         end do
       end do
    end subroutine step_onward
+
+   !> Least value of the tests as a multiple of its slack; 0 if none is negative.
+   pure real(wp) function worst(tests)
+      type(span_test_t), intent(in) :: tests(:)
+      worst = minval([0.0_wp, tests%value / max(test_slack(tests%kind), epsilon(worst))])
+   end function worst
 
    !> Distance of an equilibrium from the run's point: displacements and load factor are both measured relative to their values at
    !> the run's point.
@@ -254,16 +360,23 @@ contains
    end function distance_from
 
    !> True if two problems have the same point and line contacts; the places of touchdown points may differ.
-   pure logical function same_kind(one, other) result(same)
+   logical function same_kind(one, other) result(same)
       type(problem_t), intent(in) :: one, other
-      integer :: k
-      same = size(one%contact_span) == size(other%contact_span)
+      type(strip_t), allocatable :: strip(:)
+      type(contact_span_t), allocatable :: a(:), b(:)
+      integer :: k, side
+      strip = find_strips(one%layout)
+      a = on_strips(strip, one%contact_span)
+      b = on_strips(strip, other%contact_span)
+      same = size(a) == size(b)
       if (.not. same) return
-      do k = 1, size(one%contact_span)
-         associate (a => one%contact_span(k), b => other%contact_span(k))
-            same = same .and. a%contact == b%contact .and. a%rod_segment == b%rod_segment .and. (a%line .eqv. b%line) .and. &
-               & all(one%candidates%moves(a%candidate) .eqv. other%candidates%moves(b%candidate))
-         end associate
+      do k = 1, size(a)
+         same = same .and. a(k)%contact == b(k)%contact .and. a(k)%rod_segment == b(k)%rod_segment .and. (a(k)%line .eqv. b(k)%line)
+         if (.not. same) return
+         do side = 1, 2
+            same = same .and. (strip(a(k)%rod_segment)%at_boundary(a(k)%at(side)) .eqv. &
+               & strip(b(k)%rod_segment)%at_boundary(b(k)%at(side)))
+         end do
       end do
    end function same_kind
 
@@ -281,7 +394,7 @@ contains
       best = 0
       if (size(left) == 0) return
       left = .true.
-      distance = step_ahead(1)
+      distance = step_ahead(2)
       do
          best = findloc(left, .true., 1)
          if (all([(same_kind(search%way(k)%next%problem, search%way(best)%next%problem) .or. &
@@ -299,6 +412,17 @@ contains
          left = goes
       end do
    end subroutine follow_further
+
+   !> Appends a set to be edited further.
+   subroutine append_trial(all, new)
+      type(trial_t), allocatable, intent(inout) :: all(:)
+      type(trial_t), intent(in) :: new
+      type(trial_t), allocatable :: longer(:)
+      allocate (longer(size(all) + 1))
+      longer(:size(all)) = all
+      longer(size(longer)) = new
+      call move_alloc(longer, all)
+   end subroutine append_trial
 
    !> Appends a set found.
    subroutine append(all, new)

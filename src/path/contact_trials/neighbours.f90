@@ -9,6 +9,7 @@ module neighbours
    use contact_spans, only: contact_span_t
    use contact_set_edits, only: begun, lost, spread_out, parted, shrunk, laid_down, merged, end_moved, extended, opened
    use test_kinds, only: test_gap
+   use rod_strips, only: strip_t, brought_near
    implicit none
    private
    public :: doubt_t, neighbour_t, neighbours_at
@@ -73,26 +74,28 @@ module neighbours
 contains
 
    !> Neighbours of a set at one place, in the order in which they are tried.
-   function neighbours_at(set, doubt, boundary, size_of_new, near) result(found)
+   function neighbours_at(set, doubt, strip, size_of_new, near) result(found)
       type(contact_span_t), intent(in) :: set(:)  !! contact set on strips, sorted
       type(doubt_t), intent(in) :: doubt
-      real(wp), intent(in) :: boundary(:)    !! coordinates along the strip of its beginning, its segment boundaries and its end
+      type(strip_t), intent(in) :: strip     !! strip of the place
       real(wp), intent(in) :: size_of_new    !! prescribed length of a new contact or free span
       real(wp), intent(in) :: near           !! contacts within this distance of the place are edited
       type(neighbour_t), allocatable :: found(:)
       type(neighbour_t), allocatable :: all(:)
       integer :: rank(n_edits), k, r, n
+      real(wp) :: at(1)
       allocate (all(0))
       do k = 1, size(set)
          if (set(k)%rod_segment /= doubt%strip) cycle
-         if (doubt%at < set(k)%at(1) - near .or. doubt%at > set(k)%at(2) + near) cycle
+         at = brought_near(strip, [doubt%at], 0.5_wp * sum(set(k)%at))
+         if (at(1) < set(k)%at(1) - near .or. at(1) > set(k)%at(2) + near) cycle
          if (set(k)%line) then
-            call edit_line(set, k, doubt, boundary, size_of_new, near, all)
+            call edit_line(set, k, at(1), doubt%width, strip, size_of_new, near, all)
          else
-            call edit_point(set, k, boundary, size_of_new, near, all)
+            call edit_point(set, k, strip, size_of_new, near, all)
          end if
       end do
-      call edit_free_spans(set, doubt, boundary, near, all)
+      call edit_free_spans(set, doubt, strip, near, all)
       if (doubt%contact > 0 .and. doubt%kind == test_gap) &
          & call add(all, edit_add, begun(set, doubt%contact, doubt%strip, doubt%at))
       rank = ranks(doubt%kind)
@@ -127,27 +130,28 @@ contains
    end function ranks
 
    !> Adds the edits of point contact k.
-   subroutine edit_point(set, k, boundary, e, near, all)
+   subroutine edit_point(set, k, strip, e, near, all)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
-      real(wp), intent(in) :: boundary(:), e, near
+      type(strip_t), intent(in) :: strip
+      real(wp), intent(in) :: e, near
       type(neighbour_t), allocatable, intent(inout) :: all(:)
       integer :: b, way
-      real(wp) :: whole
-      whole = boundary(size(boundary))
+      real(wp) :: ends(2)
+      ends = strip%ends()
       associate (at => set(k)%at(1))
          call add(all, edit_remove, lost(set, k))
-         call add(all, edit_spread, spread_out(set, k, 0.5_wp * e, whole), [k, k], [1, 2])
-         if (at - 0.5_wp * e > 0.0_wp .and. at + 0.5_wp * e < whole) &
+         call add(all, edit_spread, spread_out(set, k, 0.5_wp * e, ends), [k, k], [1, 2])
+         if (at - 0.5_wp * e > ends(1) .and. at + 0.5_wp * e < ends(2)) &
             & call add(all, edit_part, parted(set, k, e), [k, size(set) + 1], [1, 1])
-         do b = 1, size(boundary)
-            if (abs(at - boundary(b)) > near) cycle
-            if (abs(at - boundary(b)) > 0.0_wp) call add(all, edit_pass, end_moved(set, k, 1, boundary(b)))
+         do b = 1, size(strip%start)
+            if (abs(at - strip%start(b)) > near) cycle
+            if (abs(at - strip%start(b)) > 0.0_wp) call add(all, edit_pass, end_moved(set, k, 1, strip%start(b)))
             do way = -1, 1, 2
-               associate (to => boundary(b) + way * e)
-                  if (to <= 0.0_wp .or. to >= whole) cycle
+               associate (to => strip%start(b) + way * e)
+                  if (to <= ends(1) .or. to >= ends(2)) cycle
                   call add(all, edit_leave, end_moved(set, k, 1, to), [k, 0])
-                  call add(all, edit_spread, extended(end_moved(set, k, 1, boundary(b)), k, to), [k, 0], &
+                  call add(all, edit_spread, extended(end_moved(set, k, 1, strip%start(b)), k, to), [k, 0], &
                      & spread(merge(1, 2, way < 0), 1, 2))
                end associate
             end do
@@ -156,34 +160,37 @@ contains
    end subroutine edit_point
 
    !> Adds the edits of line contact k.
-   subroutine edit_line(set, k, doubt, boundary, e, near, all)
+   subroutine edit_line(set, k, s, width, strip, e, near, all)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
-      type(doubt_t), intent(in) :: doubt
-      real(wp), intent(in) :: boundary(:), e, near
+      real(wp), intent(in) :: s              !! the place
+      real(wp), intent(in) :: width          !! half the length of a zone in which the test fails, 0: a point
+      type(strip_t), intent(in) :: strip
+      real(wp), intent(in) :: e, near
       type(neighbour_t), allocatable, intent(inout) :: all(:)
-      real(wp) :: whole, g, zone, middle
+      real(wp) :: ends(2), g, zone, middle
       integer :: i
-      whole = boundary(size(boundary))
-      zone = max(doubt%width, e)
-      associate (a => set(k)%at(1), b => set(k)%at(2), s => doubt%at)
+      ends = strip%ends()
+      zone = max(width, e)
+      associate (a => set(k)%at(1), b => set(k)%at(2))
          call add(all, edit_remove, lost(set, k))
          middle = 0.5_wp * (a + b)
-         if (a <= 0.0_wp) middle = 0.0_wp
-         if (b >= whole) middle = whole
+         if (a <= ends(1)) middle = ends(1)
+         if (b >= ends(2)) middle = ends(2)
          call add(all, edit_shrink, shrunk(set, k, middle))
-         if (a > 0.0_wp .and. b < whole) call add(all, edit_ends, begun(shrunk(set, k, a), set(k)%contact, set(k)%rod_segment, b))
-         if (a > 0.0_wp) call add(all, edit_ends, shrunk(set, k, a))
-         if (b < whole) call add(all, edit_ends, shrunk(set, k, b))
+         if (a > ends(1) .and. b < ends(2)) &
+            & call add(all, edit_ends, begun(shrunk(set, k, a), set(k)%contact, set(k)%rod_segment, b))
+         if (a > ends(1)) call add(all, edit_ends, shrunk(set, k, a))
+         if (b < ends(2)) call add(all, edit_ends, shrunk(set, k, b))
          do i = 1, size(zones)
             g = zones(i) * zone
             if (a < s - g .and. s + g < b) call add(all, edit_open, opened(set, k, s - g, s + g), [k, size(set) + 1], [2, 1])
             if (b - a <= g) cycle
-            call end_off(1, a + g, a > 0.0_wp)
-            call end_off(2, b - g, b < whole)
+            call end_off(1, a + g, a > ends(1))
+            call end_off(2, b - g, b < ends(2))
          end do
-         do i = 2, size(boundary) - 1
-            call at_boundary(boundary(i))
+         do i = 1, size(strip%start)
+            if (strip%start(i) > ends(1) .and. strip%start(i) < ends(2)) call at_boundary(strip%start(i))
          end do
       end associate
 
@@ -239,22 +246,28 @@ contains
    end subroutine edit_line
 
    !> Adds the edits of free spans at a place: the whole span comes into contact, or the contacts beside it merge.
-   subroutine edit_free_spans(set, doubt, boundary, near, all)
+   subroutine edit_free_spans(set, doubt, strip, near, all)
       type(contact_span_t), intent(in) :: set(:)
       type(doubt_t), intent(in) :: doubt
-      real(wp), intent(in) :: boundary(:), near
+      type(strip_t), intent(in) :: strip
+      real(wp), intent(in) :: near
       type(neighbour_t), allocatable, intent(inout) :: all(:)
-      integer :: k, next
-      real(wp) :: ends(2)
+      integer :: k, next, j
+      real(wp) :: ends(2), whole(2)
+      whole = strip%ends()
       do k = 1, size(set)
          if (set(k)%rod_segment /= doubt%strip) cycle
          next = following(k)
-         ends = [set(k)%at(2), boundary(size(boundary))]
+         if (next == 0 .and. strip%closed) then
+            call look_over_ends(k)
+            cycle
+         end if
+         ends = [set(k)%at(2), whole(2)]
          if (next > 0) ends(2) = set(next)%at(1)
-         call look_at([k, next])
-         if (any([(following(next) == k, next=1, size(set))])) cycle
-         ends = [0.0_wp, set(k)%at(1)]
-         call look_at([0, k])
+         call look_at(set, [k, next])
+         if (any([(following(next) == k, next=1, size(set))]) .or. strip%closed) cycle
+         ends = [whole(1), set(k)%at(1)]
+         call look_at(set, [0, k])
       end do
 
    contains
@@ -274,11 +287,29 @@ contains
          end do
       end function following
 
-      subroutine look_at(beside)
+      !> The free span behind the last contact of a closed strip ends at the first contact.
+      subroutine look_over_ends(k)
+         integer, intent(in) :: k
+         type(contact_span_t) :: turned(size(set))
+         integer :: first
+         first = k
+         do while (any([(following(j) == first, j=1, size(set))]))
+            first = findloc([(following(j) == first, j=1, size(set))], .true., 1)
+         end do
+         if (first == k) return
+         turned = set
+         turned(k)%at = set(k)%at - strip%length()
+         ends = [turned(k)%at(2), set(first)%at(1)]
+         call look_at(turned, [k, first])
+      end subroutine look_over_ends
+
+      subroutine look_at(set, beside)
+         type(contact_span_t), intent(in) :: set(:)
          integer, intent(in) :: beside(2)
          integer :: one, other
-         real(wp) :: end
-         if (.not. ends(2) > ends(1) .or. doubt%at < ends(1) - near .or. doubt%at > ends(2) + near) return
+         real(wp) :: end, at(1)
+         at = brought_near(strip, [doubt%at], 0.5_wp * sum(ends))
+         if (.not. ends(2) > ends(1) .or. at(1) < ends(1) - near .or. at(1) > ends(2) + near) return
          call add(all, edit_lie_down, laid_down(set, beside, ends))
          if (ends(2) - ends(1) > 10.0_wp * near) return
          if (any(beside == 0)) then

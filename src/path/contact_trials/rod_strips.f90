@@ -8,12 +8,17 @@ module rod_strips
    use contact_spans, only: contact_span_t, sort_contact_spans, line_share
    implicit none
    private
-   public :: strip_t, find_strips, on_strips, on_segments, strip_place
+   public :: strip_t, find_strips, on_strips, on_segments, strip_place, brought_near
 
    !> A strip: rod segments that continue one another.
    type :: strip_t
       integer, allocatable :: rod_segment(:)   !! indices into layout%rod_segment, in order
       real(wp), allocatable :: start(:)        !! (segments + 1) coordinates of the boundaries; the last is the strip's length
+      logical :: closed = .false.              !! true: the strip's end is its beginning, so that coordinates are periodic
+   contains
+      procedure :: length => strip_length
+      procedure :: ends => strip_ends
+      procedure :: at_boundary
    end type strip_t
 
 contains
@@ -49,6 +54,7 @@ contains
             new%start = [new%start, new%start(size(new%start)) + layout%rod_segment(at)%length]
             at = findloc(.not. taken .and. layout%rod_segment%node(1) == layout%rod_segment(at)%node(2), .true., 1)
          end do
+         new%closed = layout%rod_segment(first)%node(1) == layout%rod_segment(new%rod_segment(size(new%rod_segment)))%node(2)
          strip = [strip, new]
       end subroutine follow
    end function find_strips
@@ -99,14 +105,36 @@ contains
             set = [set, all(k)]
          end if
       end do
+      call join_over_ends
 
    contains
+
+      !> Joins line contacts that meet at the beginning of a closed strip.
+      pure subroutine join_over_ends
+         integer :: j, l
+         do j = 1, size(set)
+            if (.not. strip(set(j)%rod_segment)%closed .or. set(j)%at(1) > 0.0_wp) cycle
+            do l = 1, size(set)
+               if (l == j .or. .not. continues(shifted(set(l)), set(j))) cycle
+               set(j)%at(1) = set(l)%at(1) - strip(set(l)%rod_segment)%length()
+               set = [set(:l - 1), set(l + 1:)]
+               return
+            end do
+         end do
+      end subroutine join_over_ends
+
+      !> The same contact one turn before.
+      pure type(contact_span_t) function shifted(one)
+         type(contact_span_t), intent(in) :: one
+         shifted = one
+         shifted%at = one%at - strip(one%rod_segment)%length()
+      end function shifted
 
       !> True if a line contact begins where another one of the same obstacle ends.
       pure logical function continues(one, other)
          type(contact_span_t), intent(in) :: one, other
          continues = one%contact == other%contact .and. one%rod_segment == other%rod_segment .and. one%line .and. other%line
-         if (continues) continues = abs(other%at(1) - one%at(2)) <= sqrt(epsilon(1.0_wp)) * strip_length(strip(one%rod_segment))
+         if (continues) continues = abs(other%at(1) - one%at(2)) <= sqrt(epsilon(1.0_wp)) * strip(one%rod_segment)%length()
       end function continues
    end function on_strips
 
@@ -120,31 +148,37 @@ contains
       type(contact_span_t), allocatable, intent(out) :: contact_span(:)
       logical, intent(out) :: valid            !! false: contacts overlap, or are outside the strip or the obstacle's segments
       type(contact_span_t) :: piece
-      integer :: k, i, n
+      integer :: k, i, n, turn
+      real(wp) :: start
       allocate (contact_span(0))
       valid = .true.
       do k = 1, size(set)
          n = 0
          associate (on => strip(set(k)%rod_segment))
-            do i = 1, size(on%rod_segment)
-               piece = set(k)
-               piece%rod_segment = on%rod_segment(i)
-               associate (length => on%start(i + 1) - on%start(i))
-                  piece%at = min(max(set(k)%at - on%start(i), 0.0_wp), length)
-                  if (set(k)%line) then
-                     if (piece%at(2) - piece%at(1) < line_share * length) cycle
-                  else
-                     if (set(k)%at(1) < on%start(i) .or. set(k)%at(1) > on%start(i + 1) .or. n > 0) cycle
-                     if (.not. covered(piece%rod_segment, piece%contact)) cycle
-                  end if
-               end associate
-               valid = valid .and. covered(piece%rod_segment, piece%contact)
-               if (n > 0) piece%number = 0
-               contact_span = [contact_span, piece]
-               n = n + 1
+            do turn = merge(-1, 0, on%closed), merge(1, 0, on%closed)
+               do i = 1, size(on%rod_segment)
+                  piece = set(k)
+                  piece%rod_segment = on%rod_segment(i)
+                  start = on%start(i) + turn * on%length()
+                  associate (length => on%start(i + 1) - on%start(i))
+                     piece%at = min(max(set(k)%at - start, 0.0_wp), length)
+                     if (set(k)%line) then
+                        if (piece%at(2) - piece%at(1) < line_share * length) cycle
+                     else
+                        if (set(k)%at(1) < start .or. set(k)%at(1) > start + length .or. n > 0) cycle
+                        if (.not. covered(piece%rod_segment, piece%contact)) cycle
+                     end if
+                  end associate
+                  valid = valid .and. covered(piece%rod_segment, piece%contact)
+                  if (n > 0) piece%number = 0
+                  contact_span = [contact_span, piece]
+                  n = n + 1
+               end do
             end do
-            valid = valid .and. n > 0 .and. set(k)%at(1) >= 0.0_wp .and. set(k)%at(2) <= strip_length(on) .and. &
-               & set(k)%at(1) <= set(k)%at(2)
+            associate (ends => on%ends())
+               valid = valid .and. n > 0 .and. set(k)%at(1) >= ends(1) .and. set(k)%at(2) <= ends(2) .and. &
+                  & set(k)%at(1) <= set(k)%at(2)
+            end associate
          end associate
       end do
       valid = valid .and. .not. any([(overlaps(k), k=1, size(set))])
@@ -154,17 +188,45 @@ contains
       !> True if contact k shares places with another contact of the same obstacle.
       pure logical function overlaps(k)
          integer, intent(in) :: k
+         real(wp) :: at(2)
          integer :: j
          overlaps = .false.
          do j = 1, size(set)
             if (j == k .or. set(j)%contact /= set(k)%contact .or. set(j)%rod_segment /= set(k)%rod_segment) cycle
-            overlaps = overlaps .or. (set(j)%at(1) <= set(k)%at(2) .and. set(k)%at(1) <= set(j)%at(2))
+            at = brought_near(strip(set(k)%rod_segment), set(j)%at, sum(set(k)%at) / 2)
+            overlaps = overlaps .or. (at(1) <= set(k)%at(2) .and. set(k)%at(1) <= at(2))
          end do
       end function overlaps
    end subroutine on_segments
 
-   pure real(wp) function strip_length(strip) result(length)
+   !> The coordinates of a contact, or of a place, shifted by whole turns of a closed strip to be nearest to another coordinate.
+   pure function brought_near(strip, at, to) result(near)
       type(strip_t), intent(in) :: strip
+      real(wp), intent(in) :: at(:)
+      real(wp), intent(in) :: to
+      real(wp) :: near(size(at))
+      near = at
+      if (strip%closed) near = at + strip%length() * anint((to - sum(at) / size(at)) / strip%length())
+   end function brought_near
+
+   !> True if a place is at a segment boundary or at an end of the strip.
+   pure logical function at_boundary(strip, at)
+      class(strip_t), intent(in) :: strip
+      real(wp), intent(in) :: at
+      at_boundary = any(abs([strip%start - strip%length(), strip%start, strip%start + strip%length()] - at) <= &
+         & sqrt(epsilon(at)) * strip%length())
+   end function at_boundary
+
+   pure real(wp) function strip_length(strip) result(length)
+      class(strip_t), intent(in) :: strip
       length = strip%start(size(strip%start))
    end function strip_length
+
+   !> Coordinates between which a contact may lie: on a closed strip also one half of a turn beyond its beginning and its end.
+   pure function strip_ends(strip) result(ends)
+      class(strip_t), intent(in) :: strip
+      real(wp) :: ends(2)
+      ends = [0.0_wp, strip%length()]
+      if (strip%closed) ends = ends + [-0.5_wp, 0.5_wp] * strip%length()
+   end function strip_ends
 end module rod_strips

@@ -11,23 +11,26 @@ module set_trial
    use span_candidates, only: touch_place
    use touchdown_points, only: carry_forces
    use bordered_system, only: linearise
-   use held_openings, only: held_steps
    use sized_equilibrium, only: solve_sized
    use next_spans, only: next_t, new_next, settle
    use path_state, only: path_state_t
-   use rod_strips, only: strip_t, on_segments, strip_place
+   use rod_strips, only: strip_t, on_segments, strip_place, brought_near
    use neighbours, only: neighbour_t
    implicit none
    private
    public :: solve_neighbour
 
+   real(wp), parameter :: difference = 1.0e-4_wp !! steps for finite differences, as shares of a load increment and of the longest
+   !! rod segment
+
 contains
 
    !> Finds the equilibrium of a neighbour of the contact set of `problem`.
-   subroutine solve_neighbour(problem, state, run, strip, neighbour, next, found)
+   subroutine solve_neighbour(problem, state, run, load, strip, neighbour, next, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! first guess, of `problem`
-      type(path_state_t), intent(in) :: run      !! gives the scale of load increments
+      type(path_state_t), intent(in) :: run      !! gives the last number of a contact span
+      real(wp), intent(in) :: load               !! scale of load increments
       type(strip_t), intent(in) :: strip(:)
       type(neighbour_t), intent(in) :: neighbour
       type(next_t), intent(out) :: next          !! its system is factored at its state
@@ -44,7 +47,8 @@ contains
          ends = held_ends(next, strip, neighbour)
          found = any(ends > 0)
          if (.not. found) return
-         call solve_sized(next%problem, ends, next%system, held_steps(next%problem, run), next%state, found)
+         call solve_sized(next%problem, ends, next%system, difference * [load, maxval(problem%layout%rod_segment%length)], &
+            & next%state, found)
       end if
       if (.not. found) return
       call linearise(next%problem, next%state, next%state, next%system)
@@ -58,7 +62,7 @@ contains
       type(strip_t), intent(in) :: strip(:)
       type(neighbour_t), intent(in) :: neighbour
       integer :: ends(2), i, c, on, nearest
-      real(wp) :: along, distance
+      real(wp) :: along, distance, near(1)
       ends = 0
       do i = 1, 2
          if (neighbour%held(i) == 0) cycle
@@ -70,9 +74,11 @@ contains
                if (.not. problem%candidates%moves(c)) cycle
                call strip_place(strip, problem%contact_span(problem%candidates%contact_span(c))%rod_segment, &
                   & touch_place(problem, next%state, c), on, along)
-               if (on /= set%rod_segment .or. abs(along - set%at(neighbour%side(i))) >= distance) cycle
+               if (on /= set%rod_segment) cycle
+               near = brought_near(strip(on), [along], set%at(neighbour%side(i)))
+               if (abs(near(1) - set%at(neighbour%side(i))) >= distance) cycle
                nearest = c
-               distance = abs(along - set%at(neighbour%side(i)))
+               distance = abs(near(1) - set%at(neighbour%side(i)))
             end do
             if (distance <= sqrt(epsilon(distance)) * max(1.0_wp, abs(along))) ends(i) = nearest
          end associate

@@ -14,14 +14,18 @@ module sized_equilibrium
    use path_control, only: control_t
    use corrector, only: increment_t, correct
    use touchdown_points, only: with_held, shift_touchdown_points, touchdown_errors
-   use small_dense, only: solve_small
+   use least_norm, only: solve_least
    implicit none
    private
    public :: solve_sized
 
    integer, parameter :: max_iterations = 20
    integer, parameter :: renewed_after = 6      !! iterations after which the matrix is made of differences again
-   real(wp), parameter :: small = 1.0e-8_wp     !! error [rad] up to which Newton's method with free touchdown points does the rest
+   real(wp), parameter :: small = 1.0e-3_wp     !! moves of load factor and places, in steps for finite differences, up to which
+   !! Newton's method with free touchdown points does the rest
+   real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of a rotation [rad]
+
+   real(wp), parameter :: neutral = 1.0e-8_wp   !! directions with smaller effect, as a share of the largest, are not moved
 
 contains
 
@@ -37,19 +41,19 @@ contains
       type(problem_t) :: frozen
       type(state_t) :: other
       integer, allocatable :: ends(:)
-      real(wp), allocatable :: error(:), changed(:), slope(:, :), matrix(:, :), move(:, :)
+      real(wp), allocatable :: unit(:), error(:), changed(:), slope(:, :), move(:, :)
       integer :: c, k, n, try
       real(wp) :: whole
-      logical :: singular
       ends = pack([(c, c=1, problem%candidates%n)], problem%candidates%contact_span > 0 .and. problem%candidates%moves)
       n = size(ends)
       frozen = with_held(problem, ends)
-      allocate (error(n), changed(n), slope(n, n), matrix(n, n), move(1, n))
+      unit = [(merge(step(1), step(2), k == n), k=1, n)]
+      allocate (error(n), changed(n), slope(n, n), move(1, n))
       other = state
       call go_by(spread(0.0_wp, 1, n), other, state, error)
       do try = 0, max_iterations
          if (.not. ok) return
-         if (maxval(abs(error)) <= small) return
+         if (maxval(abs(error)) <= rounding) return
          if (modulo(try, renewed_after) == 0) then
             do k = 1, n
                call go_by(merge(merge(step(1), step(2), k == n), 0.0_wp, [(c, c=1, n)] == k), state, other, changed)
@@ -57,11 +61,10 @@ contains
                slope(k, :) = (changed - error) / merge(step(1), step(2), k == n)
             end do
          end if
-         matrix = slope
-         move(1, :) = -error
-         call solve_small(n, matrix, move, singular)
-         ok = .not. singular .and. all(abs(move) < huge(move))
+         ! Unknowns are measured by their steps.
+         call solve_least(transpose(slope * spread(unit, 2, n)), -error, neutral, move(1, :), ok)
          if (.not. ok) return
+         move(1, :) = unit * move(1, :)
          whole = min(1.0_wp, longest_move() / max(maxval(abs(move(1, :n - 1))), tiny(whole)))
          move = whole * move
          other = state
@@ -73,6 +76,7 @@ contains
             slope(k, :) = slope(k, :) + error * move(1, k)
          end do
          error = changed
+         if (whole >= 1.0_wp .and. maxval(abs(move(1, :)) / unit) <= small) return
       end do
       ok = .false.
 

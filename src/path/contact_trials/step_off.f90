@@ -41,7 +41,7 @@ contains
    subroutine step_by(next, heading, distance, state, system, tests)
       type(next_t), intent(in) :: next
       type(path_tangent_t), intent(in) :: heading
-      real(wp), intent(in) :: distance           !! path length, as a share of the total displacement or of the load factor
+      real(wp), intent(in) :: distance           !! largest change, as a share of the total displacement and of the load factor
       type(state_t), intent(out) :: state
       type(system_t), intent(inout) :: system    !! factored at the state
       type(span_test_t), allocatable, intent(out) :: tests(:) !! not allocated: no equilibrium was found
@@ -51,9 +51,13 @@ contains
          plane = normal_plane(problem, next%state, heading)
          if (metric(problem, heading%u, heading%u) > 0.0_wp) then
             plane%increment = distance * sqrt(whole_square(next))
+            if (abs(heading%load) > 0.0_wp) plane%increment = distance * min(sqrt(whole_square(next)), &
+               & max(abs(next%state%load_factor), epsilon(distance)) / abs(heading%load))
          else
             plane%increment = sign(distance * max(abs(next%state%load_factor), epsilon(distance)), heading%load)
          end if
+         ! Rounding of the residual is measured by the whole displacement or load, because the step may be arbitrarily small.
+         plane%whole = plane%increment / distance
          state = next%state
          call correct(problem, next%state, plane, .true., state, system, report)
          if (.not. report%converged) return

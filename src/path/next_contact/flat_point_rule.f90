@@ -89,7 +89,7 @@ contains
             point = problem%candidates%contact_span(c)
             beside = point
             whole = segment_length(problem, answer%contact_span(point))
-            answer%contact_span = spread_out(answer%contact_span, point, 0.5_wp * line_share * whole, whole)
+            answer%contact_span = spread_out(answer%contact_span, point, 0.5_wp * line_share * whole, [0.0_wp, whole])
          else
             call go_beside(problem, c, flat, line_share, .true., answer, beside)
          end if

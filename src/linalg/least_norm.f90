@@ -1,0 +1,35 @@
+!> Linear systems that may be singular or nearly so: of all solutions that satisfy the equations best, the one of least norm.
+module least_norm
+   use kinds, only: wp
+   use lapack, only: dgelsd
+   implicit none
+   private
+   public :: solve_least
+
+contains
+
+   !> Solves A x = b by singular values (LAPACK's dgelsd); directions in which the equations change by less than a share of the
+   !> largest change are left out.
+   subroutine solve_least(a, b, share, x, ok)
+      real(wp), intent(in) :: a(:, :)      !! (equations, unknowns), as many equations as unknowns
+      real(wp), intent(in) :: b(:)         !! (equations)
+      real(wp), intent(in) :: share        !! singular values below this share of the largest one count as zero
+      real(wp), intent(out) :: x(:)        !! (unknowns)
+      logical, intent(out) :: ok           !! false: the singular values were not found, or a number is not finite
+      real(wp) :: matrix(size(b), size(b)), right(size(b), 1), values(size(b)), size_of_work(1)
+      real(wp), allocatable :: work(:)
+      integer, allocatable :: integers(:)
+      integer :: n, rank, info, size_of_integers(1)
+      n = size(b)
+      matrix = a
+      right(:, 1) = b
+      ok = all(abs(a) < huge(a)) .and. all(abs(b) < huge(b))
+      x = 0.0_wp
+      if (.not. ok) return
+      call dgelsd(n, n, 1, matrix, n, right, n, values, share, rank, size_of_work, -1, size_of_integers, info)
+      allocate (work(nint(size_of_work(1))), integers(size_of_integers(1)))
+      call dgelsd(n, n, 1, matrix, n, right, n, values, share, rank, work, size(work), integers, info)
+      ok = info == 0
+      if (ok) x = right(:, 1)
+   end subroutine solve_least
+end module least_norm
