@@ -75,7 +75,8 @@ contains
       end associate
    end function contact_offset
 
-   !> Finds the least gap of the elements between two contact spans of a rod segment to an obstacle, and its place.
+   !> Finds the least gap of neighbouring elements to an obstacle that they do not touch, and its place. The elements are those
+   !> between two contact spans of a rod segment, or those that lie on another obstacle.
    subroutine least_gap(problem, state, element, contact, touched, fails, least, where, largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -193,7 +194,7 @@ contains
       end do
    end subroutine to_next_touch
 
-   !> Makes the interpolation of the displaced axis within each element.
+   !> Makes the interpolation of the displaced axis within each element. That of an element on its obstacle is exact at its ends.
    subroutine make_profiles(problem, state, line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -202,6 +203,7 @@ contains
       allocate (line%profile(line%first:line%last))
       do e = line%first, line%last
          line%profile(e) = new_profile(problem, state, e)
+         if (problem%conforms(e) > 0) cycle
          if (problem%model%mesh%family(e) == family_ge .and. .not. problem%ground%founded(e)) &
             & call mend_ends(problem, state, line%profile(e), 2)
       end do

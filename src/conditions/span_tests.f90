@@ -66,7 +66,8 @@ contains
          is_closed = test%kind == test_vanishing .and. abs(test%value) * problem%size <= rounding_gap(problem)
       end function is_closed
    end function run_span_tests
-   !> Gap tests of free spans: least gap, and beside contact spans the largest gap (closing gap).
+   !> Gap tests: least gap of each free span and of each line contact to other obstacles, and beside contact spans the largest gap
+   !> of a free span (closing gap).
    function gap_tests(problem, state, points, valued) result(tests)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -101,6 +102,16 @@ contains
             ! contacts is; then the length is tested.
             if (abs(largest) <= rounding_gap(problem)) test%value = rounding_gap(problem) / problem%size * &
                & ((test%ends(2) - test%ends(1)) / problem%layout%rod_segment(test%rod_segment)%length - shortest)
+            tests = [tests, test]
+         end do
+         ! A part of a rod that lies on one obstacle may touch another one.
+         do i = 1, size(problem%contact_span)
+            associate (line => problem%contact_span(i))
+               if (.not. line%line .or. line%contact == k .or. .not. problem%covered(line%rod_segment, k)) cycle
+               test = span_test_t(kind=test_gap, contact=k, rod_segment=line%rod_segment)
+               if (valued) call least_gap(problem, state, line%element, k, touched, fails, test%value, test%at, largest)
+            end associate
+            test%value = test%value / problem%size
             tests = [tests, test]
          end do
       end do

@@ -21,7 +21,7 @@ module entering_contact_set
    use path_record, only: recorder_t
    implicit none
    private
-   public :: go_to_next, come_nearer, bound_for
+   public :: go_to_next, adopt, is_there, come_nearer, bound_for
 
 contains
 
@@ -60,6 +60,18 @@ contains
       run%last%tangent = path_tangent_at(problem, run%last%system, 0.0_wp * run%last%state%u, sign(1.0_wp, next%rate))
       call evaluate_tests(problem, run%last)
    end subroutine go_to_next
+
+   !> Replaces the contact set at the run's point by another one with the same equilibrium, and the path tangent by that of the
+   !> other set.
+   subroutine adopt(problem, run, next)
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run
+      type(next_t), intent(in) :: next           !! with its path tangent
+      run = bound_for(problem, run, next)
+      call copy_problem(next%problem, problem)
+      run%last = next%path_point_t
+      call evaluate_tests(problem, run%last)
+   end subroutine adopt
 
    !> Replaces the next set's state by its state at the end of the step, if the step ends before the known equilibrium and the set
    !> is valid at this end. The new spans are too short there to be found from the side of the old set.

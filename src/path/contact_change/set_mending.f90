@@ -10,14 +10,14 @@ module set_mending
    use next_spans, only: next_t
    use contact_trials, only: try_sets
    use contact_in_doubt, only: ask_nodes
-   use entering_contact_set, only: go_to_next
+   use entering_contact_set, only: go_to_next, adopt, is_there
    use path_state, only: path_state_t, copy_path_state, forget_mesh
    use corner_limit, only: look_whether_back
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
    implicit none
    private
-   public :: keep_set_before, mend_last_change, find_other_set
+   public :: keep_set_before, mend_last_change, find_other_set, begin_located
 
 contains
 
@@ -105,6 +105,24 @@ contains
       call copy_problem(run%before_change%problem, problem)
       call copy_path_state(before, run)
    end subroutine try_at_change
+
+   !> Continues from the run's point, a recorded change of contact, with the set that trials found there.
+   subroutine begin_located(problem, step, run, first, recorder, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(next_t), intent(inout) :: first       !! first equilibrium of the set, see try_sets
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      finished = .false.
+      first%label = '  '
+      if (is_there(run, first)) then
+         call adopt(problem, run, first)
+      else
+         call go_to_next(problem, step, run, first, recorder, finished, outcome)
+      end if
+   end subroutine begin_located
 
    !> Continues with a set found by trials: to its first equilibrium, and from there to a point at which all its tests are
    !> satisfied.

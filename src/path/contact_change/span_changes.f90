@@ -13,14 +13,15 @@ module span_changes
    use span_events, only: find_change
    use minima_of_tests, only: look_between
    use span_answer, only: answer_t
-   use span_rules, only: answer_to, coming_next
+   use span_rules, only: answer_to, coming_next, zero_too
    use answer_trials, only: take_answer
    use entering_contact_set, only: go_to_next, come_nearer
    use span_mesh, only: ask_for_twice
-   use set_mending, only: mend_last_change, keep_set_before
+   use set_mending, only: mend_last_change, keep_set_before, begin_located
+   use contact_trials, only: try_sets
    use path_events, only: event_t, new_test_values, value_events, event_stop
    use path_point, only: path_point_t
-   use path_state, only: path_state_t, copy_path_state
+   use path_state, only: path_state_t, copy_path_state, forget_mesh
    use path_acceptance, only: arrival_t, accept
    use corner_limit, only: look_whether_back
    use trial_request, only: request_t
@@ -165,6 +166,11 @@ contains
       end if
       answer = answer_to(problem, change%point%state, change%tests, change%which, interval%before%value - interval%after%value, &
          & run%spans_begun)
+      if (allocated(answer%no_rule)) then
+         change%label = answer%label
+         call pass_by_trial(problem, step, run, interval, tries, change, answer%no_rule, recorder, request, finished, outcome)
+         return
+      end if
       ! If contact only spreads at a point where another change was just reported, no second change is reported.
       if (.not. (change%where == place_here .and. change%tests(change%which)%kind == test_curvature)) change%label = answer%label
       change%divides = answer%divides
@@ -185,6 +191,40 @@ contains
       on%before_change = run%before_change
       call go_on(problem, step, run, next, on, recorder, finished, outcome)
    end subroutine pass_by_rule
+
+   !> Makes a located change for which no rule gives the next set, with the set that trials find at its place.
+   subroutine pass_by_trial(problem, step, run, interval, tries, change, why, recorder, request, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(step_interval_t), intent(in) :: interval
+      integer, intent(in) :: tries
+      type(change_t), intent(inout) :: change    !! in: with its label if the kind of the test determines it
+      character(*), intent(in) :: why            !! reason why there is no set, if trials find none
+      class(recorder_t), intent(inout) :: recorder
+      type(request_t), intent(inout) :: request
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(path_state_t) :: there
+      type(next_t) :: first, next
+      logical :: found
+      call copy_path_state(run, there)
+      call forget_mesh(there)
+      there%last = change%point
+      call try_sets(problem, step, there, first, next, found, [change%tests(change%which), zero_too(change%tests, change%which, &
+         & interval%after%value < interval%before%value)])
+      if (found .and. change%label == '  ') then
+         change%label = first%label
+         change%divides = first%divides
+      end if
+      call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
+      if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
+      if (found) then
+         call begin_located(problem, step, run, first, recorder, finished, outcome)
+      else
+         request%no_set = why
+      end if
+   end subroutine pass_by_trial
 
    !> Makes the change at which a free span opens in a line contact; the next set is known. If contact remains on both sides, the
    !> contact region divides.

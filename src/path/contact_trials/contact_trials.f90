@@ -19,13 +19,14 @@ module contact_trials
    use state_transfer, only: carried, carried_field
    use path_control, only: displacement_between, metric
    use path_continuity, only: path_tangent_t
-   use test_kinds, only: span_test_t, any_fails, test_slack, test_length, test_crossing
+   use test_kinds, only: span_test_t, any_fails, test_slack, test_vanishing, test_length, test_crossing
    use span_tests, only: run_span_tests
    use next_spans, only: next_t, copy_next, go_to_load, tests_of
+   use reachability, only: leads_to_next
    use path_state, only: path_state_t
    use contact_in_doubt, only: tell_differences
    use rod_strips, only: strip_t, find_strips, on_strips
-   use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge
+   use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, no_test
    use doubts, only: doubts_of, all_doubts
    use set_trial, only: solve_neighbour
    use step_off, only: tangent_along, step_by, failing
@@ -48,6 +49,9 @@ module contact_trials
 
    real(wp), parameter :: shorter = 0.1_wp  !! least length of a new contact or free span just behind the change, as a share of the
    !! least length elsewhere (contact_spans%shortest)
+   real(wp), parameter :: growth = 5.0_wp         !! factor between the lengths of a new span that are tried to leave its change
+   real(wp), parameter :: most_of_strip = 0.25_wp !! longest of these lengths / length of the strip
+   real(wp), parameter :: least_change = 1.0e-6_wp !! change of the load factor that an increment can make / first increment
    integer, parameter :: most_edits = 2           !! edits by which a set differs from the present one
    integer, parameter :: most_halvings = 20       !! halvings of the load interval that contains the onset of the set
 
@@ -64,6 +68,7 @@ module contact_trials
       type(strip_t), allocatable :: strip(:)
       type(way_t), allocatable :: way(:)          !! all sets found
       real(wp) :: load = 0.0_wp  !! least reference value for changes of the load factor
+      logical :: located = .false.                !! true: the change is at the run's point
    end type search_t
 
    !> A set to be edited, at an equilibrium, and the places where its tests fail.
@@ -75,13 +80,15 @@ module contact_trials
 contains
 
    !> Finds the contact set with which the path continues from the run's point, and the first equilibrium of this set.
-   subroutine try_sets(problem, step, run, first, next, found)
+   subroutine try_sets(problem, step, run, first, next, found, zero)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(next_t), intent(out) :: first          !! the set at its onset, labelled as a change of contact
       type(next_t), intent(out) :: next           !! the same set at a point further on, where all its tests are satisfied
       logical, intent(out) :: found
+      type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the run's point, if the change is located there:
+      !! the first set that is valid is taken, and begins at this point
       type(search_t) :: search
       type(next_t) :: here
       type(doubt_t), allocatable :: doubt(:)
@@ -92,16 +99,22 @@ contains
       allocate (search%way(0))
       call copy_problem(problem, here%problem)
       here%path_point_t = run%last
-      doubt = places_in_doubt(here, run, search%strip)
+      search%located = present(zero)
+      if (search%located) then
+         doubt = doubts_of(here%problem, here%state, search%strip, zero)
+      else
+         doubt = places_in_doubt(here, run, search%strip)
+      end if
       do k = 1, size(first_size)
          call look_at(run, here, doubt, first_size(k), search)
          if (size(search%way) > 0) exit
       end do
+      if (search%located) call enlarge(run, here, doubt, first_size(min(k, size(first_size))), search)
       call follow_further(search, best)
       found = best > 0
       if (.not. found) return
       call copy_next(search%way(best)%next, next)
-      if (search%way(best)%sized) then
+      if (search%way(best)%sized .and. .not. search%located) then
          call begin_earlier(problem, run, next, first)
       else
          call copy_next(search%way(best)%base, first)
@@ -117,6 +130,34 @@ contains
          & size(problem%deck%contact)), first)
       next%problem%contact_span%number = first%problem%contact_span%number
    end subroutine try_sets
+
+   !> Enlarges the new contact or free span of a set found as long as the load factor has changed by less than the smallest
+   !> increment, so that the path can continue from there: a span that opens in a line contact may grow with a small power of the
+   !> load.
+   subroutine enlarge(run, here, doubt, part, search)
+      type(path_state_t), intent(in) :: run
+      type(next_t), intent(in) :: here            !! the present set, at the run's point
+      type(doubt_t), intent(in) :: doubt(:)
+      real(wp), intent(in) :: part                !! length of the new contact or free span / length of the strip
+      type(search_t), intent(inout) :: search
+      type(search_t) :: larger
+      real(wp) :: longer
+      longer = part
+      do while (size(search%way) > 0)
+         associate (way => search%way(1))
+            longer = growth * longer
+            if (.not. way%sized .or. longer > most_of_strip .or. abs(way%base%state%load_factor - here%state%load_factor) > &
+               & least_change * search%load) return
+            larger = search
+            deallocate (larger%way)
+            allocate (larger%way(0))
+            call look_at(run, here, doubt, longer, larger)
+            if (size(larger%way) == 0) return
+            if (.not. same_kind(larger%way(1)%base%problem, way%base%problem)) return
+         end associate
+         search = larger
+      end do
+   end subroutine enlarge
 
    !> Finds the first equilibrium of a set, by halving the load interval between the run's point and a later point at which the set
    !> is valid. At the change itself a new contact or free span has zero length, so shorter ones than elsewhere are accepted.
@@ -163,7 +204,7 @@ contains
       integer :: k
       tests = run_span_tests(here%problem, here%state, max(here%system%force_scale, tiny(1.0_wp)))
       doubt = doubts_of(here%problem, here%state, strip, failing(tests))
-      do k = 1, size(step_ahead)
+      do k = 1, size(step_ahead) / 2
          if (size(doubt) > 0) return
          system = here%system
          call step_by(here, run%last%tangent, step_ahead(k), ahead, system, tests)
@@ -189,6 +230,7 @@ contains
          allocate (failed(0))
          do k = 1, size(from)
             call edit(run, here, from(k), part, edits == 1, search, failed)
+            if (search%located .and. size(search%way) > 0) return
          end do
          if (size(search%way) > 0) return
          call move_alloc(failed, from)
@@ -217,6 +259,7 @@ contains
             if (found) found = is_near(here, trial%set, search%load)
             if (.not. found) cycle
             call step_onward(run, here, trial%set, any(neighbour(k)%held > 0), first, search, trial%fails)
+            if (search%located .and. size(search%way) > 0) return
             if (size(trial%fails) > 0) call append_trial(failed, trial)
          end do
       end do
@@ -240,7 +283,7 @@ contains
       do k = 1, size(single)
          both = single(k)
          do j = 1, size(doubt)
-            if (j == d .or. doubt(j)%kind /= doubt(d)%kind .or. doubt(j)%kind == 0 .or. doubt(j)%strip == 0) cycle
+            if (j == d .or. doubt(j)%kind /= doubt(d)%kind .or. doubt(j)%kind == no_test .or. doubt(j)%strip == 0) cycle
             other = at_place(both%set, j)
             other = pack(other, other%edit == both%edit)
             ! Edits that remove a contact change the indices of contacts with prescribed places.
@@ -288,9 +331,9 @@ contains
 
    !> Steps from the equilibrium of a set along its path, and adds the set to the search if all its tests are satisfied there. The
    !> path is smooth where a new contact or free span begins with zero length, so such a set continues in the sense in which the
-   !> path arrives at the run's point. Where a contact force or a gap vanishes the path has a kink, and both senses are tried: in
-   !> the wrong one the tests fail. The distance grows as long as the failing tests rise, because on another mesh a set may become
-   !> valid a little later.
+   !> path arrives at the run's point, and its tests decide at once, because the change is behind its equilibrium. Where a contact
+   !> force or a gap vanishes the path has a kink, and both senses are tried: in the wrong one the tests fail. The distance grows as
+   !> long as the failing tests rise, because on another mesh a set may become valid a little later.
    subroutine step_onward(run, here, next, sized, first, search, fails)
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: here
@@ -315,12 +358,21 @@ contains
             way%heading%u = -way%heading%u
             way%heading%load = -way%heading%load
          end if
-         least = worst(tests_of(next))
+         tests = tests_of(next)
+         least = worst(tests)
+         if (sized .and. first .and. .not. any_fails(tests) .and. .not. penetrates(next%problem, tests)) then
+            if (.not. (search%located .or. leads_to_next(here%problem, run, next))) cycle
+            way%next%tangent = way%heading
+            call append(search%way, way)
+            return
+         end if
          do k = 1, size(step_ahead)
             way%next%system = next%system
             call step_by(way%base, way%heading, step_ahead(k), way%next%state, way%next%system, tests)
             if (.not. allocated(tests)) exit
             if (.not. any_fails(tests)) then
+               ! Newton's method may have found another path.
+               if (.not. (search%located .or. leads_to_next(here%problem, run, way%next))) exit
                ! If the step comes nearer to the run's point, the new contact or free span becomes shorter.
                if (sized .and. .not. first) then
                   if (distance_from(here, way%next%problem, way%next%state) < distance_from(here, next%problem, next%state)) exit
@@ -337,6 +389,14 @@ contains
          end do
       end do
    end subroutine step_onward
+
+   !> True if the gap of a free span beside a contact has the wrong sign. The gap of a span that just opened is smaller than the
+   !> slack of its test.
+   pure logical function penetrates(problem, tests)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: tests(:)
+      penetrates = any(tests%kind == test_vanishing .and. tests%value * problem%size < -rounding_gap(problem))
+   end function penetrates
 
    !> Least value of the tests as a multiple of its slack; 0 if none is negative.
    pure real(wp) function worst(tests)

@@ -12,9 +12,9 @@ module neighbours
    use rod_strips, only: strip_t, brought_near
    implicit none
    private
-   public :: doubt_t, neighbour_t, neighbours_at
+   public :: doubt_t, neighbour_t, neighbours_at, no_test
    public :: edit_remove, edit_add, edit_spread, edit_part, edit_leave, edit_shrink, edit_ends, edit_open, edit_end_off, &
-      & edit_lie_down, edit_merge, edit_pass, edit_jump
+      & edit_lie_down, edit_merge, edit_pass, edit_jump, edit_rise, edit_change
 
    ! Edits.
    integer, parameter :: edit_remove = 1     !! a contact ends
@@ -30,13 +30,17 @@ module neighbours
    integer, parameter :: edit_merge = 11     !! two contacts become one
    integer, parameter :: edit_pass = 12      !! a contact moves to a segment boundary, or to its other side
    integer, parameter :: edit_jump = 13      !! the end of a line contact jumps over a segment boundary and leaves a free span there
-   integer, parameter :: n_edits = 13
+   integer, parameter :: edit_rise = 14      !! a line contact opens around a point contact with another obstacle
+   integer, parameter :: edit_change = 15    !! a line contact changes over to another obstacle
+   integer, parameter :: n_edits = 15
+
+   integer, parameter :: no_test = 0         !! kind of a place without failing test
 
    !> Order in which the edits are tried, one row for each kind of failing test (test_kinds); the first row is for a place without
    !> failing test. Edits that are not in a row come after it, in the order of their numbers; 0: none.
    integer, parameter :: order(5, 0:10) = reshape([ &
       & edit_lie_down, edit_merge, edit_pass, edit_jump, 0, &             ! no test
-      & edit_add, edit_lie_down, 0, 0, 0, &                               ! gap
+      & edit_add, edit_rise, edit_change, edit_lie_down, 0, &             ! gap
       & edit_remove, edit_open, edit_jump, edit_ends, 0, &                ! force
       & edit_spread, edit_part, edit_lie_down, edit_leave, edit_merge, &  ! curvature
       & edit_open, edit_end_off, edit_ends, edit_remove, 0, &             ! pressure
@@ -49,7 +53,7 @@ module neighbours
 
    !> A place at which the contact set may be wrong: that of a failing test, or an end of a contact.
    type :: doubt_t
-      integer :: kind = 0                    !! kind of the failing test (test_kinds), 0: none
+      integer :: kind = no_test              !! kind of the failing test (test_kinds)
       integer :: contact = 0                 !! index into model%contact, 0: any
       integer :: strip = 0
       real(wp) :: at = 0.0_wp                !! coordinate along the strip
@@ -96,18 +100,20 @@ contains
          end if
       end do
       call edit_free_spans(set, doubt, strip, near, all)
-      if (doubt%contact > 0 .and. doubt%kind == test_gap) &
-         & call add(all, edit_add, begun(set, doubt%contact, doubt%strip, doubt%at))
+      if (doubt%contact > 0 .and. doubt%kind == test_gap) call meet_obstacle(set, doubt, strip, size_of_new, all)
       rank = ranks(doubt%kind)
       allocate (found(size(all)))
       n = 0
       do r = 1, n_edits
          do k = 1, size(all)
             if (rank(all(k)%edit) /= r) cycle
+            ! A contact whose force is not zero does not end.
+            if (all(k)%edit == edit_remove .and. doubt%kind == no_test) cycle
             n = n + 1
             found(n) = all(k)
          end do
       end do
+      found = found(:n)
    end function neighbours_at
 
    !> Rank of each edit for a kind of test.
@@ -128,6 +134,35 @@ contains
          rank(k) = n
       end do
    end function ranks
+
+   !> Adds the edits where a gap to an obstacle closes: a point contact begins; inside a line contact with another
+   !> obstacle the rod also rises from this one on both sides of the point, or the whole line changes over.
+   subroutine meet_obstacle(set, doubt, strip, e, all)
+      type(contact_span_t), intent(in) :: set(:)
+      type(doubt_t), intent(in) :: doubt
+      type(strip_t), intent(in) :: strip
+      real(wp), intent(in) :: e              !! prescribed length of the free span that opens on each side
+      type(neighbour_t), allocatable, intent(inout) :: all(:)
+      type(contact_span_t), allocatable :: new(:)
+      real(wp) :: at(1)
+      integer :: k
+      logical :: lies
+      lies = .false.
+      do k = 1, size(set)
+         if (set(k)%rod_segment /= doubt%strip .or. set(k)%contact == doubt%contact .or. .not. set(k)%line) cycle
+         at = brought_near(strip, [doubt%at], 0.5_wp * sum(set(k)%at))
+         if (at(1) - e > set(k)%at(1) .and. at(1) + e < set(k)%at(2)) then
+            lies = .true.
+            new = opened(set, k, at(1) - e, at(1) + e)
+            call add(all, edit_rise, begun(new, doubt%contact, doubt%strip, at(1)), [k, size(new)], [2, 1])
+         end if
+         if (at(1) < set(k)%at(1) .or. at(1) > set(k)%at(2)) cycle
+         new = set
+         new(k)%contact = doubt%contact
+         call add(all, edit_change, new)
+      end do
+      if (.not. lies) call add(all, edit_add, begun(set, doubt%contact, doubt%strip, doubt%at))
+   end subroutine meet_obstacle
 
    !> Adds the edits of point contact k.
    subroutine edit_point(set, k, strip, e, near, all)

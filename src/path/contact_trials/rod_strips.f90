@@ -185,16 +185,20 @@ contains
 
    contains
 
-      !> True if contact k shares places with another contact of the same obstacle.
+      !> True if contact k shares a place with another contact of the same obstacle, or lies inside a line contact with another one.
       pure logical function overlaps(k)
          integer, intent(in) :: k
          real(wp) :: at(2)
          integer :: j
          overlaps = .false.
          do j = 1, size(set)
-            if (j == k .or. set(j)%contact /= set(k)%contact .or. set(j)%rod_segment /= set(k)%rod_segment) cycle
+            if (j == k .or. set(j)%rod_segment /= set(k)%rod_segment) cycle
             at = brought_near(strip(set(k)%rod_segment), set(j)%at, sum(set(k)%at) / 2)
-            overlaps = overlaps .or. (at(1) <= set(k)%at(2) .and. set(k)%at(1) <= at(2))
+            if (set(j)%contact == set(k)%contact) then
+               overlaps = overlaps .or. (at(1) <= set(k)%at(2) .and. set(k)%at(1) <= at(2))
+            else
+               overlaps = overlaps .or. (at(1) < set(k)%at(2) .and. set(k)%at(1) < at(2))
+            end if
          end do
       end function overlaps
    end subroutine on_segments

@@ -10,7 +10,8 @@ module predicted_contact_set
    use span_tests, only: run_span_tests
    use contact_change_types, only: step_interval_t, change_t, change_missed, change_opening
    use span_opening, only: open_line
-   use span_rules, only: beginning_together
+   use span_rules, only: beginning_together, lies_elsewhere
+   use span_candidates, only: present_contact_spans
    use span_set, only: add_contact_spans, new_contact_at
    use reachability, only: leads_to_next
    use path_control, only: control_t, path_length
@@ -57,7 +58,8 @@ contains
       allocate (change%begins(0))
       if (change%tests(change%which)%kind == test_gap) then
          change%begins = beginning_together(problem, change%tests, change%which, interval%after%value < interval%before%value)
-         call begin_sharply(problem, step, run, interval, change)
+         if (.not. lies_elsewhere(present_contact_spans(problem, change%point%state), change%tests(change%which))) &
+            & call begin_sharply(problem, step, run, interval, change)
          associate (test => change%tests(change%which))
             run%onset%region = beginning_region(problem, change%point%state, test%contact, test%rod_segment, test%at)
             call find_point(problem, change%point%state, test%rod_segment, test%at, run%onset%element, tau)

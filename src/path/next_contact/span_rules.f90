@@ -21,7 +21,7 @@ module span_rules
    use flat_point_rule, only: answer_flat_point
    implicit none
    private
-   public :: answer_to, beginning_together, coming_next
+   public :: answer_to, beginning_together, coming_next, zero_too, lies_elsewhere
 
 contains
 
@@ -45,6 +45,10 @@ contains
       select case (test%kind)
       case (test_gap)
          answer%label = 'C+'
+         ! The part of the rod that lies on another obstacle rises from it, or changes over to this one (contact_trials).
+         if (lies_elsewhere(answer%contact_span, test)) answer%no_rule = 'no contact set leads on from '// &
+            & 'where the rod lies on one obstacle and meets '// &
+            & trim(problem%model%obstacle(problem%model%contact(test%contact)%obstacle)%name)//', which may hold it fast'
       case (test_force)
          if (problem%contact_span(test%contact_span)%line) then
             ! Without an end force the moments do not locate the end; contact at nodes gives the next set (contact_in_doubt).
@@ -115,13 +119,24 @@ contains
          & .not. at_zero(tests, which) .and. tests%value <= reach * fall)
    end function coming_next
 
-   !> True if two gap tests belong to one contact: both gaps close at the same segment boundary, from its two sides.
+   !> True if the place of a gap is on a line contact with another obstacle.
+   pure logical function lies_elsewhere(now, test)
+      type(contact_span_t), intent(in) :: now(:)  !! the present contact spans
+      type(span_test_t), intent(in) :: test
+      lies_elsewhere = any(now%line .and. now%rod_segment == test%rod_segment .and. now%at(1) <= test%at .and. &
+         & now%at(2) >= test%at)
+   end function lies_elsewhere
+
+   !> True if two gap tests belong to one contact: both gaps close at the same place, or at the same segment boundary from its two
+   !> sides.
    pure logical function one_contact(problem, a, b)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: a, b
       integer :: i, j
       one_contact = .false.
       if (a%contact /= b%contact) return
+      one_contact = a%rod_segment == b%rod_segment .and. abs(a%at - b%at) <= line_share * &
+         & problem%layout%rod_segment(a%rod_segment)%length
       associate (first => problem%layout%rod_segment(a%rod_segment), second => problem%layout%rod_segment(b%rod_segment))
          do i = 1, 2
             do j = 1, 2
@@ -132,6 +147,18 @@ contains
          end do
       end associate
    end function one_contact
+
+   !> Other tests that are zero at the same point of the path as the located one.
+   pure function zero_too(tests, which, falling) result(others)
+      type(span_test_t), intent(in) :: tests(:)
+      integer, intent(in) :: which
+      logical, intent(in) :: falling(:)            !! (tests) the test decreases along the path
+      type(span_test_t), allocatable :: others(:)
+      logical :: zero(size(tests))
+      zero = falling .and. at_zero(tests, which)
+      zero(which) = .false.
+      others = pack(tests, zero)
+   end function zero_too
 
    !> (tests) true: the test is zero at the same point of the path as the located one. The located test is accurate to its own value
    !> there, the others to a few times this value.

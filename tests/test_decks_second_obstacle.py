@@ -1,0 +1,113 @@
+"""A rod that lies on one obstacle and meets another one: gaps of lines of contact to the other obstacles, and the sets that follow.
+
+A heavy rod on a floor, w its weight per length. A point that is lifted by d takes 4 w a / 3 and raises a = (72 EI d / w)^(1/4) on each
+side; a tip that is lifted by d takes w a / 2 and raises a = (24 EI d / w)^(1/4): the rod's moment and slope are zero where it leaves
+the floor (beam theory; geometry adds terms of the order (d / a)^2).
+"""
+import math
+
+import pytest
+
+import deck_runner as dr
+
+EI, WEIGHT, LENGTH = 100.0, 1.0, 10.0
+ROD = """*HEADING
+Heavy rod on a floor
+*NODE
+1, 0, 0
+{nodes}
+*LINE, ELSET=ROD, NSET=ROD
+{lines}
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+1e6, 100, , , 1e-5
+*BOUNDARY
+1, {support}
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+-1, 0, 11, 0
+{obstacles}
+*CONTACT, OBSTACLE=FLOOR, NSET=ROD
+{contacts}
+*STEP, NAME=WEIGHT
+*STATIC, METHOD=LOAD
+1
+*DLOAD
+ROD, PY, -1
+*END STEP
+*STEP
+*STATIC, METHOD={method}
+0.1
+{load}
+*STOP
+LOAD, ABOVE, 1
+*END STEP
+"""
+
+
+def rod(load, other="", inner=(), support="XSYMM", method="LOAD"):
+    """`other`: the second obstacle's data, its name is LIFT; `inner`: places of nodes between the ends."""
+    places = [*inner, LENGTH]
+    obstacles = f"*OBSTACLE, NAME=LIFT, TYPE={other}" if other else ""
+    return ROD.format(nodes="\n".join(f"{k}, {x!r}, 0" for k, x in enumerate(places, 2)), support=support,
+                      lines="\n".join(f"{k}, {k + 1}, 8" for k in range(1, len(places) + 1)), method=method, load=load, obstacles=obstacles,
+                      contacts="*CONTACT, OBSTACLE=LIFT, NSET=ROD\n*MONITOR, NAME=force, OBSTACLE=LIFT\nRF2" if other else
+                      "\n".join(f"*MONITOR, NAME=rise{k}\n{k}, U2" for k in range(2, len(places) + 2)))
+
+
+def raised(lift, share):
+    """Length that lifts off if a point (72) or a tip (24) is lifted."""
+    return (share * EI * lift / WEIGHT)**0.25
+
+
+@pytest.mark.parametrize("place", [5.0, 4.321])
+@pytest.mark.parametrize("radius", [2.0, 20.0])
+def test_a_circle_rises_through_the_floor(place, radius):
+    below, rise = 0.1, 0.15
+    run = dr.run_deck(rod(f"*OBSTACLE MOTION\nLIFT, 0, {rise!r}", f"CIRCLE, SIDE=OUTSIDE\n{place!r}, {-below - radius!r}, {radius!r}"))
+    assert [c.label for c in run.results.critical] == ["EP", "C+", "EP"]
+    dr.assert_close(run.only("C+").load_factor, below / rise, relative=1e-8)
+    a = raised(rise - below, 72)
+    # The rod's curvature above the circle, a^2 w / 6 EI, is less than that of the circle, so it stays a point.
+    assert a**2 * WEIGHT / (6 * EI) < 1 / radius
+    dr.assert_close(run.results.critical[-1].monitors["force"], 4 * WEIGHT * a / 3, relative=((rise - below) / a)**2)
+    assert run.results.contact.count[-1] == 3
+
+
+def test_a_rod_changes_over_to_another_bed():
+    below, rise = 0.1, 0.5
+    text = rod(f"*OBSTACLE MOTION\nLIFT, 0, {rise!r}", f"LINE\n-1, {-below!r}, 11, {-below!r}", support="1")
+    run = dr.run_deck(dr.changed(text, ("*STEP, NAME=WEIGHT", "*MONITOR, NAME=end\n2, U2\n*STEP, NAME=WEIGHT")))
+    assert [c.label for c in run.results.critical] == ["EP", "C+", "EP"]
+    dr.assert_close(run.only("C+").load_factor, below / rise, relative=1e-8)
+    dr.assert_close(run.results.critical[-1].monitors["force"], WEIGHT * LENGTH, relative=1e-8)
+    dr.assert_close(run.results.critical[-1].monitors["end"], rise - below, relative=1e-8)
+
+
+def test_a_strip_grows_into_a_wall():
+    """EA (strain of the heat - gap / length)."""
+    room, heat = 0.001, 5e-4
+    run = dr.run_deck(rod(f"*TEMPERATURE\nROD, {heat / 1e-5!r}", f"LINE\n{LENGTH + room!r}, -1, {LENGTH + room!r}, 1").replace("RF2", "RF1"))
+    assert [c.label for c in run.results.critical] == ["EP", "C+", "EP"]
+    dr.assert_close(run.only("C+").load_factor, room / LENGTH / heat, relative=1e-8)
+    dr.assert_close(run.results.critical[-1].monitors["force"], -1e6 * (heat - room / LENGTH), relative=1e-8)
+
+
+def test_between_two_obstacles_a_rod_is_held_fast():
+    """A circle comes down on the rod: it can go no further, and the run says where and why."""
+    above, radius = 0.1, 3.0
+    run = dr.run_deck(rod("*OBSTACLE MOTION\nLIFT, 0, -0.25", f"CIRCLE, SIDE=OUTSIDE\n4.0, {above + radius!r}, {radius!r}"), code=2)
+    dr.assert_close(run.only("C+").load_factor, above / 0.25, relative=1e-8)
+    assert "the rod lies on one obstacle and meets LIFT, which may hold it fast" in run.stderr
+    assert run.column("load_factor")[-1] <= above / 0.25 * (1 + 1e-8)
+
+
+@pytest.mark.parametrize("method", ["LOAD", "CYLINDRICAL"])
+@pytest.mark.parametrize("place", [3.0, 4.4])
+def test_two_forces_lift_at_once(place, method):
+    """A force inside and one at the tip: both spans open with the first of the load, so neither alone is an equilibrium."""
+    inner, tip = 1.2, 0.4
+    run = dr.run_deck(rod(f"*CLOAD\n2, 2, {inner!r}\n3, 2, {tip!r}", inner=(place,), support="1", method=method))
+    rises = run.results.critical[-1].monitors
+    for rise, a, share in ((rises["rise2"], 0.75 * inner / WEIGHT, 72), (rises["rise3"], 2.0 * tip / WEIGHT, 24)):
+        exact = WEIGHT * a**4 / (share * EI)
+        dr.assert_close(rise, exact, relative=max((exact / a)**2, 1e-6))
+        assert math.isclose(raised(exact, share), a)
