@@ -31,6 +31,7 @@ program unilat
    use checkpoint, only: standing_t
    use restart_check, only: why_not_with
    use restart_file, only: restart_t, read_restart
+   use path_points, only: path_points_t, read_path_points, point_called
    use checked_output, only: put_text, open_draft, put_draft
    use model, only: model_t
    use problem, only: problem_t, new_problem
@@ -50,6 +51,7 @@ program unilat
    type(deck_source_t) :: source
    type(diagnostics_t) :: diagnostics
    type(model_t) :: deck_model
+   type(model_t) :: first_model                  !! model with which the path begins: with --from, that of the former run
    type(problem_t) :: path_problem
    type(run_recorder_t) :: recorder
    type(outcome_t) :: outcome
@@ -78,11 +80,9 @@ program unilat
       call put_draft(draft, lost)
       call end_after_output()
    end if
-   if (options%deck == '' .and. options%restart == '' .and. options%template == '') then
-      if (is_terminal(standard_input)) then
-         write (error_unit, '(a)', advance='no') help_text()
-         call stop_with(exit_deck_error, 'no deck is named, and standard input is a terminal')
-      end if
+   if (options%deck == '' .and. options%restart == '' .and. options%template == '' .and. is_terminal(standard_input)) then
+      write (error_unit, '(a)', advance='no') help_text()
+      call stop_with(exit_deck_error, 'no deck is named, and standard input is a terminal')
    end if
 
    if (options%template /= '') call write_new_deck()
@@ -92,7 +92,7 @@ program unilat
    ! ---- the deck ----
    call timing_start(phase_reading)
    if (options%restart /= '') then
-      call read_restart(options%restart, restart, error)
+      call read_restart(options%restart, options%from /= '', restart, error)
       if (allocated(error)) call stop_with(exit_deck_error, error%message)
    end if
    if (options%restart /= '' .and. options%deck == '') then
@@ -137,11 +137,13 @@ program unilat
       if (allocated(error)) call stop_with(code_of(error), error%message)
       call end_program(exit_complete)
    end if
-   if (restart%kind > 0) then
+   first_model = deck_model
+   if (options%restart /= '') then
       standing%kind = restart%kind
-      standing%archive = archive_of(restart%state)
+      if (restart%kind > 0) standing%archive = archive_of(restart%state)
       standing%changed = options%deck /= '' .or. size(options%set) > 0
       if (standing%changed) call check_other_deck()
+      if (options%from /= '') call find_point()
    end if
    if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file, &
       & step_load_sums(deck_model))
@@ -153,6 +155,7 @@ program unilat
    if (begins_again()) then
       why_nodes = outcome%why
       deck_model%contact%along = .false.
+      first_model%contact%along = .false.
       call follow_deck()
       call note_failure('contact is at the nodes of the deck, where errors are not known, because spans do not get on: '//why_nodes)
    end if
@@ -183,7 +186,7 @@ contains
    !> Follows all steps of the deck and records the results.
    subroutine follow_deck()
       call timing_start(phase_numbering)
-      path_problem = new_problem(deck_model)
+      path_problem = new_problem(first_model)
       call timing_stop(phase_numbering)
       call timing_start(phase_output)
       call open_results()
@@ -253,7 +256,18 @@ contains
       call read_deck(old, old_model, old_diagnostics)
       why = why_not_with(old_model, deck_model)
       if (why /= '') call stop_with(exit_deck_error, options%restart//' cannot go on: '//why)
+      if (options%from /= '') first_model = old_model
    end subroutine check_other_deck
+
+   !> Finds the point from which the run continues; ends the program if the path does not have it.
+   subroutine find_point()
+      type(path_points_t) :: points
+      call read_path_points(options%restart, points, error)
+      if (.not. allocated(error)) call point_called(points, options%from, standing%from, error)
+      if (allocated(error)) call stop_with(exit_deck_error, error%message)
+      standing%load_factor = points%load_factor
+      standing%steps = deck_model%step
+   end subroutine find_point
 
    !> Adds a failure: the run has ended, but not all requirements of the deck are satisfied.
    subroutine note_failure(words)

@@ -1,10 +1,13 @@
-"""What all pytest runs of this folder share: which cases they run.
+"""What all pytest runs of this folder share: which cases they run, and what kills a program.
 
 With run-time checks (UNILAT_CHECKED=1) the first and the last of a test's parameters: the others run the same code on other numbers,
 which the optimised build sees. Not where every parameter is another deck (EVERY_PARAMETER), and nothing that is marked
 `release_only`. Where each case is to run in one build only (UNILAT_CASES=once) the first one is that of the checked build, and all
 others are the optimised one's."""
 import os
+import pathlib
+import shutil
+import subprocess
 
 import pytest
 
@@ -50,3 +53,15 @@ def pytest_sessionfinish(session, exitstatus):
     """All of a file's cases may be the other build's."""
     if ONCE and exitstatus == pytest.ExitCode.NO_TESTS_COLLECTED:
         session.exitstatus = pytest.ExitCode.OK
+
+
+@pytest.fixture(scope="session")
+def shim(tmp_path_factory):
+    """The library that kills a program at one of its writes (kill_at_write.c); with a C compiler that can make one."""
+    compiler = os.environ.get("UNILAT_CC", "cc")
+    library = tmp_path_factory.mktemp("shim") / "kill_at_write.so"
+    if shutil.which(compiler) is None:
+        pytest.skip("no C compiler here")
+    source = pathlib.Path(__file__).resolve().parent / "kill_at_write.c"
+    subprocess.run([compiler, "-shared", "-fPIC", "-o", str(library), str(source), "-ldl"], check=True)
+    return library

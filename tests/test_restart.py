@@ -89,6 +89,38 @@ def test_killed_at_once_and_gone_on(tmp_path):
     assert differences(tmp_path / "whole.h5", tmp_path / "pieces.h5") == []
 
 
+@pytest.mark.parametrize("name, curves", [("ring-critical", ["CRITICAL"]), ("arch-imperfect", ["SMALLER", "LARGER"])])
+def test_limit_curves_go_on(tmp_path, shim, name, curves):
+    """Killed at its writes, each run goes on with the limit point that was to come; those before are not sought again."""
+    (tmp_path / "deck.inp").write_text(dr.example(name))
+    run(tmp_path, "-o", "whole.h5", "deck.inp")
+    environment = {**os.environ, "LD_PRELOAD": str(shim), "KILL_MODE": "before", "KILL_LOG": "count", "KILL_COPY": "flushed"}
+
+    def killed(at):
+        (tmp_path / "pieces.h5").unlink(missing_ok=True)
+        subprocess.run([os.environ["UNILAT"], "--quiet", "-o", "pieces.h5", "deck.inp"], cwd=tmp_path, timeout=WAIT, capture_output=True, check=False,
+                       env={**environment, "KILL_AT": str(at)})
+        return int((tmp_path / "count").read_text())
+
+    total = killed(0)
+    work, before = [], []
+    for part in (0.45, 0.65, 0.75, 0.85, 0.95):
+        killed(int(part * total))
+        with h5py.File(tmp_path / "pieces.h5") as file:
+            before.append(sum(len(file[f"limit_curve/{curve}"].get("parameter", ())) for curve in curves))
+        run(tmp_path, "--restart", "pieces.h5")
+        assert differences(tmp_path / "whole.h5", tmp_path / "pieces.h5") == []
+        with h5py.File(tmp_path / "pieces.h5") as file:
+            work.append(iterations(file))
+    assert before == sorted(before) and before[0] + 3 < before[-1], before
+    assert work == sorted(work, reverse=True) and 3 * work[-1] < work[0], work
+
+
+def iterations(file):
+    """Newton iterations of the run that wrote a file last."""
+    return dict(zip(file["performance/counter"].asstr(), file["performance/value"]))["Newton iterations"]
+
+
 def test_more_points_are_as_if_they_had_been_asked_for(tmp_path):
     few = dr.changed(CANTILEVER, ("*CLOAD", "*CONTROLS, POINTS=3\n*CLOAD"))
     (tmp_path / "few.inp").write_text(few)
@@ -158,3 +190,68 @@ def test_what_cannot_go_on_is_told(tmp_path):
         file["restart/state"].resize((100,))
     assert "damaged" in run(tmp_path, "--restart", "cut.h5", code=1).stderr
     assert "--restart" in run(tmp_path, "--restart", "whole.h5", "--check", "deck.inp", code=1).stderr
+
+
+# ---- from a named point --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name, points", [("ring", ["LP", "uz3", "1", "8", "26"]), ("roorda-frame", ["2"]), ("column-walls", ["C+1"]), ("arch-imperfect", ["lp2"])])
+def test_a_named_point_is_on_the_same_path(tmp_path, name, points):
+    """Without a change the run from there is the run that there was, with its steps, branches and limit curves."""
+    (tmp_path / "deck.inp").write_text(dr.example(name))
+    run(tmp_path, "-o", "whole.h5", "deck.inp")
+    for point in points:
+        run(tmp_path, "--restart", "whole.h5", "--from", point, "-o", "again.h5")
+        assert differences(tmp_path / "whole.h5", tmp_path / "again.h5") == []
+    if points[0] != "LP":      # behind the end of a path there would be more of it
+        run(tmp_path, "--restart", "whole.h5", "--from", points[0], "-o", "again.h5", "deck.inp")
+        assert differences(tmp_path / "whole.h5", tmp_path / "again.h5") == []
+
+
+def path_of(path):
+    with h5py.File(path) as file:
+        return file["path/load_factor"][()], file["path/label"].asstr()[()]
+
+
+@pytest.mark.parametrize("method", ["CYLINDRICAL", "SPHERICAL", "LINEARISED", "MINIMUM RESIDUAL", "VARIABLE LOAD"])
+def test_from_a_limit_point_with_another_strategy(tmp_path, method):
+    """The points before stay as they are; behind, where the load falls, the path is the same curve."""
+    text = dr.example("ring")
+    (tmp_path / "deck.inp").write_text(text)
+    changes = (("METHOD=CYLINDRICAL", f"METHOD={method}"), ("1., 1E-9, 0.02", "1., 1E-9, 0.01"), ("v, ABOVE, 0.6", "v, ABOVE, 0.55"))
+    (tmp_path / "other.inp").write_text(dr.changed(text, *changes[method == "CYLINDRICAL":]))
+    run(tmp_path, "-o", "whole.h5", "deck.inp")
+    run(tmp_path, "--restart", "whole.h5", "--from", "LP1", "-o", "other.h5", "other.inp")
+    whole, labels = path_of(tmp_path / "whole.h5")
+    other, others = path_of(tmp_path / "other.h5")
+    n = list(labels).index("LP") + 1
+    assert np.array_equal(whole[:n + 1], other[:n + 1]) and list(labels[:n]) == list(others[:n])
+    assert len(other) > n + 5 and np.all(np.diff(other[n - 1:]) < 0.0) and others[-1] == "EP"
+    with h5py.File(tmp_path / "other.h5") as file:
+        assert file["path/monitor/v"][-1] == pytest.approx(0.55, abs=1e-9)
+    assert (path_of(tmp_path / "whole.h5")[0] == whole).all()
+
+
+def test_points_that_are_not_there_are_told(tmp_path):
+    (tmp_path / "deck.inp").write_text(dr.example("ring"))
+    run(tmp_path, "-o", "whole.h5", "deck.inp")
+    for name in ("LP2", "LP0", "UZ", "BP1", "27", "0", "1.5", "LP1x", "99999999999", "C", "+", " "):
+        said = run(tmp_path, "--restart", "whole.h5", "--from", name, "-o", "other.h5", code=1).stderr
+        if name.strip():
+            assert "it has the points 1 to 26, of which some are UZ1 (7) UZ2 (9)" in said and "LP1 (14)" in said and "EP1 (26)" in said
+    for words in (["--from", "3"], ["--from", "3", "-o", "whole.h5"], ["--from"], ["--from", "3", "--from", "4", "-o", "other.h5"]):
+        assert "--from" in run(tmp_path, "--restart", "whole.h5", *words, code=1).stderr
+    assert "--from without --restart" in run(tmp_path, "--from", "3", "-o", "other.h5", "deck.inp", code=1).stderr
+    assert not (tmp_path / "other.h5").exists()
+    run(tmp_path, "--model", "-o", "model.h5", "deck.inp")
+    assert "has no points" in run(tmp_path, "--restart", "model.h5", "--from", "1", "-o", "other.h5", code=1).stderr
+
+
+def test_points_that_are_not_found_again_are_told(tmp_path):
+    """A file made in pieces with two decks: the deck in it does not lead to its first points."""
+    (tmp_path / "deck.inp").write_text(dr.example("ring"))
+    run(tmp_path, "-o", "whole.h5", "deck.inp")
+    with h5py.File(tmp_path / "whole.h5", "a") as file:
+        file["path/load_factor"][4] += 1e-3
+    said = run(tmp_path, "--restart", "whole.h5", "--from", "5", "-o", "other.h5", code=2).stderr
+    assert "does not find the points in the file" in said

@@ -4,7 +4,6 @@ Whatever happens, the result file is that of the last flush or, before the first
 """
 import contextlib
 import os
-import pathlib
 import random
 import resource
 import shutil
@@ -18,7 +17,6 @@ import pytest
 import deck_runner as dr
 
 EVERY_PARAMETER = True
-TESTS = pathlib.Path(__file__).resolve().parent
 REFUSED, ENDED = 5, 6
 # Ends after a million points, or when somebody ends it: minutes later.
 ENDLESS = dr.changed(dr.on_given_mesh("cantilever"), ("*CLOAD", "*CONTROLS, POINTS=1000000\n*CLOAD"), (", JOB=cantilever", ""))
@@ -60,17 +58,6 @@ def wait_for(path, process):
     while not path.exists():
         assert time.monotonic() < end and process.poll() is None, process.communicate()
         time.sleep(0.01)
-
-
-@pytest.fixture(scope="module")
-def shim(tmp_path_factory):
-    """The library that kills; with a C compiler that can make one."""
-    compiler = os.environ.get("UNILAT_CC", "cc")
-    library = tmp_path_factory.mktemp("shim") / "kill_at_write.so"
-    if shutil.which(compiler) is None:
-        pytest.skip("no C compiler here")
-    subprocess.run([compiler, "-shared", "-fPIC", "-o", str(library), str(TESTS / "kill_at_write.c"), "-ldl"], check=True)
-    return library
 
 
 # ---- kills ---------------------------------------------------------------------------------------------------------------

@@ -17,7 +17,7 @@ _unilat() {
          COMPREPLY=($(compgen -W "$("${COMP_WORDS[0]}" --cards 2> /dev/null | sed -nE 's/^### `\*([A-Z ]+)`$/\1/p' | tr -d ' ')" -- "${word^^}"))
          return ;;
       -o | --restart) _unilat_files h5; return ;;
-      --max-seconds) return ;;
+      --max-seconds | --from) return ;;
       --set)
          # The names on the *PARAMETER cards of the decks that are on the line.
          compopt -o nospace 2> /dev/null

@@ -13,6 +13,7 @@ module command_line
    type :: command_line_t
       character(:), allocatable :: deck    !! file to read; '': standard input
       character(:), allocatable :: restart !! result file from which to continue; '': none
+      character(:), allocatable :: from    !! name of the point from which to continue; '': the last one
       character(:), allocatable :: output  !! result file; '': named after the deck or its job name
       character(:), allocatable :: template !! name of the deck template that `init` writes; '': no init
       character(argument_length), allocatable :: set(:) !! name=value of every --set
@@ -39,6 +40,7 @@ contains
       options%output = ''
       options%template = ''
       options%restart = ''
+      options%from = ''
       allocate (argument(command_argument_count()))
       do i = 1, size(argument)
          call get_command_argument(i, argument(i), status=status)
@@ -62,6 +64,7 @@ contains
       options%template = ''
       options%topic = ''
       options%restart = ''
+      options%from = ''
       allocate (options%set(0))
       only_files = .false.
       i = 0
@@ -120,6 +123,18 @@ contains
                   i = i + 1
                   options%restart = trim(argument(i))
                end if
+            case ('--from')
+               if (options%from /= '') then
+                  call fail(error, '--from is given twice')
+               else if (i == size(argument)) then
+                  call fail(error, '--from needs a point: its number or its label, as LP1')
+               else if (argument(i + 1) == '' .or. argument(i + 1)(1:1) == '-') then
+                  call fail(error, '--from needs a point: its number or its label, as LP1, not '''// &
+                     & quoted(trim(argument(i + 1)))//'''')
+               else
+                  i = i + 1
+                  options%from = trim(argument(i))
+               end if
             case ('--max-seconds')
                if (options%max_seconds > 0.0_wp) then
                   call fail(error, '--max-seconds is given twice')
@@ -161,6 +176,9 @@ contains
          if (allocated(error)) return
       end do
       if (options%restart /= '' .and. (options%check .or. options%expand)) call fail(error, '--restart with --check or --expand')
+      if (options%from /= '' .and. options%restart == '') call fail(error, '--from without --restart')
+      if (options%from /= '' .and. (options%output == '' .or. options%output == options%restart)) &
+         & call fail(error, '--from leaves out the points behind: name another result file with -o')
       if (options%check .and. options%expand) call fail(error, 'either --check or --expand')
       if (options%model .and. (options%check .or. options%expand)) call fail(error, 'either --model or --check or --expand')
       if (options%expand .and. options%output /= '') call fail(error, '--expand writes no results: leave out -o')
@@ -216,6 +234,9 @@ contains
          '  --restart FILE'//nl// &
          '              go on where the run of a result file stood, with its deck or another one with other'//nl// &
          '              *STATIC, *CONTROLS, *ACCURACY, *STOP; the file goes on, too, unless -o names another'//nl// &
+         '  --from POINT'//nl// &
+         '              with --restart: go on from this point of the path instead, its number or its label (LP1: the first'//nl// &
+         '              limit point); the path up to there is followed again, and -o names the file'//nl// &
          '  --set NAME=VALUE'//nl// &
          '              value of a parameter, instead of that on *PARAMETER; may be repeated'//nl// &
          '  --expand    print the deck with the included decks in their place, compute nothing'//nl// &

@@ -59,9 +59,10 @@ contains
       restart%kind = 0
    end subroutine write_restart
 
-   !> Reads the checkpoint of a result file. The error says why no run can continue from the file.
-   subroutine read_restart(path, restart, error)
+   !> Reads the deck and the checkpoint of a result file. The error says why no run can continue from the file.
+   subroutine read_restart(path, deck_only, restart, error)
       character(*), intent(in) :: path
+      logical, intent(in) :: deck_only            !! true: without the checkpoint
       type(restart_t), intent(out) :: restart
       type(error_t), allocatable, intent(out) :: error
       integer(hid_t) :: file, place
@@ -83,7 +84,9 @@ contains
       restart%deck = text_attribute(place, 'deck')
       call h5oclose_f(place, status)
       call h5lexists_f(file, '/restart', exists, status)
-      if (.not. exists) then
+      if (deck_only) then
+         restart%kind = 0
+      else if (.not. exists) then
          call fail(error, path//' does not say where its run stood: run its deck again')
       else
          call h5oopen_f(file, '/restart', place, status)

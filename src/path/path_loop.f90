@@ -18,7 +18,7 @@ module path_loop
    use critical_points, only: critical_points_t
    use first_contact, only: presume_contact
    use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
-   use step_control, only: start_control
+   use step_control, only: start_control, change_control
    use path_point, only: path_point_t, evaluate_tests
    use point_recording, only: record
    use path_outcome, only: outcome_t, must_end, note_trouble
@@ -29,12 +29,11 @@ module path_loop
    use tangent_modes, only: bending_stiffness
    use tangent_rounding, only: rounding_cure
    use path_follower, only: follow_points
-   use path_control, only: is_arc_length
    use branches, only: follow_branches
    use archive, only: archive_t
    use run_archive, only: exchange_problem_t, exchange_path_state_t
    use attempt, only: attempt_t
-   use checkpoint, only: standing_t, on_step, on_branch, exchange_step, take_standing
+   use checkpoint, only: standing_t, on_step, on_branch, on_curve, exchange_step, take_standing, clear_end, take_steps
    use limit_curves, only: follow_limit_curves
    use path_record, only: recorder_t, buckling_t
    use timing, only: timing_start, timing_stop, phase_path
@@ -42,6 +41,8 @@ module path_loop
    private
    public :: follow_path, outcome_t
 
+   character(*), parameter :: not_again = 'the run that was made again up to the point does not find the points in the file: '// &
+      & 'another program, another machine, or pieces with several decks made it'
 
 contains
 
@@ -50,7 +51,7 @@ contains
       type(problem_t), intent(inout) :: problem
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(out) :: outcome
-      type(standing_t), intent(inout) :: standing !! restart: the checkpoint; kind 0: no restart
+      type(standing_t), intent(inout) :: standing !! restart: the checkpoint, or the point from which the run goes on
       type(path_state_t) :: run
       type(attempt_t) :: attempt
       type(archive_t), target :: frame
@@ -75,7 +76,7 @@ contains
       steps: do k = first, size(problem%model%step)
          if (standing%kind > 0) then
             step = problem%model%step(k)
-            if (standing%kind == on_step) call follow_points(problem, step, run, recorder, outcome, attempt)
+            if (standing%kind == on_step) call follow_points(problem, step, run, recorder, outcome, attempt, 0)
             if (allocated(outcome%why)) exit steps
             call finish_step()
             if (allocated(outcome%why)) exit steps
@@ -102,14 +103,15 @@ contains
          run%home => found
          run%left_at = run%arc_length
          kind = on_step
-         frame = archive_t()
-         call exchange_step(frame, kind, problem%step, n_branches, perfect, buckled)
-         run%frame => frame
-         call follow_points(problem, step, run, recorder, outcome)
+         call set_frame()
+         attempt = attempt_t()
+         call follow_points(problem, step, run, recorder, outcome, attempt, standing%from)
+         if (standing%from > 0 .and. run%points >= standing%from) call go_on_from_point()
          if (allocated(outcome%why)) exit steps
          call finish_step()
          if (allocated(outcome%why)) exit steps
       end do steps
+      if (standing%from > 0 .and. .not. allocated(outcome%why)) outcome%why = not_again
       outcome%sampled = problem%is_sampled()
       outcome%complete = .not. (allocated(outcome%why) .or. allocated(outcome%trouble))
       if (allocated(outcome%trouble)) then
@@ -122,67 +124,84 @@ contains
 
       !> Follows the branches and limit curves of a step after its path.
       subroutine finish_step()
-         integer :: on, at
-         on = on_branch
-         at = problem%step
-         frame = archive_t()
-         if (size(step%branch) > 0) then
-            call exchange_step(frame, on, at, n_branches, perfect, buckled)
-            call exchange_problem_t(frame, problem)
-            call exchange_path_state_t(frame, run)
+         if (standing%kind /= on_curve) then
+            if (size(step%branch) > 0) call set_frame_behind(on_branch)
+            call follow_branches(step, found, n_branches, frame, standing, recorder, outcome)
+            standing%kind = 0
          end if
-         call follow_branches(step, found, n_branches, frame, standing, recorder, outcome)
-         standing%kind = 0
          if (allocated(outcome%why)) return
-         call follow_limit_curves(step, found, recorder, outcome)
+         if (size(step%limit_curve) > 0) call set_frame_behind(on_curve)
+         call follow_limit_curves(step, found, frame, standing, recorder, outcome)
          if (allocated(outcome%why)) return
          call freeze_loads(problem, run%last%state)
       end subroutine finish_step
 
+      !> Sets the frame of the checkpoints of the step's path.
+      subroutine set_frame()
+         kind = on_step
+         frame = archive_t()
+         call exchange_step(frame, kind, problem%step, n_branches, perfect, buckled)
+         run%frame => frame
+      end subroutine set_frame
+
+      !> Sets the frame of the checkpoints of the step's branches or limit curves, with the results of its path.
+      subroutine set_frame_behind(on)
+         integer, intent(in) :: on
+         kind = on
+         frame = archive_t()
+         call exchange_step(frame, kind, problem%step, n_branches, perfect, buckled)
+         call exchange_problem_t(frame, problem)
+         call exchange_path_state_t(frame, run)
+      end subroutine set_frame_behind
+
       !> Restores the run from the checkpoint.
       subroutine step_again()
          type(step_t), allocatable :: steps(:)
-         integer :: method
          steps = problem%model%step
          call exchange_step(standing%archive, kind, first, n_branches, perfect, buckled)
          standing%kind = kind
          run%critical_points => found
          run%home => found
          if (standing%kind == on_step) then
-            frame = archive_t()
-            call exchange_step(frame, kind, first, n_branches, perfect, buckled)
-            run%frame => frame
             call take_standing(standing, problem, run, attempt, outcome)
          else
             call exchange_problem_t(standing%archive, problem)
             call exchange_path_state_t(standing%archive, run)
          end if
-         if (.not. standing%changed .or. allocated(outcome%why)) return
-         method = problem%model%step(first)%method
-         call take_steps(steps, problem%model%step)
-         call take_steps(steps, problem%deck%step)
-         call take_steps(steps, perfect%step)
-         ! A changed strategy begins like that of a new step.
-         if (standing%kind == on_step .and. steps(first)%method /= method) then
-            step = problem%model%step(first)
-            call start_control(problem, step, run)
-            if (allocated(run%control%tangent) .and. is_arc_length(step%method)) deallocate (run%control%tangent)
-            attempt = attempt_t()
-         end if
+         if (standing%changed) call change_steps(steps, standing%kind == on_step)
+         if (standing%kind == on_step) call set_frame()
       end subroutine step_again
 
-      !> Replaces steps by those of the changed deck; the loads stay as distributed onto the mesh.
-      subroutine take_steps(new, steps)
+      !> Goes on with the steps of the changed deck from the point up to which the run was made again.
+      subroutine go_on_from_point()
+         logical :: again
+         again = run%points <= size(standing%load_factor)
+         if (again) again = .not. abs(run%last%state%load_factor - standing%load_factor(run%points)) > 0.0_wp
+         standing%from = 0
+         if (outcome%ended) return
+         call clear_end(outcome)
+         if (.not. again) outcome%why = not_again
+         if (.not. again) return
+         if (standing%changed) attempt%finished = .false.
+         if (standing%changed) call change_steps(standing%steps, .true.)
+         call set_frame()
+         call follow_points(problem, step, run, recorder, outcome, attempt, 0)
+      end subroutine go_on_from_point
+
+      !> Replaces the steps by those of the changed deck. On the path of a step the strategy changes, too.
+      subroutine change_steps(new, on_path)
          type(step_t), intent(in) :: new(:)
-         type(step_t), intent(inout) :: steps(:)
-         type(step_t) :: one
-         integer :: i
-         do i = 1, size(steps)
-            one = new(i)
-            one%load = steps(i)%load
-            steps(i) = one
-         end do
-      end subroutine take_steps
+         logical, intent(in) :: on_path
+         integer :: method
+         method = problem%model%step(problem%step)%method
+         call take_steps(new, problem%model%step)
+         call take_steps(new, problem%deck%step)
+         call take_steps(new, perfect%step)
+         step = problem%model%step(problem%step)
+         if (.not. on_path .or. step%method == method) return
+         call change_control(problem, step, run)
+         attempt = attempt_t()
+      end subroutine change_steps
    end subroutine follow_path
 
    !> Linearises at the start of a step and checks that supports and contact make the structure stable.

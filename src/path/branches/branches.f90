@@ -105,7 +105,7 @@ contains
          call take_standing(standing, problem, run, attempt, outcome)
          run%home => home
          run%frame => frame
-         call follow_points(problem, as_branch, run, recorder, outcome, attempt)
+         call follow_points(problem, as_branch, run, recorder, outcome, attempt, 0)
          call note_end()
          return
       end if
@@ -168,7 +168,7 @@ contains
       call note_end()
       if (allocated(outcome%why) .or. outcome%wrong) return
       run%step_points = 1
-      call follow_points(problem, as_branch, run, recorder, outcome)
+      call follow_points(problem, as_branch, run, recorder, outcome, attempt, 0)
       call note_end()
 
    contains

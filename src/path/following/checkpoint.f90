@@ -4,13 +4,15 @@
 !> A checkpoint contains everything on which the further path depends: problem with its mesh, state, factors, control, counters of
 !> the attempts from the last point, critical points (run_archive stores every component of these types). It begins with a frame,
 !> which identifies the path and stores the results of the paths before it: for the path of a step the perfect model and the
-!> buckling modes found so far, for a branch also the path of its step and the critical points of the branches before it.
+!> buckling modes found so far, for a branch also the path of its step and the critical points of the branches before it, for a
+!> limit curve the path of its step (limit_checkpoint).
 module checkpoint
+   use kinds, only: wp
    use errors, only: error_t
    use archive, only: archive_t, archive_one, archive_reset
    use run_archive, only: exchange_problem_t, exchange_path_state_t, exchange_outcome_t, exchange_attempt_t, &
       & exchange_critical_points_t, exchange_model_t, exchange_buckling_t
-   use model, only: model_t
+   use model, only: model_t, step_t
    use problem, only: problem_t
    use critical_points, only: critical_points_t
    use path_state, only: path_state_t
@@ -19,15 +21,20 @@ module checkpoint
    use path_record, only: recorder_t, buckling_t
    implicit none
    private
-   public :: standing_t, on_step, on_branch, exchange_step, exchange_branch, keep_standing, take_standing
+   public :: standing_t, on_step, on_branch, on_curve, exchange_step, exchange_branch, keep_standing, take_standing, clear_end
+   public :: take_steps
 
-   integer, parameter :: on_step = 1, on_branch = 2 !! kinds of path
+   integer, parameter :: on_step = 1, on_branch = 2, on_curve = 3 !! kinds of path
 
-   !> A restart: the checkpoint, of which the parts are read one after the other.
+   !> A restart: the checkpoint, of which the parts are read one after the other; or a run that is made again up to a point.
    type :: standing_t
       type(archive_t) :: archive
-      integer :: kind = 0                        !! on_step, on_branch; 0: no restart
+      integer :: kind = 0                        !! on_step, on_branch, on_curve; 0: no checkpoint
       logical :: changed = .false.               !! the deck has changed: a path that was complete continues, too
+      integer :: from = 0 !! row of the path of the steps, from 1: the run is made again up to there, and then goes on with `steps`;
+      !! 0: no such point
+      type(step_t), allocatable :: steps(:)      !! steps of the changed deck
+      real(wp), allocatable :: load_factor(:)    !! (rows) load factors that the run found before
    end type standing_t
 
 contains
@@ -35,7 +42,7 @@ contains
    !> Stores or reads the frame of the path of a step, the first part of the checkpoint.
    subroutine exchange_step(a, kind, step, n_branches, perfect, buckled)
       type(archive_t), intent(inout) :: a
-      integer, intent(inout) :: kind             !! on_step; on_branch: exchange_branch must follow
+      integer, intent(inout) :: kind             !! on_step, on_branch or on_curve: the other parts of this kind must follow
       integer, intent(inout) :: step, n_branches
       type(model_t), intent(inout) :: perfect
       type(buckling_t), intent(inout) :: buckled(:)
@@ -93,6 +100,13 @@ contains
       type(attempt_t), intent(out) :: attempt
       type(outcome_t), intent(inout) :: outcome
       call exchange_path(standing%archive, problem, run, attempt, outcome)
+      call clear_end(outcome)
+      if (standing%changed) attempt%finished = .false.
+   end subroutine take_standing
+
+   !> Clears the reasons why a run ended, when it goes on.
+   subroutine clear_end(outcome)
+      type(outcome_t), intent(inout) :: outcome
       if (allocated(outcome%why)) deallocate (outcome%why)
       outcome%complete = .false.
       outcome%turns = .false.
@@ -100,8 +114,24 @@ contains
       outcome%used_up = .false.
       outcome%ended = .false.
       outcome%dead_end = .false.
-      if (standing%changed) attempt%finished = .false.
-   end subroutine take_standing
+   end subroutine clear_end
+
+   !> Replaces steps by those of the changed deck. Loads stay as distributed onto the mesh, and what was found about a tolerance that
+   !> is the same stays.
+   subroutine take_steps(new, steps)
+      type(step_t), intent(in) :: new(:)
+      type(step_t), intent(inout) :: steps(:)    !! as many
+      type(step_t) :: one
+      integer :: i
+      do i = 1, size(steps)
+         one = new(i)
+         one%load = steps(i)%load
+         ! How much sharper the equations must be solved than the tolerance says was found on the way.
+         if (.not. (abs(one%tolerance - steps(i)%tolerance) > 0.0_wp .or. abs(one%asked - steps(i)%asked) > 0.0_wp)) &
+            & one%sharper = steps(i)%sharper
+         steps(i) = one
+      end do
+   end subroutine take_steps
 
    !> Stores or reads the part of the checkpoint that describes the present path.
    subroutine exchange_path(a, problem, run, attempt, outcome)

@@ -35,18 +35,19 @@ module path_follower
 
 contains
 
-   !> Follows the path from the last accepted point, with the control set, to the stop condition. Checkpoints are passed to the
-   !> recorder on the way and at the end.
-   subroutine follow_points(problem, step, run, recorder, outcome, before)
+   !> Follows the path from the last accepted point, with the control set, to the stop condition, or to the row where it must pause.
+   !> Checkpoints are passed to the recorder on the way and at the end.
+   subroutine follow_points(problem, step, run, recorder, outcome, attempt, pause)
       type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
       type(step_t), intent(in) :: step           !! step of the deck, or its copy for a branch
       type(path_state_t), intent(inout) :: run
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome
-      type(attempt_t), intent(in), optional :: before !! restart: attempts already made from the last accepted point
-      type(attempt_t) :: attempt
-      if (present(before)) attempt = before
-      do while (.not. ended(attempt, outcome))
+      type(attempt_t), intent(inout) :: attempt  !! attempts already made from the last accepted point
+      integer, intent(in) :: pause               !! row of the results at which the caller has something to change; 0: none
+      do
+         if (pause > 0 .and. run%points >= pause) return
+         if (ended(attempt, outcome)) exit
          if (must_end(outcome)) exit
          call keep_standing(problem, run, attempt, recorder, outcome, .false.)
          if (ended(attempt, outcome) .or. points_used_up(step, run, outcome)) exit

@@ -12,14 +12,17 @@ module limit_curves
    use model, only: step_t
    use linear_system, only: new_system
    use bordered_system, only: linearise
+   use archive, only: archive_t
+   use checkpoint, only: standing_t, on_curve
    use critical_points, only: critical_points_t
    use path_outcome, only: outcome_t, must_end, note_trouble
    use span_tests, only: spans_hold
    use second_parameter, only: present_value
    use limit_marks, only: renew_marks
    use limit_rigid, only: make_rigid
-   use limit_search, only: follower_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
+   use limit_search, only: curve_walk_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
    use monitors, only: monitor_values
+   use limit_checkpoint, only: keep_walk, take_walk
    use limit_mesh, only: bars_here, refine_limit_point
    use error_report, only: note_curve_bar
    use path_record, only: recorder_t, limit_point_t
@@ -38,37 +41,45 @@ module limit_curves
 contains
 
    !> Follows all limit curves of a step. Failures are noted in outcome%trouble.
-   subroutine follow_limit_curves(step, own, recorder, outcome)
+   subroutine follow_limit_curves(step, own, frame, standing, recorder, outcome)
       type(step_t), intent(in) :: step
-      type(critical_points_t), intent(in) :: own           !! critical points of the step's path
+      type(critical_points_t), intent(inout) :: own        !! critical points of the step's path
+      type(archive_t), intent(inout) :: frame              !! data with which the checkpoints of all curves begin
+      type(standing_t), intent(inout) :: standing          !! restart; on_curve: continues a limit curve
       class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome
+      type(outcome_t), intent(inout) :: outcome            !! why: only if the results cannot be written or the run must end
+      type(curve_walk_t) :: walk
       character(:), allocatable :: trouble
-      integer :: k
-      do k = 1, size(step%limit_curve)
-         call follow_curve(step, own, k, recorder, trouble, outcome)
+      integer :: k, first
+      first = 1
+      if (standing%kind == on_curve) then
+         call take_walk(standing, step, own, walk, outcome)
+         first = walk%number
+      end if
+      do k = first, size(step%limit_curve)
+         if (allocated(trouble)) deallocate (trouble)
+         if (standing%kind /= on_curve) call begin_curve(step, own, k, walk, recorder, trouble, outcome)
+         standing%kind = 0
+         if (.not. (allocated(trouble) .or. allocated(outcome%why))) &
+            & call follow_curve(step, own, walk, frame, recorder, trouble, outcome)
          if (allocated(outcome%why)) return
          if (allocated(trouble)) call note_trouble(outcome, 'limit curve '//trim(step%limit_curve(k)%name)//': '//trouble)
       end do
    end subroutine follow_limit_curves
 
-   !> Follows one limit curve.
-   subroutine follow_curve(step, own, number, recorder, trouble, outcome)
+   !> Begins a limit curve: records its first limit point, which is that of the path.
+   subroutine begin_curve(step, own, number, walk, recorder, trouble, outcome)
       type(step_t), intent(in) :: step
       type(critical_points_t), intent(in) :: own
       integer, intent(in) :: number                  !! index into step%limit_curve
+      type(curve_walk_t), intent(out) :: walk
       class(recorder_t), intent(inout) :: recorder
-      character(:), allocatable, intent(out) :: trouble
+      character(:), allocatable, intent(out) :: trouble !! reason why the curve cannot begin
       type(outcome_t), intent(inout) :: outcome
-      type(follower_t) :: follower
       type(trial_t) :: trial
-      real(wp) :: turned_at, way(2), place(2), last, start, distance, largest, target
-      character(2) :: label
-      integer :: i, passed, points, searches, cuts
-      real(wp), allocatable :: direction(:, :)
-      logical :: final, turned, exact, ok
+      integer :: i, passed
 
-      associate (curve => step%limit_curve(number))
+      associate (curve => step%limit_curve(number), follower => walk%follower)
          passed = 0
          do i = 1, size(own%list)
             if (own%list(i)%label /= 'LP' .or. own%list(i)%corner) cycle
@@ -80,20 +91,18 @@ contains
             if (any(own%list%corner)) trouble = trouble//'; those at corners of the path do not count: no rate is zero there'
             return
          end if
+         walk%number = number
          call copy_problem(own%list(i)%problem, follower%base)
          follower%state = own%list(i)%state
-         direction = own%list(i)%direction
          call copy_problem(follower%base, follower%problem)
          follower%curve = curve
          follower%system = new_system(follower%base)
          follower%coordinate = as_coordinate(curve, present_value(follower%base, curve))
-         start = follower%coordinate
-         last = as_coordinate(curve, curve%last)
-         largest = max(curve%largest / abs(curve%increment), 1.0_wp)
+         walk%start = follower%coordinate
          follower%unit(2) = abs(curve%increment)
          ! Unit of the arc length: at first a length over which the path is curved, later the movement in one step of the curve.
          follower%unit(1) = first_distance
-         call stand_here(follower, direction, own%list(i)%direction_load)
+         call stand_here(follower, own%list(i)%direction, own%list(i)%direction_load)
          if (.not. follower%system%ok) then
             trouble = 'the tangent at the limit point is singular'
             return
@@ -105,17 +114,39 @@ contains
             return
          end if
          call refine_limit_point(follower, step)
-         call report('  ', .false.)
-         if (allocated(outcome%why)) return
-         points = 1
-         way = [0.0_wp, sign(1.0_wp, curve%increment)]
+         call report(step, walk, trial, '  ', .false., recorder, outcome)
+         walk%points = 1
+         walk%way = [0.0_wp, sign(1.0_wp, curve%increment)]
          ! The movement of the path in a step of the curve is not known yet.
-         distance = first_step
-         cuts = 0
-         turned = .false.
-         turned_at = follower%coordinate
+         walk%distance = first_step
+         walk%turned_at = follower%coordinate
+      end associate
+   end subroutine begin_curve
+
+   !> Follows one limit curve from the limit point where the walk is. Checkpoints are passed to the recorder on the way.
+   subroutine follow_curve(step, own, walk, frame, recorder, trouble, outcome)
+      type(step_t), intent(in) :: step
+      type(critical_points_t), intent(inout) :: own
+      type(curve_walk_t), intent(inout) :: walk
+      type(archive_t), intent(inout) :: frame
+      class(recorder_t), intent(inout) :: recorder
+      character(:), allocatable, intent(out) :: trouble !! reason why the curve ends before its last value
+      type(outcome_t), intent(inout) :: outcome
+      type(trial_t) :: trial
+      real(wp) :: place(2), last, largest, target
+      character(2) :: label
+      integer :: searches
+      real(wp), allocatable :: direction(:, :)
+      logical :: final, turned, exact, ok
+
+      final = .false.
+      associate (curve => step%limit_curve(walk%number), follower => walk%follower, points => walk%points, cuts => walk%cuts, &
+         & way => walk%way, distance => walk%distance, start => walk%start, turned_at => walk%turned_at)
+         last = as_coordinate(curve, curve%last)
+         largest = max(curve%largest / abs(curve%increment), 1.0_wp)
          do while (points < curve%max_points)
-            if (must_end(outcome)) return
+            call keep_walk(frame, own, walk, must_end(outcome), recorder, outcome)
+            if (allocated(outcome%why)) return
             place = distance * way
             call shorten_to_values(place, exact, final)
             call look(place, merge([1.0_wp, 0.0_wp], [way(2), -way(1)], exact .or. points == 1))
@@ -155,7 +186,7 @@ contains
             label = merge('TP', '  ', turned)
             if (exact) label = 'UZ'
             if (final .and. .not. curve%to_rigid) label = 'EP'
-            call report(label, .false.)
+            call report(step, walk, trial, label, .false., recorder, outcome)
             if (allocated(outcome%why)) return
             if (final) exit
             if (turned .and. .not. exact) turned_at = as_value(curve, follower%coordinate)
@@ -194,7 +225,7 @@ contains
             end if
             call refine_limit_point(follower, step)
          end if
-         call report('EP', .true.)
+         call report(step, walk, trial, 'EP', .true., recorder, outcome)
       end associate
 
    contains
@@ -205,10 +236,10 @@ contains
          real(wp), intent(in) :: normal(2)
          real(wp) :: predicted(2)
          predicted = at
-         call search(follower, step, at, normal, trial, searches)
-         if (.not. trial%report%converged .or. points == 1) return
+         call search(walk%follower, step, at, normal, trial, searches)
+         if (.not. trial%report%converged .or. walk%points == 1) return
          if (norm2(at - predicted) <= max(nearest, farthest * norm2(predicted)) .and. &
-            & (points == 2 .or. exact .or. dot_product(at, way) >= sharpest * norm2(at))) return
+            & (walk%points == 2 .or. exact .or. dot_product(at, walk%way) >= sharpest * norm2(at))) return
          trial%report%converged = .false.
          trial%report%message = 'the curve turns too sharply, or ends'
       end subroutine look
@@ -221,20 +252,20 @@ contains
          integer :: j, n
          shortened = .false.
          is_last = .false.
-         associate (values => step%limit_curve(number)%at)
+         associate (values => step%limit_curve(walk%number)%at)
             n = size(values)
             do j = 1, n + 1
                value = last
-               if (j <= n) value = as_coordinate(step%limit_curve(number), values(j))
-               reached = follower%coordinate + at(2) * follower%unit(2)
+               if (j <= n) value = as_coordinate(step%limit_curve(walk%number), values(j))
+               reached = walk%follower%coordinate + at(2) * walk%follower%unit(2)
                if (j == n + 1) then
                   ! A step that ends beyond the last value is shortened whatever its direction.
-                  if ((reached - last) * (last - start) < 0.0_wp) cycle
+                  if ((reached - last) * (last - walk%start) < 0.0_wp) cycle
                else
-                  if ((value - follower%coordinate) * at(2) <= 1.0e-9_wp * abs(at(2)) .or. &
+                  if ((value - walk%follower%coordinate) * at(2) <= 1.0e-9_wp * abs(at(2)) .or. &
                      & (reached - value) * at(2) < 0.0_wp) cycle
                end if
-               at = at * ((value - follower%coordinate) / (at(2) * follower%unit(2)))
+               at = at * ((value - walk%follower%coordinate) / (at(2) * walk%follower%unit(2)))
                target = value
                shortened = .true.
                is_last = j == n + 1
@@ -246,34 +277,41 @@ contains
       subroutine go(to)
          type(trial_t), intent(in) :: to
          real(wp) :: unit
-         direction = follower%control%tangent
-         call copy_problem(to%problem, follower%problem)
-         follower%state = to%state
-         call renew_marks(follower%base, follower%problem, follower%state, direction, follower%system%ok)
-         if (.not. follower%system%ok) return
-         follower%system = new_system(follower%problem)
-         call linearise(follower%problem, follower%state, follower%state, follower%system)
-         call stand_here(follower, direction, 0.0_wp)
+         direction = walk%follower%control%tangent
+         call copy_problem(to%problem, walk%follower%problem)
+         walk%follower%state = to%state
+         call renew_marks(walk%follower%base, walk%follower%problem, walk%follower%state, direction, walk%follower%system%ok)
+         if (.not. walk%follower%system%ok) return
+         walk%follower%system = new_system(walk%follower%problem)
+         call linearise(walk%follower%problem, walk%follower%state, walk%follower%state, walk%follower%system)
+         call stand_here(walk%follower, direction, 0.0_wp)
          ! The unit of arc length lowers the load by a hundredth; the step's direction is converted to the new unit. The unit is not
          ! changed near a turning point of the curve, where the slope vanishes.
-         if (abs(to%slope) > 0.0_wp .and. abs(way(1)) < 0.3_wp) then
-            unit = sqrt(2.0_wp * small_drop * abs(follower%state%load_factor) * follower%unit(1) / abs(to%slope))
-            unit = min(max(unit, 0.5_wp * follower%unit(1)), 2.0_wp * follower%unit(1))
-            way(1) = way(1) * follower%unit(1) / unit
-            way = way / norm2(way)
-            follower%unit(1) = unit
+         if (abs(to%slope) > 0.0_wp .and. abs(walk%way(1)) < 0.3_wp) then
+            unit = sqrt(2.0_wp * small_drop * abs(walk%follower%state%load_factor) * walk%follower%unit(1) / abs(to%slope))
+            unit = min(max(unit, 0.5_wp * walk%follower%unit(1)), 2.0_wp * walk%follower%unit(1))
+            walk%way(1) = walk%way(1) * walk%follower%unit(1) / unit
+            walk%way = walk%way / norm2(walk%way)
+            walk%follower%unit(1) = unit
          end if
       end subroutine go
+   end subroutine follow_curve
 
-      !> Passes the last limit point on to the recorder.
-      subroutine report(label, rigid)
-         character(2), intent(in) :: label
-         logical, intent(in) :: rigid
-         type(limit_point_t) :: point
-         type(error_t), allocatable :: error
+   !> Passes the last limit point on to the recorder.
+   subroutine report(step, walk, trial, label, rigid, recorder, outcome)
+      type(step_t), intent(in) :: step
+      type(curve_walk_t), intent(in) :: walk
+      type(trial_t), intent(in) :: trial             !! evaluation with which the limit point was found
+      character(2), intent(in) :: label
+      logical, intent(in) :: rigid
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome
+      type(limit_point_t) :: point
+      type(error_t), allocatable :: error
+      associate (follower => walk%follower, curve => step%limit_curve(walk%number))
          point%step = follower%base%step
-         point%curve = number
-         point%parameter = as_value(step%limit_curve(number), follower%coordinate)
+         point%curve = walk%number
+         point%parameter = as_value(curve, follower%coordinate)
          point%rigid = rigid
          point%load_factor = follower%state%load_factor
          point%iterations = trial%iterations
@@ -283,10 +321,10 @@ contains
          point%label = label
          if (step%error_bars) then
             call bars_here(follower, point%bars)
-            call note_curve_bar(follower%problem, point, trim(step%limit_curve(number)%name), step, outcome%accuracy)
+            call note_curve_bar(follower%problem, point, trim(curve%name), step, outcome%accuracy)
          end if
          call recorder%limit_point(point, error)
          if (allocated(error)) outcome%why = error%message
-      end subroutine report
-   end subroutine follow_curve
+      end associate
+   end subroutine report
 end module limit_curves

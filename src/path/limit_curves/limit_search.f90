@@ -14,7 +14,8 @@ module limit_search
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    implicit none
    private
-   public :: follower_t, copy_follower, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
+   public :: follower_t, curve_walk_t, copy_follower, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value
+   public :: small_drop
 
    integer, parameter :: max_searches = 40          !! evaluations of the load rate h for one limit point
    real(wp), parameter :: first_move = 0.01_wp      !! first step of a search, in units of the coordinates
@@ -34,6 +35,18 @@ module limit_search
       real(wp) :: unit(2) = 1.0_wp                   !! units of the arc length a and of the coordinate
       real(wp) :: rate_scale = 1.0_wp                !! reference value of the load rate h
    end type follower_t
+
+   !> Place of a run on a limit curve between two limit points, with everything on which the next limit point depends.
+   type :: curve_walk_t
+      type(follower_t) :: follower
+      integer :: number = 0                      !! index of the curve in its step
+      integer :: points = 0                      !! limit points found so far
+      integer :: cuts = 0                        !! halvings of the step since the last limit point
+      real(wp) :: way(2) = 0.0_wp                !! direction of the next step along the curve, in the units of the follower
+      real(wp) :: distance = 0.0_wp              !! length of the next step
+      real(wp) :: start = 0.0_wp                 !! coordinate of the first limit point
+      real(wp) :: turned_at = 0.0_wp             !! value of the parameter where the curve turned back last
+   end type curve_walk_t
 
    !> One evaluation of the load rate h on the surface of equilibria.
    type :: trial_t

@@ -10,7 +10,8 @@ module step_control
    use corrector, only: increment_t
    implicit none
    private
-   public :: start_control, begin_arc_length, go_by_load, may_rest, next_increment, smallest, shorten_to_stop, stop_met
+   public :: start_control, change_control, begin_arc_length, go_by_load, may_rest, next_increment, smallest, shorten_to_stop
+   public :: stop_met
 
    real(wp), parameter :: safety = 0.7_wp         !! fraction of the largest turn that an increment is planned to use
    real(wp), parameter :: least_part = 1.0e-6_wp !! smallest arc length over that of the first increment
@@ -34,6 +35,28 @@ contains
       if (step%method == method_displacement .and. .not. allocated(run%control%tangent)) &
          & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
    end subroutine start_control
+
+   !> Continues with another strategy from the last accepted point, in the direction of travel. Arc-length strategies differ in their
+   !> constraint only, and keep the increment; the others begin as in a new step.
+   subroutine change_control(problem, step, run)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step           !! with the new strategy
+      type(path_state_t), intent(inout) :: run
+      real(wp) :: load
+      if (is_arc_length(step%method) .and. is_arc_length(run%control%method)) then
+         run%control%method = step%method
+         run%control%increment = min(run%control%increment, step%largest)
+         return
+      end if
+      load = run%last%tangent%load
+      if (is_arc_length(step%method) .and. allocated(run%control%tangent)) deallocate (run%control%tangent)
+      call start_control(problem, step, run)
+      ! Behind a limit point the load falls in the direction of travel.
+      if (run%control%method /= method_load .or. .not. abs(load) > 0.0_wp) return
+      run%control%increment = sign(step%increment, load)
+      run%last%tangent = path_tangent_of(problem, run, run%last)
+      run%last%test_values%load_rate = run%last%tangent%load
+   end subroutine change_control
 
    !> Switches from load increments to the arc length. The first load increment that displaces the structure sets its scale.
    subroutine begin_arc_length(problem, step, run, scaled)
