@@ -50,8 +50,7 @@ program unilat
    type(command_line_t) :: options
    type(deck_source_t) :: source
    type(diagnostics_t) :: diagnostics
-   type(model_t) :: deck_model
-   type(model_t) :: first_model                  !! model with which the path begins: with --from, that of the former run
+   type(model_t) :: deck_model, first_model      !! first_model: the one with which the path begins, with --from that of the former run
    type(problem_t) :: path_problem
    type(run_recorder_t) :: recorder
    type(outcome_t) :: outcome
@@ -80,11 +79,12 @@ program unilat
       call put_draft(draft, lost)
       call end_after_output()
    end if
-   if (options%deck == '' .and. options%restart == '' .and. options%template == '' .and. is_terminal(standard_input)) then
-      write (error_unit, '(a)', advance='no') help_text()
-      call stop_with(exit_deck_error, 'no deck is named, and standard input is a terminal')
+   if (options%deck == '' .and. options%restart == '' .and. options%template == '') then
+      if (is_terminal(standard_input)) then
+         write (error_unit, '(a)', advance='no') help_text()
+         call stop_with(exit_deck_error, 'no deck is named, and standard input is a terminal')
+      end if
    end if
-
    if (options%template /= '') call write_new_deck()
 
    call watch_for_end(options%max_seconds)

@@ -138,6 +138,18 @@ int unilat_put_in_place(const char *name, const char *beside, const char *bytes,
    return 0;
 }
 
+/* Overwrites bytes of a file without making it longer: this needs no room on the disk, but for file systems that copy on writing. */
+int unilat_overwrite(const char *name, long at, const char *bytes, long count)
+{
+   ssize_t written;
+   int failed = 0, file = open(name, O_WRONLY | O_CLOEXEC);
+   if (file < 0) return errno;
+   written = pwrite(file, bytes, (size_t) count, (off_t) at);
+   if (written != count) failed = written < 0 ? errno : ENOSPC;
+   if (close(file) && !failed) failed = errno;
+   return failed;
+}
+
 /* Renames a file; no file has the new name. */
 int unilat_rename(const char *from, const char *to)
 {

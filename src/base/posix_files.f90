@@ -4,7 +4,8 @@ module posix_files
    use, intrinsic :: iso_c_binding, only: c_char, c_int, c_long, c_null_char
    implicit none
    private
-   public :: resolved_name, look_at, lock_file, unlock_file, put_in_place, what_is_there, rename_file, write_bytes, error_text
+   public :: resolved_name, look_at, lock_file, unlock_file, put_in_place, overwrite, what_is_there, rename_file, write_bytes
+   public :: error_text
    public :: kind_nothing, kind_empty, kind_file, kind_folder, kind_other, is_locked, is_closed, file_mark_t
    public :: is_same, is_missing, is_changed, is_another
 
@@ -53,6 +54,12 @@ module posix_files
          integer(c_long), value :: count
          integer(c_long), intent(inout) :: mark(3)
       end function c_put
+
+      integer(c_int) function c_overwrite(name, at, bytes, count) bind(c, name='unilat_overwrite')
+         import :: c_char, c_int, c_long
+         character(kind=c_char), intent(in) :: name(*), bytes(*)
+         integer(c_long), value :: at, count
+      end function c_overwrite
 
       integer(c_int) function c_compare(name, mark) bind(c, name='unilat_compare')
          import :: c_char, c_int, c_long
@@ -135,6 +142,15 @@ contains
       integer, intent(out) :: status              !! 0, or errno: the old file is unchanged
       status = int(c_put(name//c_null_char, beside//c_null_char, bytes, size(bytes, kind=c_long), mark%number))
    end subroutine put_in_place
+
+   !> Overwrites bytes within a file, whose length stays as it is.
+   subroutine overwrite(name, at, text, status)
+      character(*), intent(in) :: name
+      integer, intent(in) :: at                   !! number of bytes before the first one overwritten
+      character(*), intent(in) :: text
+      integer, intent(out) :: status              !! 0, or errno
+      status = int(c_overwrite(name//c_null_char, int(at, c_long), text, len(text, kind=c_long)))
+   end subroutine overwrite
 
    !> Compares a file with the identification of an earlier one: is_same, is_missing, is_changed (another size) or is_another.
    integer function what_is_there(name, mark)

@@ -5,12 +5,15 @@
 !> Readers never see a partly written file and need no lock. If two runs write the same file, the second one is refused: a lock file
 !> exists next to the result file while it is open.
 !>
+!> A full disk has no room for the new contents, but the file of the last flush must not say "running" for ever. So one text of the
+!> file is stored with room behind it (hdf5_room), in which closing overwrites it by the reason why the file could not be replaced.
+!>
 !> Handles are initially invalid, and every call first checks that no failure has occurred: after the first failure all calls do
 !> nothing, the first message is kept, and the caller obtains it with `hdf5_error`. Closing the file closes all objects that are
 !> open in it.
 !> Array shapes are given in Fortran's order; a reader in C or Python sees them reversed.
 module hdf5_file
-   use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_ptr
+   use, intrinsic :: iso_c_binding, only: c_char, c_loc, c_ptr, c_null_char
    use hdf5, only: hid_t, size_t, h5dont_atexit_f, h5open_f, h5eset_auto_f, h5f_acc_trunc_f, h5f_close_strong_f, &
       & h5f_scope_global_f, h5fcreate_f, h5fclose_f, h5fflush_f, h5fget_file_image_f, h5p_file_access_f, h5p_group_create_f, &
       & h5pcreate_f, h5pset_fclose_degree_f, h5pset_fapl_core_f, h5pset_link_creation_order_f, h5p_crt_order_tracked_f, &
@@ -19,17 +22,20 @@ module hdf5_file
    use kinds, only: wp
    use errors, only: error_t, fail
    use memory, only: can_be_had
-   use posix_files, only: resolved_name, lock_file, unlock_file, put_in_place, what_is_there, error_text, is_locked, is_another, &
-      & is_changed, is_missing, file_mark_t
+   use posix_files, only: resolved_name, lock_file, unlock_file, put_in_place, overwrite, what_is_there, error_text, is_locked, &
+      & is_same, is_another, is_changed, is_missing, file_mark_t
+   use printable_text, only: character_end
    use former_file, only: make_room
    implicit none
    private
    public :: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_ok, hdf5_failed, hdf5_error, hdf5_note, hdf5_meddled
-   public :: hdf5_has, hdf5_remove
+   public :: hdf5_has, hdf5_remove, hdf5_room
 
    integer(hid_t), parameter :: no_handle = -1_hid_t
    integer(size_t), parameter :: memory_step = 131072_size_t  !! bytes by which the file grows in memory
    integer, parameter :: most_compact = 64  !! members of a group up to which their names take the least room
+   integer, parameter :: room = 400         !! bytes of the text with room
+   character(*), parameter :: spare = achar(127)      !! a character that no text has, for the room behind the text
    real(wp), parameter :: little_memory = 16.0e6_wp   !! bytes: if this memory is not available, the library fails
 
    !> An open result file. With its default values it is closed and not ok: calls on it do nothing.
@@ -40,6 +46,7 @@ module hdf5_file
       character(:), allocatable :: target       !! file name with symbolic links resolved
       integer :: lock = -1                      !! descriptor of the lock file, while the result file is open
       type(file_mark_t) :: mark                 !! identification of the file written by the last flush
+      integer :: room_at = -1                   !! number of bytes before the text with room; negative: there is none
       logical :: flushed = .false.              !! true: at least one flush was made
       logical :: meddled = .false.              !! true: afterwards another program removed or changed the file
       character(:), allocatable :: message      !! first failure; not allocated: none so far
@@ -227,10 +234,57 @@ contains
       if (status < 0) return
       call look_after(file)
       if (allocated(file%message)) return
+      call clear_room(image, file%room_at)
       call put_in_place(file%target, file%target//'.part', image, file%mark, status)
       file%flushed = .true.
       if (status /= 0) call refuse(file, 'cannot write the result file '//file%path//': '//error_text(status))
    end subroutine hdf5_flush
+
+   !> A text with room behind it, for an attribute: readers see the text alone.
+   pure function hdf5_room(text)
+      character(*), intent(in) :: text          !! shorter than half the room
+      character(room) :: hdf5_room
+      hdf5_room = text//repeat(spare, room - len(text))
+   end function hdf5_room
+
+   !> Ends the text with room in the bytes of a file, as a C string, and finds its place; negative: the file has no such text.
+   pure subroutine clear_room(image, at)
+      character(kind=c_char), intent(inout) :: image(:)
+      integer, intent(out) :: at                !! number of bytes before the text
+      integer :: i, first, last
+      at = -1
+      ! Every row of spare characters as long as half the room has one at a multiple of half its length.
+      do i = room / 2, size(image), room / 2
+         if (image(i) /= spare) cycle
+         first = i
+         do while (first > 1)
+            if (image(first - 1) /= spare) exit
+            first = first - 1
+         end do
+         last = i
+         do while (last < size(image))
+            if (image(last + 1) /= spare) exit
+            last = last + 1
+         end do
+         if (last - first < room / 2) cycle
+         image(first:last) = c_null_char
+         at = last - room
+         return
+      end do
+   end subroutine clear_room
+
+   !> Overwrites the text with room by the reason why the file could not be replaced. Nothing happens if another program has changed
+   !> the file, or if the file system does not let it.
+   subroutine leave_reason(file)
+      type(hdf5_file_t), intent(in) :: file
+      character(:), allocatable :: text
+      integer :: status
+      if (.not. file%flushed .or. file%room_at < 0 .or. .not. allocated(file%message)) return
+      if (what_is_there(file%target, file%mark) /= is_same) return
+      text = 'stopped: '//file%message
+      text = text(:character_end(text, min(len(text), room - 1)))
+      call overwrite(file%target, file%room_at, text//repeat(c_null_char, room - len(text)), status)
+   end subroutine leave_reason
 
    !> Checks whether another program has changed the file. A missing or truncated file is written again; another file of the same
    !> name is not replaced.
@@ -259,6 +313,7 @@ contains
       call h5fclose_f(file%handle, status)
       file%handle = no_handle
       if (status < 0) call hdf5_failed(file, 'write the last data')
+      call leave_reason(file)
       call give_lock_back(file)
    end subroutine hdf5_close
 end module hdf5_file

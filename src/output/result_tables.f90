@@ -16,7 +16,7 @@ module result_tables
    use error_text, only: stored_bar, stored_correction, bar_description, corrected_description
    use run_accuracy, only: accuracy_t, check_t, checks_of
    use columns, only: whole
-   use hdf5_file, only: hdf5_file_t, hdf5_group
+   use hdf5_file, only: hdf5_file_t, hdf5_room, hdf5_group
    use hdf5_attributes, only: hdf5_attribute
    use hdf5_datasets, only: hdf5_write
    implicit none
@@ -32,6 +32,7 @@ contains
       type(model_t), intent(in) :: model
       character(*), intent(in) :: deck            !! full text of the deck
       character(*), intent(in) :: version         !! of the program
+      call write_status(file, hdf5_room('running'))
       call hdf5_attribute(file, '/', 'title', model%title)
       call hdf5_attribute(file, '/', 'program', 'unilat')
       call hdf5_attribute(file, '/', 'version', version)
@@ -43,7 +44,6 @@ contains
             call hdf5_attribute(file, '/', 'force_unit', model%force_unit)
          end if
       end if
-      call write_status(file, 'running')
    end subroutine write_root
 
    !> Writes the status attribute: "running", "complete" or "stopped: reason".

@@ -36,8 +36,8 @@ contains
          & allocate (run%control%tangent(3, problem%model%mesh%n_nodes), source=0.0_wp)
    end subroutine start_control
 
-   !> Continues with another strategy from the last accepted point, in the direction of travel. Arc-length strategies differ in their
-   !> constraint only, and keep the increment; the others begin as in a new step.
+   !> Continues with another strategy from the last accepted point, in the direction of travel. Arc-length strategies differ only in
+   !> their constraint, and keep the increment; the others begin as in a new step.
    subroutine change_control(problem, step, run)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step           !! with the new strategy
