@@ -50,7 +50,7 @@ program unilat
    type(command_line_t) :: options
    type(deck_source_t) :: source
    type(diagnostics_t) :: diagnostics
-   type(model_t) :: deck_model, first_model      !! first_model: the one with which the path begins, with --from that of the former run
+   type(model_t) :: deck_model, first_model      !! first_model: that with which the path begins; with --from, of the former run
    type(problem_t) :: path_problem
    type(run_recorder_t) :: recorder
    type(outcome_t) :: outcome

@@ -116,8 +116,8 @@ contains
       outcome%dead_end = .false.
    end subroutine clear_end
 
-   !> Replaces steps by those of the changed deck. Loads stay as distributed onto the mesh; where the tolerance is the same, what was
-   !> found about it stays, too.
+   !> Replaces steps by those of the changed deck. Loads stay as distributed onto the mesh. Where the tolerance is the same, what
+   !> was found about it stays.
    subroutine take_steps(new, steps)
       type(step_t), intent(in) :: new(:)
       type(step_t), intent(inout) :: steps(:)    !! as many
