@@ -9,7 +9,6 @@ import os
 import re
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -18,7 +17,7 @@ TESTS = Path(__file__).resolve().parent
 sys.path[:0] = [str(TESTS), str(TESTS.parent / "postproc")]
 
 from slurm_machine import SlurmMachine, why_not  # noqa: E402
-from test_sweep import N, command, environment, folder, slow_program, sweep  # noqa: E402,F401
+from test_sweep import N, command, environment, folder, holding_program, sweep, wait_for  # noqa: E402,F401
 
 pytestmark = pytest.mark.skipif(bool(why_not()), reason=why_not())
 
@@ -34,7 +33,7 @@ def slurm(tmp_path_factory):
 
 
 def test_cancelled_half_way_and_resumed_is_the_same_as_on_the_pool(slurm, folder):  # noqa: F811
-    program = slow_program(folder, 1.0)
+    program = holding_program(folder, folder / "an array, 50 %" / "runs", 2)
     sweep(folder, "run", "--folder", folder / "pool", program=program)
     here = environment() | slurm.environment | {"PYTHONPATH": environment()["PYTHONPATH"]}
     words = command(folder, "run", "strip.toml", "--folder", folder / "an array, 50 %", "--slurm", "--tasks", "2", program=program)
@@ -46,12 +45,10 @@ def test_cancelled_half_way_and_resumed_is_the_same_as_on_the_pool(slurm, folder
         assert line, told
         told += line
     job = re.search(r"Slurm job array (\d+): 2 tasks", told).group(1)
-    end = time.monotonic() + 30.0
-    while not list((folder / "an array, 50 %" / "runs").glob("*.json")):
-        assert time.monotonic() < end and running.poll() is None
-        time.sleep(0.02)
+    wait_for(lambda: list((folder / "an array, 50 %" / "runs").glob("*.json")), running)
     subprocess.run(["scancel", job], env=slurm.environment, check=True)
     told += running.communicate(timeout=60)[0]
+    (folder / "hold").unlink()
     assert running.returncode == 1 and re.search(r"[1-5] of 6 runs complete, [1-5] missing", told), told
     done = subprocess.run(words, cwd=folder, env=here,
                           capture_output=True, text=True, timeout=120, check=False)

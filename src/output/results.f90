@@ -47,6 +47,8 @@ module results
       logical :: has_states = .false.             !! true: flushes contain a checkpoint, and wait for the next one, see patience
       type(limit_series_t) :: limit_curves
       integer(i8) :: flushed = 0_i8               !! clock at the last flush
+      integer(i8) :: stated = 0_i8                !! clock at the last checkpoint: where points take long, each flush comes before the
+      !! checkpoint of its last point, and writes that of the point before
       integer(i8) :: flush_ticks = 0_i8           !! flush_seconds in clock ticks
       integer(i8) :: last_took = 0_i8             !! ticks of the last flush
    end type results_t
@@ -86,6 +88,7 @@ contains
       if (any(model%step%n_modes > 0)) call hdf5_group(results%file, '/buckling')
       if (goes_on) call take_up_branches(results, restart)
       call system_clock(results%flushed, rate)
+      results%stated = results%flushed
       results%flush_ticks = int(flush_seconds * real(rate, wp), i8)
       call hdf5_error(results%file, error)
       if (allocated(error)) call hdf5_close(results%file)
@@ -111,13 +114,13 @@ contains
       end do
    end subroutine take_up_branches
 
-   !> True if a checkpoint is to be written now.
+   !> True if a checkpoint is to be made now.
    logical function results_due(results)
       type(results_t), intent(inout) :: results
       integer(i8) :: now
       call system_clock(now)
       results%has_states = .true.
-      results_due = now - results%flushed >= max(results%flush_ticks, rest_of_flush * results%last_took)
+      results_due = now - results%stated >= max(results%flush_ticks, rest_of_flush * results%last_took)
    end function results_due
 
    !> Stores a checkpoint, with all rows up to it, for the next flush, and flushes if it is due.
@@ -131,6 +134,7 @@ contains
       results%standing%on_branch = merge(results%n_branches, 0, results%current == 1)
       results%standing%branches = results%n_branches
       call write_when_due(results, error, .true.)
+      call system_clock(results%stated)
    end subroutine results_state
 
    !> Stores a parameter of the deck with its value. A failure is returned by the next call.
