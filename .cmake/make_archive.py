@@ -17,7 +17,7 @@ ROOTS = ("path_state:path_state_t", "problem:problem_t", "path_outcome:outcome_t
 # Large, and the same in many places: stored once.
 SHARED = {"model_t", "layout_t", "numbering_t", "tie_pattern_t", "candidates_t", "coupling_t", "ground_t", "load_t", "geometry_t", "step_t",
           "tableau_t", "system_t", "problem_t", "obstacle_t", "mesh_t", "state_t", "ge_stiffness_t"}
-SIMPLE = {"integer": "integers", "real(wp)": "reals", "logical": "logicals", "integer(i8)": "longs"}
+SIMPLE = {"integer": "integers", "real(wp)": "reals", "logical": "logicals"}
 
 
 def statements(path):
@@ -167,7 +167,7 @@ class Writer:
                 out += [f"         type is ({each})", f"            call exchange_{each}(a, item)"]
             return [*out, "         end select", "      end if"]
         text_length = kind[10:-1] if kind.startswith("character(") else None
-        simple = SIMPLE.get(kind) or ("texts" if text_length else None)
+        simple = SIMPLE.get(kind) or ("text" if text_length and not rank else None)
         if not simple and not kind.startswith("type("):
             raise SystemExit(f"make_archive.py: no rule for {kind} {name}")
         out = []
@@ -189,9 +189,6 @@ class Writer:
         if simple:
             if rank:
                 return [*out, f"{condition}call archive_{simple}(a, size({name}), {name})"]
-            if allocatable:
-                return [*out, f"{condition}call archive_{simple}(a, 1, {name})"] if simple == "texts" else \
-                    [*out, f"{condition}call archive_one(a, {name})"]
             return [*out, f"{condition}call archive_one(a, {name})"]
         local = self.local(kind[5:-1], module)
         if not rank:
@@ -227,7 +224,7 @@ class Writer:
         layout = hashlib.sha256("\n".join(procedures).encode()).hexdigest()[:16]
         return "\n".join([
             "!> Made by .cmake/make_archive.py from the definitions of the types; not to be edited.", "module run_archive",
-            "   use archive, only: archive_t, archive_one, archive_integers, archive_reals, archive_logicals, archive_longs, archive_texts, &",
+            "   use archive, only: archive_t, archive_one, archive_integers, archive_reals, archive_logicals, &",
             "      & archive_text, archive_flag, archive_number, archive_bounds, archive_begin_shared, archive_end_shared", *uses,
             "   implicit none", "   private", "   public :: archive_layout, " + ", &\n      & ".join(roots), "",
             "   !> Another one where any type is another one.", f"   character(*), parameter :: archive_layout = '{layout}'", "", "contains", "", *procedures, "end module run_archive", ""])

@@ -124,7 +124,8 @@ def test_killed_at_random(folder):
     longest = 0.3
     for _ in range(100):
         process = start(folder, "--quiet", "endless.inp")
-        time.sleep(chance.uniform(0.0, longest))
+        slept = chance.uniform(0.0, longest)
+        time.sleep(slept)
         before = max(lengths(result)[1]) if result.exists() else 0
         process.kill()
         process.communicate()
@@ -132,8 +133,8 @@ def test_killed_at_random(folder):
             status, rows = lengths(result)
             assert len(rows) == 1 and status == "running"
             seen += before > 0
-        else:
-            longest = min(1.2 * longest, WAIT)
+        elif slept > 0.5 * longest:
+            longest *= 1.2
         if chance.random() < 0.3:
             result.unlink(missing_ok=True)
     assert seen > 10

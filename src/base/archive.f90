@@ -4,15 +4,15 @@
 !> The same procedures store and load: in an archive with `loading` they set the values, otherwise they append them. run_archive has
 !> such procedures for all types of a run. Equal values stored in several places (shared) are stored once.
 module archive
-   use kinds, only: wp, i8
+   use kinds, only: wp
    implicit none
    private
-   public :: archive_t, archive_of, archive_one, archive_integers, archive_reals, archive_logicals, archive_longs, archive_texts
+   public :: archive_t, archive_of, archive_one, archive_integers, archive_reals, archive_logicals
    public :: without_zeros, with_zeros
    public :: archive_text, archive_flag, archive_number, archive_bounds, archive_begin_shared, archive_end_shared, archive_reset
 
    integer, parameter :: integer_bytes = storage_size(1) / 8, real_bytes = storage_size(1.0_wp) / 8
-   integer, parameter :: logical_bytes = storage_size(.true.) / 8, long_bytes = storage_size(1_i8) / 8
+   integer, parameter :: logical_bytes = storage_size(.true.) / 8
 
    character(1), parameter :: zero = char(0)
 
@@ -29,7 +29,7 @@ module archive
 
    !> archive_one(archive, value): stores or loads a single number, logical or text of fixed length.
    interface archive_one
-      module procedure one_integer, one_real, one_logical, one_long, one_text
+      module procedure one_integer, one_real, one_logical, one_text
    end interface archive_one
 
 contains
@@ -164,30 +164,6 @@ contains
       end if
    end subroutine archive_logicals
 
-   !> Stores or loads n 64-bit integers.
-   subroutine archive_longs(a, n, x)
-      type(archive_t), intent(inout) :: a
-      integer, intent(in) :: n
-      integer(i8), intent(inout) :: x(n)
-      integer :: first
-      if (.not. a%loading) then
-         call put(a, transfer(x, [zero], n * long_bytes))
-      else if (take(a, n * long_bytes, first)) then
-         x = transfer(a%bytes(first:a%at), x, n)
-      end if
-   end subroutine archive_longs
-
-   !> Stores or loads n texts of fixed length.
-   subroutine archive_texts(a, n, x)
-      type(archive_t), intent(inout) :: a
-      integer, intent(in) :: n
-      character(*), intent(inout) :: x(n)
-      integer :: i
-      do i = 1, n
-         call one_text(a, x(i))
-      end do
-   end subroutine archive_texts
-
    subroutine one_text(a, x)
       type(archive_t), intent(inout) :: a
       character(*), intent(inout) :: x
@@ -227,15 +203,6 @@ contains
       call archive_logicals(a, 1, copy)
       x = copy(1)
    end subroutine one_logical
-
-   subroutine one_long(a, x)
-      type(archive_t), intent(inout) :: a
-      integer(i8), intent(inout) :: x
-      integer(i8) :: copy(1)
-      copy(1) = x
-      call archive_longs(a, 1, copy)
-      x = copy(1)
-   end subroutine one_long
 
    !> Stores or loads an allocatable text.
    subroutine archive_text(a, x)
