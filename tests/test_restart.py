@@ -89,36 +89,46 @@ def test_killed_at_once_and_gone_on(tmp_path):
     assert differences(tmp_path / "whole.h5", tmp_path / "pieces.h5") == []
 
 
+def killed(folder, shim, at):
+    """A run of deck.inp that is killed at a write, by a clock with which each point takes seconds; the number of writes."""
+    (folder / "pieces.h5").unlink(missing_ok=True)
+    environment = {**os.environ, "LD_PRELOAD": str(shim), "KILL_MODE": "before", "KILL_LOG": "count", "KILL_COPY": "flushed", "KILL_AT": str(at)}
+    subprocess.run([os.environ["UNILAT"], "--quiet", "-o", "pieces.h5", "deck.inp"], cwd=folder, timeout=WAIT, capture_output=True, check=False, env=environment)
+    return int((folder / "count").read_text())
+
+
 @pytest.mark.parametrize("name, curves", [("ring-critical", ["CRITICAL"]), ("arch-imperfect", ["SMALLER", "LARGER"])])
 def test_limit_curves_go_on(tmp_path, shim, name, curves):
     """Killed at its writes, each run goes on with the limit point that was to come; those before are not sought again."""
     (tmp_path / "deck.inp").write_text(dr.example(name))
     run(tmp_path, "-o", "whole.h5", "deck.inp")
-    environment = {**os.environ, "LD_PRELOAD": str(shim), "KILL_MODE": "before", "KILL_LOG": "count", "KILL_COPY": "flushed"}
-
-    def killed(at):
-        (tmp_path / "pieces.h5").unlink(missing_ok=True)
-        subprocess.run([os.environ["UNILAT"], "--quiet", "-o", "pieces.h5", "deck.inp"], cwd=tmp_path, timeout=WAIT, capture_output=True, check=False,
-                       env={**environment, "KILL_AT": str(at)})
-        return int((tmp_path / "count").read_text())
-
-    total = killed(0)
+    total = killed(tmp_path, shim, 0)
     work, before = [], []
     for part in (0.45, 0.75, 0.95):
-        killed(int(part * total))
+        killed(tmp_path, shim, int(part * total))
         with h5py.File(tmp_path / "pieces.h5") as file:
             before.append(sum(len(file[f"limit_curve/{curve}"].get("parameter", ())) for curve in curves))
         run(tmp_path, "--restart", "pieces.h5")
         assert differences(tmp_path / "whole.h5", tmp_path / "pieces.h5") == []
-        with h5py.File(tmp_path / "pieces.h5") as file:
-            work.append(iterations(file))
+        work.append(iterations(tmp_path / "pieces.h5"))
     assert before == sorted(before) and before[0] + 3 < before[-1], before
     assert work == sorted(work, reverse=True) and 3 * work[-1] < work[0], work
 
 
-def iterations(file):
+def test_points_that_take_long_are_not_sought_again(tmp_path, shim):
+    """Though each of them is flushed as soon as it is there, before the run stands behind it."""
+    (tmp_path / "deck.inp").write_text(dr.example("ring"))
+    run(tmp_path, "-o", "whole.h5", "deck.inp")
+    killed(tmp_path, shim, int(0.9 * killed(tmp_path, shim, 0)))
+    run(tmp_path, "--restart", "pieces.h5")
+    assert differences(tmp_path / "whole.h5", tmp_path / "pieces.h5") == []
+    assert 3 * iterations(tmp_path / "pieces.h5") < iterations(tmp_path / "whole.h5")
+
+
+def iterations(path):
     """Newton iterations of the run that wrote a file last."""
-    return dict(zip(file["performance/counter"].asstr(), file["performance/value"]))["Newton iterations"]
+    with h5py.File(path) as file:
+        return dict(zip(file["performance/counter"].asstr(), file["performance/value"]))["Newton iterations"]
 
 
 def test_more_points_are_as_if_they_had_been_asked_for(tmp_path):
