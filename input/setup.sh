@@ -50,7 +50,7 @@ find_python() {
 # Prints the Debian packages of the given Python modules that Debian's python3 does not have, and python3 where there is none.
 missing_modules() {
    local module
-   [[ -x /usr/bin/python3 ]] || { echo python3 "${@/#/python3-}"; return; }
+   [[ -x /usr/bin/python3 ]] || { printf '%s\n' python3 "${@/#/python3-}"; return; }
    for module in "$@"; do /usr/bin/python3 -c "import $module" 2> /dev/null || echo "python3-$module"; done
 }
 

@@ -129,6 +129,15 @@ def test_debian_package(tmp_path):
         assert "Status: install ok installed" in listed and (system / "usr/bin/unilat").exists()
 
 
+@pytest.mark.parametrize("recipe", ["Dockerfile", "unilat.def"])
+def test_containers_install_what_a_build_and_the_pictures_need(recipe):
+    """The packages of input/run, and the Python that CMake asks for."""
+    needed = re.search(r'^need\(\) \{ prepare "(.*)" "(.*)"; \}', (ROOT / "input/run").read_text(), re.MULTILINE)
+    words = [set(part.split()) for part in (ROOT / ".container" / recipe).read_text().split("\nFROM " if recipe == "Dockerfile" else "Stage: ")[1:]]
+    assert {"python3", *needed[1].split()} <= words[0]
+    assert {"python3", *(f"python3-{module}" for module in needed[2].split())} <= words[1]
+
+
 def test_man_pages_name_every_option():
     said = subprocess.run([os.environ["UNILAT"], "--help"], capture_output=True, text=True, check=True).stdout
     options = set(re.findall(r"^  (--?[a-z]+)", said, re.MULTILINE))

@@ -109,6 +109,15 @@ def test_apt_gets_what_is_missing_and_no_more(machine, deck):
         "update -qq", "install -y -qq --no-install-recommends gfortran ninja-build"]
 
 
+def test_a_machine_without_python_needs_it_and_its_modules(tmp_path):
+    """Each a package of its own, as apt-get wants them."""
+    setup = tmp_path / "setup.sh"
+    setup.write_text((ROOT / "input/setup.sh").read_text().replace("/usr/bin/python3", str(tmp_path / "no-python3")))
+    script = f'root="{tmp_path}" me=me; source "{setup}"; mapfile -t need < <(missing_modules h5py numpy); printf "<%s>" "${{need[@]}}"'
+    told = subprocess.run(["bash", "-c", script], capture_output=True, text=True, check=True).stdout
+    assert told == "<python3><python3-h5py><python3-numpy>"
+
+
 def test_decks_are_listed(machine):
     status, text = run(machine, "input/run")
     assert status == 0
