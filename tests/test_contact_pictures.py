@@ -372,8 +372,9 @@ def test_the_page_has_forces_sections_and_shapes_between(frame, tmp_path):
     assert len(data["between"]) == len(data["frames"]) - 1 and sum(map(len, data["between"])) > 40
     last = data["frames"][-1]
     assert [value for _, value in last["arrows"]] == [f"{frame.results.contact.reaction_total[-1, 0]:.4g}"]
-    np.testing.assert_allclose(np.array(last["sections"]), frame.results.field("section_forces", frame.results.n_points), rtol=1e-4,
-                               atol=1e-6)
+    sections = np.array(last["sections"])       # at the corners of the polylines that draw the elements
+    assert sections.shape[1] == data["samples"] + 1
+    np.testing.assert_allclose(sections[:, [0, -1]], frame.results.field("section_forces", frame.results.n_points), rtol=1e-4, atol=1e-3)
     assert data["columns"]["sway"]["rate"] and data["steps"][0] == 1 and data["anew"] == []
 
 

@@ -9,6 +9,7 @@ module result_tables
    use obstacle_curve, only: curve_samples
    use obstacle_geometry, only: obstacle_gap
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
+   use element_families, only: follows_curves
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t, new_candidates
    use model_words, only: side_name, kind_name, points_name
@@ -63,8 +64,25 @@ contains
          & 'rows of coordinates (from 0) of the first and second node of every element')
       call hdf5_write(file, '/mesh/node_label', model%mesh%node_label, '1', 'node numbers of the deck')
       call hdf5_write(file, '/mesh/element_label', model%mesh%element_label, '1', 'element numbers of the deck')
+      if (any(follows_curves(model%mesh%family))) call write_directions(file, model)
       if (allocated(model%tie)) call write_joints(file, model)
    end subroutine write_mesh
+
+   !> Writes where the axis points to at the ends of the elements: coordinates of few elements do not tell an arc from a polygon.
+   subroutine write_directions(file, model)
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      type(geometry_t) :: home
+      real(wp), allocatable :: direction(:, :)
+      integer :: i
+      home = new_geometry(model, [(new_tableau(i), i=1, max_stages)])
+      allocate (direction(2, model%mesh%n_elements))
+      do i = 1, model%mesh%n_elements
+         direction(:, i) = home%element(i)%end_angle
+      end do
+      call hdf5_write(file, '/mesh/direction', direction, 'radian', &
+         & 'direction of the stress-free axis at both ends of every element, from the x axis to the left')
+   end subroutine write_directions
 
    !> Writes /joints: released ends and rigid links. The jump at a release is the difference of the displacements of its two nodes.
    subroutine write_joints(file, model)

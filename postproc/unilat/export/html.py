@@ -17,6 +17,7 @@ from ..results.mirror import mirror_line, mirrored
 from ..results.motion import Frame, Motion, obstacles_between
 from ..results.obstacle_surface import strokes, surfaces
 from ..results.rod_shape import Shape, contact_pieces, idle_pieces, join
+from ..results.section_curves import between_ends, shape_at
 
 DESCRIPTION = """\
 Write one HTML page: the deformed shape beside the path and its branches, with a slider, a player and a choice of the quantities of both
@@ -130,8 +131,8 @@ class Drawn:
             told = self.frame(path, frame)
             if frame.row == frame.nearest - 1:
                 if frame.nearest in sections:
-                    told["sections"] = [[[float(f"{value:.5g}") for value in end] for end in element]
-                                        for element in path.field("section_forces", frame.nearest).tolist()]
+                    forces = between_ends(shape_at(path, frame.nearest), path.field("section_forces", frame.nearest), self.pieces)
+                    told["sections"] = [[[float(f"{value:.5g}") for value in place] for place in element] for element in forces.tolist()]
                 stored.append({"point": frame.nearest, **told})
                 between.append([])
             else:

@@ -12,11 +12,12 @@ from ..options import Parser, tell_unfinished
 from ..results import Path, ResultsError, read_results
 from ..results.obstacle_surface import surfaces
 from ..results.rod_shape import Shape, contact_pieces
+from ..results.section_curves import between_ends
 
 DESCRIPTION = """\
 Write the deformed rods of all stored points as a time series for ParaView 5.12 or newer (VTKHDF); the time is the number of the
 point, load factor and monitors are field data. The deck must have asked for *FIELD OUTPUT with DISPLACEMENT. Every element is
-a polyline with points of its own, so section forces may jump between two; its axis is the cubic that the pictures draw. Point
+a polyline with points of its own, so section forces may jump between two; its axis and section forces are those of the pictures. Point
 data, as far as the file has them: displacement, rotation, N, Q, M, reaction_density, gap and contact (1 where the rod touches).
 Obstacles go to a second file, NAME-obstacles.vtkhdf."""
 
@@ -65,7 +66,7 @@ def write_rods(filename: str, path: Path, points: np.ndarray, pieces: int) -> np
         shape = Shape(path.mesh, displacement)
         places.append(np.concatenate([shape.piece(element, t) for element in range(len(elements))]))
         values = {"displacement": np.column_stack((places[-1] - home, np.zeros(size))),
-                  "rotation": _between(displacement[elements, 2], t), **_stored(path, point, t)}
+                  "rotation": _between(displacement[elements, 2], t), **_stored(path, point, shape, t)}
         if path.contact is not None:
             values["contact"] = np.zeros((len(elements), pieces + 1))
             for element, first, last in contact_pieces(path, point, shape)[0]:
@@ -98,14 +99,14 @@ def _between(ends: np.ndarray, t: np.ndarray) -> np.ndarray:
     return ends[:, :1] * (1.0 - t) + ends[:, 1:] * t
 
 
-def _stored(path: Path, point: int, t: np.ndarray) -> dict[str, np.ndarray]:
+def _stored(path: Path, point: int, shape: Shape, t: np.ndarray) -> dict[str, np.ndarray]:
     """What else the file has at a point: (elements, len(t)) each. NaN where it does not say."""
     values, mesh = {}, path.mesh
-    forces = np.full((len(mesh.elements), 2, 3), np.nan)
     if "section_forces" in path.field_names:
+        forces = np.full((len(mesh.elements), len(t), 3), np.nan)
         if point in path.points_with("section_forces"):
-            forces = path.field("section_forces", point)
-        values |= {name: _between(forces[:, :, k], t) for k, name in enumerate("NQM")}
+            forces = between_ends(shape, path.field("section_forces", point), len(t) - 1)
+        values |= {name: forces[:, :, k] for k, name in enumerate("NQM")}
     for name in ("reaction_density", "gap"):
         if name in path.field_names:
             nodes = np.full(len(mesh.coordinates), np.nan)

@@ -13,6 +13,7 @@ from ..chosen_points import add_points, choose, names, shade
 from ..results import Column, Path, ResultsError
 from ..results.rod_chains import along_chain, rod_chains
 from ..results.rod_shape import Shape
+from ..results.section_curves import between_ends, shape_at
 from . import style
 from .label_placing import place_labels
 from .obstacle_drawing import draw_obstacle
@@ -23,7 +24,8 @@ length (stress-free, along the chords of the elements), one panel each, for stru
 one point (the last stored one), for others. N is positive in tension, Q acts along the left normal of the cut that faces the
 second node, M is positive where it turns the rod to the left. On the structure N and Q are drawn to the left of the elements
 when they are positive, M on the side in tension; the largest values are written. The file holds values at both ends of each
-element; between they are joined by straight lines."""
+element. Between them curves are those of equilibrium under a load that is uniform along the element, where displacements are
+stored at the same points, else straight."""
 
 EXAMPLES = """\
 examples:
@@ -38,6 +40,7 @@ SIDE = {"N": 1.0, "Q": 1.0, "M": -1.0}      # of the element on which positive v
 LARGEST = 0.18       # of the structure's size: the largest value of a diagram on it
 ALIKE = 1e-3         # of the largest value: differences that a reader does not see
 ROUNDING = 1e-6      # of the largest value: not worth a number
+PARTS = 8            # of an element, with values at their ends
 STAIRS = 8           # elements at least
 FLAT = 0.5           # an element's own change beside the jump to the next: less is a step of stairs
 STANDS_OUT = 12.0    # times the usual jump: one of its own
@@ -86,7 +89,7 @@ def over_arc(path: Path, points: list[int], chains, args):
     panels = outer[0].subgridspec(len(args.quantities), 1).subplots(sharex=True, squeeze=False)[:, 0]
     starts = np.concatenate(([0.0], np.cumsum([chain.arc[-1, 1] for chain in chains])))
     for k, point in enumerate(points):
-        forces = path.field("section_forces", point)
+        forces = between_ends(shape_at(path, point), path.field("section_forces", point), PARTS)
         for chain, start in zip(chains, starts):
             values, arc = along_chain(chain, forces), args.x_scale * (start + chain.arc)
             for axes, quantity in zip(panels, args.quantities):
@@ -114,12 +117,14 @@ def over_arc(path: Path, points: list[int], chains, args):
 
 
 def without_stairs(arc: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Places and values of a curve. Where every node takes a part of what changes, as of a foundation at nodes, elements have
-    about one value each: the curve goes through their middles, but for jumps that stand out, as of a load at a node."""
-    inside, jumps = np.abs(np.diff(values, axis=1)[:, 0]), np.abs(values[1:, 0] - values[:-1, 1])
+    """Places and values of a curve, of arc lengths (n, 2) at both ends and values (n, m) at equal distances along elements. Where
+    every node takes a part of what changes, as of a foundation at nodes, elements have about one value each: the curve goes
+    through their middles, but for jumps that stand out, as of a load at a node."""
+    inside, jumps = np.abs(values[:, -1] - values[:, 0]), np.abs(values[1:, 0] - values[:-1, -1])
     usual = np.median(jumps) if len(jumps) else 0.0
     if len(values) < STAIRS or not np.median(inside) < FLAT * usual:
-        return arc.ravel(), values.ravel()
+        return np.linspace(arc[:, 0], arc[:, 1], values.shape[1], axis=1).ravel(), values.ravel()
+    values = values[:, [0, -1]]
     cuts = np.flatnonzero(jumps > STANDS_OUT * usual) + 1
     at, found = [], []
     for part in np.split(np.arange(len(values)), cuts):
@@ -130,9 +135,9 @@ def without_stairs(arc: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.
 
 def on_structure(path: Path, point: int, args):
     """A panel a quantity: the diagram beside the axis of the deformed rods."""
-    shape = Shape(path.mesh, path.field("displacement", point) if "displacement" in path.field_names
-                  and point in path.points_with("displacement") else None)
-    forces = path.field("section_forces", point)
+    moved = shape_at(path, point)
+    shape = moved or Shape(path.mesh)
+    forces = between_ends(moved, path.field("section_forces", point), PARTS)
     nodes = shape.nodes
     size = float(np.hypot(*(nodes.max(axis=0) - nodes.min(axis=0))))
     diagrams = {quantity: [diagram(shape, element, SIDE[quantity] * LARGEST * size * values / scale)
@@ -178,13 +183,13 @@ def on_structure(path: Path, point: int, args):
 
 
 def diagram(shape: Shape, element: int, offsets: np.ndarray) -> np.ndarray:
-    """Closed polygon between the axis of an element and its offsets (2) to the left at both ends: first the offset curve."""
-    t = np.linspace(0.0, 1.0, 9)
+    """Closed polygon between the axis of an element and its offsets to the left at equal distances: first the offset curve."""
+    t = np.linspace(0.0, 1.0, len(offsets))
     axis = shape.piece(element, t)
     tangent = np.gradient(axis, axis=0)
     tangent /= np.hypot(*tangent.T)[:, None]
     left = np.column_stack((-tangent[:, 1], tangent[:, 0]))
-    return np.concatenate((axis + ((1.0 - t) * offsets[0] + t * offsets[1])[:, None] * left, axis[::-1]))
+    return np.concatenate((axis + offsets[:, None] * left, axis[::-1]))
 
 
 def power_of_ten(values: np.ndarray) -> int:
@@ -202,11 +207,11 @@ def largest_values(values: np.ndarray, pieces: list[np.ndarray]) -> list[tuple]:
     for extreme in (np.max(flat), np.min(flat)):
         alike = np.flatnonzero(np.abs(flat - extreme) <= ALIKE * largest)      # of a rod with one value, in its middle
         at = int(alike[len(alike) // 2])
-        element, end = divmod(at, 2)
-        if abs(values[element, end]) <= ROUNDING * np.max(np.abs(values)):
+        element, place = divmod(at, values.shape[1])
+        if abs(values[element, place]) <= ROUNDING * np.max(np.abs(values)):
             continue
-        tip = pieces[element][0 if end == 0 else 8]
-        found.append((float(tip[0]), float(tip[1]), f"{values[element, end]:.4g}".replace("-", "\N{MINUS SIGN}"), style.INK))
+        tip = pieces[element][place]
+        found.append((float(tip[0]), float(tip[1]), f"{values[element, place]:.4g}".replace("-", "\N{MINUS SIGN}"), style.INK))
     return found
 
 

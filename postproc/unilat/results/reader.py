@@ -165,7 +165,10 @@ def _mesh(file: h5py.File, filename: str) -> Mesh:
               for name, count in (("node_label", len(coordinates)), ("element_label", len(elements)))]
     joints = [file[f"joints/{name}"][()].astype(int) if f"joints/{name}" in file else np.zeros((0, columns), dtype=int)
               for name, columns in (("release", 2), ("released", 3), ("link", 2))]
-    return Mesh(coordinates, elements.astype(int), *labels, joints[0], joints[1] > 0, joints[2])
+    direction = file["mesh/direction"][()] if "mesh/direction" in file else None
+    if direction is not None and direction.shape != elements.shape:
+        raise ResultsError(f"{filename}: /mesh/direction must have two columns and a row an element")
+    return Mesh(coordinates, elements.astype(int), *labels, joints[0], joints[1] > 0, joints[2], direction)
 
 
 def _contact(group: h5py.Group, filename: str, mesh: Mesh) -> tuple[Contact | None, list[int]]:

@@ -55,7 +55,7 @@ def rod_chains(mesh: Mesh) -> list[RodChain]:
 
 
 def along_chain(chain: RodChain, forces: np.ndarray) -> np.ndarray:
-    """Section forces (elements, 2, 3) as the chain runs: (n, 2, 3). Turned elements have the other end first and M negative."""
+    """Section forces (elements, m, 3) as the chain runs: (n, m, 3). Turned elements have the other end first and M negative."""
     values = forces[chain.elements].copy()
     values[chain.turned] = values[chain.turned][:, ::-1] * (1.0, 1.0, -1.0)
     return values

@@ -2,7 +2,8 @@
 
 A result file holds nodes and their rotations. Between two nodes the axis is drawn as the cubic that has the
 directions of both ends (the stress-free direction turned by the node's rotation), so that a rod of few elements does
-not look like a polygon.
+not look like a polygon. The cubic leaves its ends as fast as that of a circular arc that turns as much: a quarter of a circle
+is drawn within 3e-4 of its radius.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from .types import Contact, Mesh, Path, ResultsError
 SLIGHT = np.radians(3.0)       # a turn that is no corner, whatever the next nodes have
 LIKE = 0.2                     # of a node's turn: what one of the next nodes has at least on a smooth curve
 CORNER = np.radians(35.0)      # elements that meet at more than this are not one smooth curve
+MOST_TURNED = np.radians(270.0)     # an element that turns further is not drawn as an arc
 SAMPLES = np.linspace(0.0, 1.0, 9)
 
 
@@ -34,11 +36,11 @@ class Shape:
             chord = np.hypot(*(mesh.coordinates[mesh.elements[:, 1]] - mesh.coordinates[mesh.elements[:, 0]]).T)
             along, across = (np.stack((np.cos(angle), np.sin(angle)), axis=-1)
                              for angle in (directions, directions + 0.5 * np.pi))
-            self._tangents = chord[:, None, None] * (along + turn[:, :, None] * across)
+            self._tangents = _speed(chord, directions)[:, None, None] * (along + turn[:, :, None] * across)
             return
         directions = directions + turn
         chord = np.hypot(*(self.nodes[mesh.elements[:, 1]] - self.nodes[mesh.elements[:, 0]]).T)
-        self._tangents = chord[:, None, None] * np.stack((np.cos(directions), np.sin(directions)), axis=-1)
+        self._tangents = _speed(chord, directions)[:, None, None] * np.stack((np.cos(directions), np.sin(directions)), axis=-1)
 
     def piece(self, element: int, t: np.ndarray) -> np.ndarray:
         """Points (len(t), 2) of an element's axis; t runs from 0 to 1."""
@@ -46,17 +48,32 @@ class Shape:
         return ((1 + 2 * t) * (1 - t) ** 2 * a + t ** 2 * (3 - 2 * t) * b
                 + t * (1 - t) ** 2 * p - t ** 2 * (1 - t) * q)
 
+    def motion(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Points (elements, len(t), 2) of all axes, and their rates by t."""
+        (a, b), (p, q), t = (self.nodes[self.elements[:, end], None] for end in (0, 1)), \
+            (self._tangents[:, end, None] for end in (0, 1)), np.asarray(t)[:, None]
+        return ((1 + 2 * t) * (1 - t) ** 2 * a + t ** 2 * (3 - 2 * t) * b + t * (1 - t) ** 2 * p - t ** 2 * (1 - t) * q,
+                6 * t * (1 - t) * (b - a) + (1 - t) * (1 - 3 * t) * p + t * (3 * t - 2) * q)
+
     def curves(self, pieces: int = len(SAMPLES) - 1) -> list[np.ndarray]:
         """The whole axis: one polyline (n, 2) for each chain of elements, of so many straight pieces an element."""
         return join([(element, 0.0, 1.0) for element in range(len(self.elements))], self, pieces)
 
 
+def _speed(chord: np.ndarray, directions: np.ndarray) -> np.ndarray:
+    """How fast a cubic leaves its ends: as that which is nearest to the arc with these chords and this turn."""
+    turn = np.clip(directions[:, 1] - directions[:, 0], -MOST_TURNED, MOST_TURNED)
+    return chord / np.cos(0.25 * turn) ** 2
+
+
 def stress_free_directions(mesh: Mesh) -> np.ndarray:
     """Direction [rad] of the stress-free axis at both ends of each element, (elements, 2).
 
-    Taken from the chords: where two elements meet smoothly it is theirs weighted to fit a parabola (exact for a
+    As the file has it, else taken from the chords: where two elements meet smoothly it is theirs weighted to fit a parabola (exact for a
     circle of equal elements), at a free end or corner it mirrors the other end's.
     """
+    if mesh.direction is not None:
+        return mesh.direction
     ends = mesh.coordinates[mesh.elements]
     chords = ends[:, 1] - ends[:, 0]
     length, angle = np.hypot(*chords.T), np.arctan2(chords[:, 1], chords[:, 0])

@@ -43,6 +43,8 @@ class Mesh:
     released: np.ndarray = field(default_factory=lambda: np.zeros((0, 3), dtype=bool))
     # (rigid bars, 2) node rows: the node that turns a bar, and the node it carries
     links: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), dtype=int))
+    # (elements, 2) [rad] where the stress-free axis points to at both ends; None: the file has it not, as for elements that are straight
+    direction: np.ndarray | None = None
 
     __repr__ = brief
 
