@@ -63,6 +63,12 @@ may_install() {
    command -v sudo > /dev/null && sudo -n true 2> /dev/null
 }
 
+# Prints what to install beside the given packages to get less: matplotlib's fonttools wants SciPy, which brings 300 MB of
+# headers, or the small munkres, and apt-get takes the first where none of them is named.
+lighter() {
+   [[ " $* " != *" python3-matplotlib "* ]] || ! apt-cache show python3-munkres &> /dev/null || echo python3-munkres
+}
+
 # Makes sure that everything is there that is needed to build and to run the given Python modules.
 # usage: prepare "package ..." "module ..." ["package that is good to have ..."]
 prepare() {
@@ -79,9 +85,9 @@ prepare() {
       say "installing ${all[*]}"
       if {
          "${as_root[@]}" apt-get update -qq &&
-            "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
-               "${all[@]}" $(missing "${extra[@]}")
-      } > "$build_root/apt.log" 2>&1; then
+            "${as_root[@]}" env LC_ALL=C DEBIAN_FRONTEND=noninteractive apt-get install -y -q --no-install-recommends \
+               "${all[@]}" $(missing "${extra[@]}") $(lighter "${all[@]}")
+      } 2>&1 | tee "$build_root/apt.log" | show_progress installing; then
          hash -r
       else
          say "apt-get failed; its last lines (all in $build_root/apt.log):"
@@ -115,7 +121,7 @@ duration() {
    if ((seconds < 90)); then echo "$seconds s"; else echo "$(((seconds + 30) / 60)) min"; fi
 }
 
-# Reads what Ninja or ctest prints and says on standard error how far it is and about how long it still takes: in one line that is
+# Reads what Ninja, ctest or apt-get prints and says on standard error how far it is and about how long it still takes: in one line that is
 # written over on a terminal, else in a line every 15 seconds.
 # usage: ... | show_progress WHAT
 show_progress() {
@@ -128,6 +134,11 @@ show_progress() {
          [[ ${BASH_REMATCH[3]} != Building ]] || built=$((built + 1))
       elif [[ $line =~ ^\ *([0-9]+)/([0-9]+)\ Test\ +# ]]; then
          done=${BASH_REMATCH[1]} all=${BASH_REMATCH[2]} units=$all built=$done
+      elif [[ $line =~ ^([0-9]+)\ upgraded,\ ([0-9]+)\ newly ]]; then
+         # Every package is fetched, unpacked and set up.
+         all=$((3 * (BASH_REMATCH[1] + BASH_REMATCH[2]))) units=$all done=0 built=0 first=-1
+      elif [[ $all != 0 && $line =~ ^(Get:|Unpacking\ |Setting\ up\ ) ]]; then
+         done=$((done + 1)) built=$((built + 1))
       else
          continue
       fi

@@ -106,7 +106,7 @@ def test_apt_gets_what_is_missing_and_no_more(machine, deck):
     fake(machine, "apt-get", f'echo "$@" >> "{machine}/calls"')
     run(machine, "input/run", deck)
     assert (machine / "calls").read_text().splitlines() == [
-        "update -qq", "install -y -qq --no-install-recommends gfortran ninja-build"]
+        "update -qq", "install -y -q --no-install-recommends gfortran ninja-build"]
 
 
 def test_a_machine_without_python_needs_it_and_its_modules(tmp_path):
@@ -251,17 +251,18 @@ def test_cmake_runs_only_where_a_source_is_newer(machine, copied, tmp_path):
     assert [builds() > 0, builds() > 0] == [True, True]      # what failed is tried again
 
 
-def test_progress_of_builds_and_tests_on_a_terminal():
+def test_progress_of_builds_tests_and_packages_on_a_terminal():
     """Steps done, all steps, and the time left, in one line that is wiped at the end."""
     lines = [*(f"[{k}/12] Generating Fortran dependencies for {k}.f90" for k in range(1, 7)), *(f"[{k}/12] Building {k}" for k in range(7, 13)),
-             "  3/4 Test  #7: test_x .......   Passed    0.10 sec"]
+             "  3/4 Test  #7: test_x .......   Passed    0.10 sec", "1 upgraded, 1 newly installed, 0 to remove and 7 not upgraded.",
+             "Get:1 http://x x", "Get:2 http://x y", "Unpacking x (1-1) ...", "Setting up x (1-1) ..."]
     terminal, its_end = pty.openpty()
     subprocess.run(["bash", "-c", f'root={ROOT}; me=tests/run; source "$root/input/setup.sh"; show_progress building'], input="\n".join(lines) + "\n",
                    text=True, stderr=its_end, check=True, timeout=60)
     os.close(its_end)
     shown = os.read(terminal, 100000).decode()
     os.close(terminal)
-    assert "tests/run: building [6/12]\x1b[K" in shown and "tests/run: building [12/12], about 0 s left" in shown and "[3/4]" in shown
+    assert "tests/run: building [6/12]\x1b[K" in shown and "tests/run: building [12/12], about 0 s left" in shown and "[3/4]" in shown and "[4/6]" in shown
     assert shown.endswith("\r\x1b[K")
 
 
