@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import h5py
@@ -269,14 +270,24 @@ def test_elements_that_meet_head_to_head_are_smooth():
 
 
 def test_shape_bends_with_the_rotations():
-    """A straight rod of 4 elements rolled to a half circle: Hermite cubics of 45 degrees stay on it within 2e-3."""
+    """A straight rod of 4 elements rolled to a half circle: cubics of 45 degrees stay on it within 1e-5."""
     s = np.linspace(0.0, 1.0, 5)
     mesh = Mesh(np.column_stack((s, 0.0 * s)), np.column_stack((np.arange(4), np.arange(1, 5))), s, s)
     r = 1.0 / np.pi
     u = np.column_stack((r * np.sin(np.pi * s) - s, r * (1.0 - np.cos(np.pi * s)), np.pi * s))
     (curve,) = rod_shape.Shape(mesh, u).curves()
-    np.testing.assert_allclose(np.hypot(curve[:, 0], curve[:, 1] - r), r, rtol=6e-3)
-    assert len(curve) == 33
+    np.testing.assert_allclose(np.hypot(curve[:, 0], curve[:, 1] - r), r, rtol=1e-5)
+    assert len(curve) == 4 * 32 + 1
+
+
+def test_directions_of_the_file_make_a_circle_of_four_elements_and_corners_of_others():
+    """The nodes alone are those of a square."""
+    mesh, angle = circle_mesh(4, closed=True)
+    square = np.concatenate(rod_shape.Shape(mesh).curves())
+    assert np.hypot(*square.T).min() == pytest.approx(np.sqrt(0.5))
+    ends = np.column_stack((angle, angle + 0.5 * np.pi)) + 0.5 * np.pi
+    circle = np.concatenate(rod_shape.Shape(replace(mesh, direction=ends)).curves())
+    np.testing.assert_allclose(np.hypot(*circle.T), 1.0, rtol=3e-4)
 
 
 def test_contact_part_from_reactions_and_regions(files):
@@ -493,6 +504,23 @@ def test_labels_of_marks_close_together_do_not_overlap():
     assert all(axes.get_window_extent().contains(*corner) for box in boxes for corner in box.corners())
     joined = [text for text in axes.texts if not text.get_text()]
     assert joined and all(line.xy in marks for line in joined)
+
+
+def test_labels_of_one_place_stand_in_one_row():
+    """And those of another colour, as of another curve, by themselves."""
+    _, axes = empty_axes(width=88.9, height=71.1, dpi=200)
+    axes.plot((0.0, 1.0), (0.0, 1.0))
+    place_labels(axes, [(0.5, 0.5, "C+", "k"), (0.5, 0.5, "C-", "k"), (0.5, 0.5, "LP", "r"), (0.52, 0.52, "C+", "k")])
+    assert sorted(text.get_text() for text in axes.texts if text.get_text()) == ["C+ (2), C-", "LP"]
+
+
+def test_numbers_at_axes_are_text_with_a_power_of_ten():
+    figure, axes = empty_axes(width=88.9, height=71.1, dpi=200)
+    axes.plot((0.0, 1.0), (-2e-6, 2e-6))
+    style.lay_out(figure)
+    figure.canvas.draw()
+    assert "\N{MINUS SIGN}2" in [text.get_text().removesuffix(".0") for text in axes.get_yticklabels()]
+    assert "10^{" in axes.yaxis.get_offset_text().get_text()
 
 
 def test_a_label_is_nearest_to_its_own_mark():

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import argparse
 import shutil
 import sys
 from pathlib import Path
 
 import h5py
+import matplotlib
 import numpy as np
 import pytest
 
@@ -17,7 +19,7 @@ sys.path[:0] = [str(TESTS), str(POSTPROC)]
 import make_branch_file as make  # noqa: E402
 import make_result_file  # noqa: E402
 from postproc_runner import axes_of as pictures, command_line, draw, module_run  # noqa: E402,F401
-from unilat.plot import style  # noqa: E402
+from unilat.plot import modes, style  # noqa: E402
 from unilat.results import ResultsError, read_results  # noqa: E402
 
 
@@ -276,6 +278,15 @@ def test_modes_chosen(axes_of):
     x, y = shape.get_data()
     np.testing.assert_allclose(y, -0.05 * np.sin(2.0 * np.pi * x), atol=2e-4)
     np.testing.assert_allclose(opposite.get_ydata(), -y)
+
+
+def test_panels_of_a_tall_structure_are_no_taller_than_a_page_and_as_far_apart_as_their_titles():
+    limits = np.array(((0.0, 0.0), (0.1, 1.0)))
+    with matplotlib.rc_context(style.LOOK):
+        figure, panels = modes.layout(argparse.Namespace(width=89.0, height=None, dpi=100, columns=None, title=None), limits, 2)
+    assert figure.get_size_inches()[1] * 25.4 < modes.TALLEST + 15.0
+    left, right = (panel.get_position() for panel in panels)
+    assert (right.x0 - left.x0) * 89.0 > modes.TITLED
 
 
 # Pictures and errors

@@ -1,5 +1,6 @@
 """The commands: what they say when something is missing, and what they refuse. Nothing is installed or built here."""
 
+import dataclasses
 import os
 import pty
 import shutil
@@ -16,6 +17,8 @@ sys.path[:0] = [str(ROOT / "tests"), str(ROOT / "postproc")]
 
 import make_branch_file  # noqa: E402
 import make_result_file  # noqa: E402
+from unilat import deck_pictures  # noqa: E402
+from unilat.results import read_results  # noqa: E402
 
 TOOLS = ("bash env dirname basename mkdir awk sed grep cat tail head rm mv tee nproc id find wc "
          "gfortran cmake ninja h5fc python3").split()
@@ -292,3 +295,11 @@ def test_no_pictures_of_what_is_empty(machine, copied):
     status, text, pictures = run_copied(machine, copied, "*HEADING\nrod\n")
     assert status == 2, text
     assert pictures == ["rod_modes.png"]
+
+
+def test_no_path_of_one_point(machine):
+    """Such as the start of a buckling step: a dot says nothing."""
+    made = machine.parent / "made.h5"
+    make_result_file.write_cantilever(made)
+    for points, drawn in ((2, True), (1, False)):
+        assert ("path" in deck_pictures.pictures(dataclasses.replace(read_results(made), n_points=points))) == drawn

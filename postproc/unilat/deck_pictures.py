@@ -11,8 +11,9 @@ import shlex
 import sys
 
 from . import command
+from .options import read_once
 from .plain_text import printable, printable_lines
-from .results import Results, ResultsError, read_results
+from .results import Results, ResultsError
 
 # A comment of the deck names a picture by its command, or by a longer name that older decks have.
 NAMES = {"limit_curve": "curve"}
@@ -30,7 +31,7 @@ def main(argv=None) -> int:
     try:
         with open(args.deck, encoding="utf-8", errors="replace") as file:
             deck = file.read()
-        there = pictures(read_results(args.results))
+        there = pictures(read_once(args.results))
     except (OSError, ResultsError) as problem:
         return failed("no picture", str(problem))
     code = 0
@@ -49,7 +50,7 @@ def pictures(results: Results) -> list[str]:
     """The commands whose picture would not be empty."""
     contact = results.contact
     fields = [name for name in results.field_names if results.field_points.size]
-    there = {"model": True, "path": results.n_points > 0, "shape": "displacement" in fields,
+    there = {"model": True, "path": results.n_points > 1, "shape": "displacement" in fields,
              "contact": contact is not None and bool(contact.count.any()), "forces": "section_forces" in fields,
              "modes": any(len(step.load_factor) for step in results.buckling.values()),
              "reaction": any(name in fields for name in ("reaction_density", "reaction", "gap")),

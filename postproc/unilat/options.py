@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import functools
+import os
 import re
 
 import numpy as np
@@ -58,11 +60,25 @@ def mark_list(text: str) -> list[str]:
 
 def load(args, points: bool = True) -> list[Results]:
     """Read every result file; each must hold a point, unless `points` are not asked for."""
-    everything = [read_results(name) for name in args.files]
+    everything = [read_once(name) for name in args.files]
     for results in everything:
         if points and results.n_points == 0:
             raise ResultsError(f"{results.filename}: holds no points yet (status: {results.status})")
     return everything
+
+
+def read_once(name: str) -> Results:
+    """A result file; that of the last call is not read again while it is the same, for several pictures of one run."""
+    try:
+        stamp = os.stat(name)
+    except OSError:
+        return read_results(name)       # which says what is wrong
+    return _read(os.path.abspath(name), name, stamp.st_ino, stamp.st_mtime_ns, stamp.st_size)
+
+
+@functools.lru_cache(maxsize=1)
+def _read(_place: str, name: str, *_stamp: int) -> Results:
+    return read_results(name)
 
 
 def tell_unfinished(everything: list[Results]):

@@ -84,7 +84,7 @@ def page_data(results: Results, path: Path, args) -> dict:
     low, high = everything.min(axis=0), everything.max(axis=0)
     with_sections = any("section_forces" in each.field_names for each in (path, *branches))      # their diagrams need room
     margin = (0.18 if with_sections else 0.05) * np.max((high - low) * (1.0, args.stretch_y)) / np.array((1.0, args.stretch_y))
-    drawn = Drawn(np.array((low - margin, high + margin)), reach, scales, int(np.clip(PIECES // len(path.mesh.elements), 2, 8)), args)
+    drawn = Drawn(np.array((low - margin, high + margin)), reach, scales, int(np.clip(PIECES // len(path.mesh.elements), 2, 32)), args)
     x = path.column(args.x or next(iter(path.monitors), "point")).name
     y = path.column(args.y).name
     status = "" if results.complete else f"The run did not come to its end: {results.status}."

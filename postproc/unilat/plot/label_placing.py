@@ -13,6 +13,7 @@ DISTANCES = (4.0, 9.0, 15.0, 22.0, 30.0, 40.0, 50.0, 60.0)      # [pt] tried bet
 DIRECTIONS = 16
 HIDING = 2.5                                        # what a bit of a curve under a label costs, in points of distance
 TOGETHER = 7.0                                      # [pt] marks with the same label closer than this share it
+SAME = 1.0                                          # [pt] marks closer than this are seen as one, whatever their labels
 FAR = 12.0                                          # [pt] from here on a thin line joins them
 
 
@@ -64,7 +65,7 @@ def place_labels(axes, texts: list[tuple]):
 
 
 def _merged(axes, texts: list[tuple]) -> list[tuple]:
-    """The same label of marks that lie on each other is written once, with how many they are."""
+    """The same label of marks that lie on each other is written once, with how many they are; different ones in one row."""
     found: list[list] = []
     for x, y, text, colour in texts:
         at = axes.transData.transform((x, y))
@@ -74,7 +75,16 @@ def _merged(axes, texts: list[tuple]) -> list[tuple]:
                 break
         else:
             found.append([x, y, text, colour, at, 1])
-    return [(x, y, text if n == 1 else f"{text} ({n})", colour) for x, y, text, colour, _, n in found]
+    rows: list[list] = []
+    for x, y, text, colour, at, n in found:
+        text = text if n == 1 else f"{text} ({n})"
+        for row in rows:
+            if row[3] == colour and np.hypot(*(at - row[4])) < SAME * axes.figure.dpi / 72.0:
+                row[2] += f", {text}"
+                break
+        else:
+            rows.append([x, y, text, colour, at])
+    return [tuple(row[:4]) for row in rows]
 
 
 def _curve_pixels(axes) -> np.ndarray:

@@ -26,6 +26,8 @@ examples:
 MOST_MODES = 12        # drawn when none are named
 TITLE = 5.5            # [mm] over a panel
 GAP = 3.0              # [mm] between panels
+TITLED = 26.0          # [mm] width of a title
+TALLEST = 110.0        # [mm] panels, unless the figure has a given height
 
 
 @style.drawing
@@ -111,23 +113,22 @@ def layout(args, limits: np.ndarray, n: int):
     """A figure and n panels of the shape of the limits, read row by row."""
     wide, tall = limits[1] - limits[0]
     most = 1 if tall < 0.3 * wide else 2 if tall < 0.6 * wide else 3 if tall < 1.2 * wide else 5
-    columns = args.columns or min(n, max(1, round(most * args.width / 89.0)))
+    columns = args.columns or min(n, max(1, round(most * args.width / 89.0)), max(1, int(args.width / (TITLED + GAP))))
     rows = -(-n // columns)
     above = 7.0 if args.title else 1.0
     width = (args.width - GAP * (columns + 1)) / columns
-    height = width * tall / wide
-    if args.height:
-        height = min(height, (args.height - above - GAP) / rows - TITLE - GAP)
-        width = height * wide / tall
+    height = min(width * tall / wide, (args.height - above - GAP) / rows - TITLE - GAP if args.height else TALLEST)
+    width = height * wide / tall
     if min(width, height) < 2.0:
         raise ResultsError("no room for the modes; give another --width, --height or --columns")
     total = args.height or rows * (height + TITLE + GAP) + above + GAP
     figure = style.new_figure(args.width, total, args.dpi)
-    left = 0.5 * (args.width - columns * width - (columns - 1) * GAP)
+    pitch = min(max(width, TITLED) + GAP, args.width / columns)
+    left = 0.5 * (args.width - (columns - 1) * pitch - width)
     panels = []
     for k in range(n):
         row, column = divmod(k, columns)
-        x, y = left + column * (width + GAP), total - above - (row + 1) * (TITLE + height) - row * GAP
+        x, y = left + column * pitch, total - above - (row + 1) * (TITLE + height) - row * GAP
         panels.append(figure.add_axes((x / args.width, y / total, width / args.width, height / total)))
     if args.title:
         figure.text(0.5, 1.0 - 1.5 / total, args.title, fontsize=9.5, ha="center", va="top")

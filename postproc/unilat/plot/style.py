@@ -11,6 +11,7 @@ import matplotlib.patheffects as patheffects
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.mathtext import MathTextParser
+from matplotlib.ticker import ScalarFormatter
 
 from .. import options
 from ..captions import escape
@@ -125,8 +126,27 @@ def new_axes(args):
     return figure, figure.add_subplot()
 
 
+class Numbers(ScalarFormatter):
+    """Numbers at an axis as text: matplotlib sets each as mathematics, which takes a tenth of the time of a picture, where only the
+    power of ten beside the axis needs it."""
+
+    def __init__(self):
+        super().__init__(useMathText=False)
+
+    def get_offset(self) -> str:
+        self.set_useMathText(True)
+        try:
+            return super().get_offset()
+        finally:
+            self.set_useMathText(False)
+
+
 def lay_out(figure):
     """Gives axes and their labels their places for good; matplotlib would find them anew, and draw twice, when it saves."""
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            if type(axis.get_major_formatter()) is ScalarFormatter:
+                axis.set_major_formatter(Numbers())
     engine = figure.get_layout_engine() if hasattr(figure, "get_layout_engine") else None     # matplotlib 3.6
     if engine is not None:
         engine.execute(figure)

@@ -17,7 +17,7 @@ SLIGHT = np.radians(3.0)       # a turn that is no corner, whatever the next nod
 LIKE = 0.2                     # of a node's turn: what one of the next nodes has at least on a smooth curve
 CORNER = np.radians(35.0)      # elements that meet at more than this are not one smooth curve
 MOST_TURNED = np.radians(270.0)     # an element that turns further is not drawn as an arc
-SAMPLES = np.linspace(0.0, 1.0, 9)
+PIECES = 256                   # straight ones that a structure is drawn with, at least 8 and at most 32 an element
 
 
 class Shape:
@@ -28,6 +28,7 @@ class Shape:
 
         With `linear` rotations are slopes, as in a buckling mode: its picture is the same at any scale.
         """
+        self.pieces = int(np.clip(PIECES // max(len(mesh.elements), 1), 8, 32))
         moved = np.zeros((len(mesh.coordinates), 3)) if displacement is None else scale * displacement
         self.elements = mesh.elements
         self.nodes = mesh.coordinates + moved[:, :2]
@@ -55,8 +56,8 @@ class Shape:
         return ((1 + 2 * t) * (1 - t) ** 2 * a + t ** 2 * (3 - 2 * t) * b + t * (1 - t) ** 2 * p - t ** 2 * (1 - t) * q,
                 6 * t * (1 - t) * (b - a) + (1 - t) * (1 - 3 * t) * p + t * (3 * t - 2) * q)
 
-    def curves(self, pieces: int = len(SAMPLES) - 1) -> list[np.ndarray]:
-        """The whole axis: one polyline (n, 2) for each chain of elements, of so many straight pieces an element."""
+    def curves(self, pieces: int | None = None) -> list[np.ndarray]:
+        """The whole axis: one polyline (n, 2) for each chain of elements, of so many straight pieces an element; None: as look smooth."""
         return join([(element, 0.0, 1.0) for element in range(len(self.elements))], self, pieces)
 
 
@@ -103,10 +104,10 @@ def stress_free_directions(mesh: Mesh) -> np.ndarray:
     return angle[:, None] + np.nan_to_num(turn)
 
 
-def join(pieces: list[tuple[int, float, float]], shape: Shape, straight: int = len(SAMPLES) - 1) -> list[np.ndarray]:
+def join(pieces: list[tuple[int, float, float]], shape: Shape, straight: int | None = None) -> list[np.ndarray]:
     """Polylines of pieces (element, from, to); a piece that begins where the last one ended continues it."""
     lines: list[list[np.ndarray]] = []
-    samples = np.linspace(0.0, 1.0, straight + 1)
+    samples = np.linspace(0.0, 1.0, (straight or shape.pieces) + 1)
     for element, t_from, t_to in pieces:
         points = shape.piece(element, t_from + (t_to - t_from) * samples)
         if lines and np.array_equal(lines[-1][-1][-1], points[0]):
