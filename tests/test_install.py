@@ -135,6 +135,10 @@ def test_containers_install_what_a_build_and_the_pictures_need(recipe):
     needed = re.search(r'^need\(\) \{ prepare "(.*)" "(.*)"; \}', (ROOT / "input/run").read_text(), re.MULTILINE)
     words = [set(part.split()) for part in (ROOT / ".container" / recipe).read_text().split("\nFROM " if recipe == "Dockerfile" else "Stage: ")[1:]]
     assert {"python3", *needed[1].split()} <= words[0]
+    if recipe == "unilat.def":      # it names what it takes of the repository
+        told = re.findall(r"(?:install\(DIRECTORY|install\(FILES|GLOB_RECURSE.*PROJECT_SOURCE_DIR\}/|include\() ?\"?([.]?[a-z]+)/",
+                          (ROOT / "CMakeLists.txt").read_text() + (ROOT / ".cmake/install.cmake").read_text())
+        assert {".editors", "input", "postproc", "src", ".cmake"} <= set(told) <= words[0]
     assert {"python3", *(f"python3-{module}" for module in needed[2].split())} <= words[1]
 
 

@@ -47,11 +47,11 @@ def main(argv=None) -> int:
 
 
 def pictures(results: Results) -> list[str]:
-    """The commands whose picture would not be empty."""
+    """The commands whose picture would not be empty; stops of single nodes have no ends of contact to draw."""
     contact = results.contact
     fields = [name for name in results.field_names if results.field_points.size]
     there = {"model": True, "path": results.n_points > 1, "shape": "displacement" in fields,
-             "contact": contact is not None and bool(contact.count.any()), "forces": "section_forces" in fields,
+             "contact": contact is not None and bool(contact.count.any() and contact.arc_length.any()), "forces": "section_forces" in fields,
              "modes": any(len(step.load_factor) for step in results.buckling.values()),
              "reaction": any(name in fields for name in ("reaction_density", "reaction", "gap")),
              "curve": any(curve.n_points for curve in results.limit_curves.values())}

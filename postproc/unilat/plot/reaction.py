@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 from matplotlib.lines import Line2D
+from matplotlib.ticker import NullLocator
 
 from .. import captions, options
 from ..chosen_points import add_points, choose, names, shade
@@ -14,6 +15,7 @@ from ..results.candidate_chain import Chain, ChainState
 from ..results.contact_forces import contact_forces
 from ..results.force_glyphs import value_text
 from . import style
+from .contact import contact_name
 from .force_drawing import draw_arrow
 from .label_placing import place_labels
 
@@ -75,7 +77,7 @@ def main(argv=None) -> int:
         chains = choose_contacts(path, args)
         columns += [(path, points, chain) for chain in chains]
         titles += [", ".join(([name] if len(paths) > 1 else []) +
-                             ([captions.escape(chain.obstacle_name)] if len(chains) > 1 else [])) for chain in chains]
+                             ([contact_name(path, chain.number)] if len(chains) > 1 else [])) for chain in chains]
         caption, texts = names(path, points, args)
         handles.append((caption, [Line2D([], [], color=shade(k, len(points)), label=text) for k, text in enumerate(texts)]))
 
@@ -95,6 +97,11 @@ def main(argv=None) -> int:
         column[0].set_title(title, pad=3.0)
         column[0].set_ylim(len(points) - 0.5, -0.5)
     finish(panels, quantities, args, paths[0])
+    for axes, (_, _, chain) in zip(panels[-1], columns):
+        if len(chain.home) == 1:        # a stop of a node: there is no other place
+            axes.set_xlabel("")
+            axes.xaxis.set_major_locator(NullLocator())
+            axes.xaxis.set_minor_locator(NullLocator())
     for pushes in labels:
         pushes.draw(alone=not any(each.pressures for each in labels), last=pushes is labels[-1])
     return style.save(figure, args, everything, "reaction")
