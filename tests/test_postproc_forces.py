@@ -72,6 +72,16 @@ def test_forces_over_the_arc_length(ring, axes_of):
         assert axes.get_ylabel() == f"2 × {name} ({'moment' if name == 'M' else 'force'})"
 
 
+def test_rounding_is_drawn_as_nothing(ring, tmp_path, axes_of):
+    """N of 1e-13 beside Q and M of 1: a line at zero, in an axis of their size."""
+    name = tmp_path / "noise.h5"
+    name.write_bytes(ring.read_bytes())
+    with h5py.File(name, "a") as file:
+        file["fields/section_forces"][..., 0] = 1e-13 * np.cos(np.arange(48.0).reshape(24, 2))
+    axes_n, axes_q, *_ = axes_of("forces", name, "--label", "LP")
+    assert axes_n.get_ylim()[1] == pytest.approx(1.0, rel=1e-3) and axes_q.get_ylim()[1] > 1.0
+
+
 def test_forces_on_the_structure(ring, axes_of):
     """Q is positive to the left, which is inside the ring at its start; M is drawn on the side in tension."""
     axes_q, axes_m = axes_of("forces", ring, "--on", "structure", "--rows", "1", "--quantities", "Q,M")

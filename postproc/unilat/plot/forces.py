@@ -40,6 +40,7 @@ SIDE = {"N": 1.0, "Q": 1.0, "M": -1.0}      # of the element on which positive v
 LARGEST = 0.18       # of the structure's size: the largest value of a diagram on it
 ALIKE = 1e-3         # of the largest value: differences that a reader does not see
 ROUNDING = 1e-6      # of the largest value: not worth a number
+NOTHING = 1e-12      # of what the other section forces are: rounding, drawn as nothing
 PARTS = 8            # of an element, with values at their ends
 STAIRS = 8           # elements at least
 FLAT = 0.5           # an element's own change beside the jump to the next: less is a step of stairs
@@ -88,8 +89,10 @@ def over_arc(path: Path, points: list[int], chains, args):
     outer = figure.add_gridspec(2, 1, height_ratios=(sum(heights[:-1]), below))
     panels = outer[0].subgridspec(len(args.quantities), 1).subplots(sharex=True, squeeze=False)[:, 0]
     starts = np.concatenate(([0.0], np.cumsum([chain.arc[-1, 1] for chain in chains])))
+    largest = np.zeros(3)
     for k, point in enumerate(points):
         forces = between_ends(shape_at(path, point), path.field("section_forces", point), PARTS)
+        largest = np.maximum(largest, np.max(np.abs(forces), axis=(0, 1)))
         for chain, start in zip(chains, starts):
             values, arc = along_chain(chain, forces), args.x_scale * (start + chain.arc)
             for axes, quantity in zip(panels, args.quantities):
@@ -101,8 +104,13 @@ def over_arc(path: Path, points: list[int], chains, args):
             axes.axvline(args.x_scale * start, color=style.REFERENCE, linewidth=0.5, linestyle=":", zorder=1)
         axes.set_ylabel(args.y_label or captions.column_label(Column(quantity, np.zeros(0), path.unit(UNITS[quantity])), args.y_scale))
         axes.margins(x=0.0)
+        # Forces and a moment over a length are of one size.
+        lever = np.array((1.0, 1.0, starts[-1]))
+        usual = np.max(largest / lever) * lever["NQM".index(quantity)]
         if args.y_range:
             axes.set_ylim(args.y_range)
+        elif largest["NQM".index(quantity)] <= NOTHING * usual:
+            axes.set_ylim(-abs(args.y_scale) * usual or -1.0, abs(args.y_scale) * usual or 1.0)
     panels[-1].set_xlabel(args.x_label or captions.column_label(Column("arc length", np.zeros(0), path.unit("length")), args.x_scale))
     if args.x_range:
         panels[-1].set_xlim(args.x_range)
