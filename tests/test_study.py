@@ -10,9 +10,12 @@ import math
 import os
 import subprocess
 import sys
+import warnings
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from matplotlib.figure import Figure
 
 TESTS = Path(__file__).resolve().parent
 ROOT = TESTS.parent
@@ -24,6 +27,8 @@ from unilat.study import delivered, several_maps  # noqa: E402
 from unilat.study.effectivity import Case, is_effectivity, summary, told_to  # noqa: E402
 from unilat.study.exact_table import ExactTable  # noqa: E402
 from unilat.study.map_file import read_map  # noqa: E402
+from unilat.study.map_picture import draw_map  # noqa: E402
+from unilat.study.map_table import Cell  # noqa: E402
 from unilat.study.study_file import read_study  # noqa: E402
 from unilat.study.verdict import verdict, worst  # noqa: E402
 
@@ -186,6 +191,21 @@ def test_wrong_files_are_refused(folder, old, new, message):
     (folder / "column.toml").write_text(MAP.replace(old, new, 1))
     done = run(folder)
     assert done.returncode == 2 and message in done.stderr and "Traceback" not in done.stderr, done.stderr
+
+
+def test_the_legend_of_a_narrow_map_is_whole(monkeypatch, tmp_path):
+    """Of one column: the legend has rows, in a picture that is wide enough for one of its entries and a label."""
+    drawn = []
+    monkeypatch.setattr(Figure, "savefig", lambda figure, *_: drawn.append(figure))
+    rows = [Cell({"a": 1.0, "b": b}, "right", [], 0, "", 0.0) for b in (1, 2)]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")          # such as matplotlib's, that nothing has room
+        draw_map(SimpleNamespace(look={"x": "a", "y": "b"}), rows, str(tmp_path / "map.png"))
+    (figure,) = drawn
+    legend = figure.axes[0].get_legend()
+    assert [text.get_text() for text in legend.get_texts()] == ["2 right", "0 told", "0 stopped", "0 wrong"]
+    box = legend.get_window_extent(figure.canvas.get_renderer())
+    assert figure.bbox.contains(*box.min) and figure.bbox.contains(*box.max) and box.y0 >= figure.axes[1].get_window_extent().y1
 
 
 @pytest.mark.parametrize("path", sorted((ROOT / "input" / "maps").glob("*.toml")), ids=lambda path: path.stem)
