@@ -41,7 +41,7 @@ LARGEST = 0.18       # of the structure's size: the largest value of a diagram o
 ALIKE = 1e-3         # of the largest value: differences that a reader does not see
 ROUNDING = 1e-6      # of the largest value: not worth a number
 NOTHING = 1e-12      # of what the other section forces are: rounding, drawn as nothing
-PARTS = 8            # of an element, with values at their ends
+PARTS = 200          # of a structure, with values at their ends: at least 8 and at most 32 an element
 STAIRS = 8           # elements at least
 FLAT = 0.5           # an element's own change beside the jump to the next: less is a step of stairs
 STANDS_OUT = 12.0    # times the usual jump: one of its own
@@ -91,7 +91,7 @@ def over_arc(path: Path, points: list[int], chains, args):
     starts = np.concatenate(([0.0], np.cumsum([chain.arc[-1, 1] for chain in chains])))
     largest = np.zeros(3)
     for k, point in enumerate(points):
-        forces = between_ends(shape_at(path, point), path.field("section_forces", point), PARTS)
+        forces = between_ends(shape_at(path, point), path.field("section_forces", point), parts(path))
         largest = np.maximum(largest, np.max(np.abs(forces), axis=(0, 1)))
         for chain, start in zip(chains, starts):
             values, arc = along_chain(chain, forces), args.x_scale * (start + chain.arc)
@@ -124,6 +124,11 @@ def over_arc(path: Path, points: list[int], chains, args):
     return figure
 
 
+def parts(path: Path) -> int:
+    """Of an element: few elements are long."""
+    return int(np.clip(PARTS // max(len(path.mesh.elements), 1), 8, 32))
+
+
 def without_stairs(arc: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Places and values of a curve, of arc lengths (n, 2) at both ends and values (n, m) at equal distances along elements. Where
     every node takes a part of what changes, as of a foundation at nodes, elements have about one value each: the curve goes
@@ -145,7 +150,7 @@ def on_structure(path: Path, point: int, args):
     """A panel a quantity: the diagram beside the axis of the deformed rods."""
     moved = shape_at(path, point)
     shape = moved or Shape(path.mesh)
-    forces = between_ends(moved, path.field("section_forces", point), PARTS)
+    forces = between_ends(moved, path.field("section_forces", point), parts(path))
     nodes = shape.nodes
     size = float(np.hypot(*(nodes.max(axis=0) - nodes.min(axis=0))))
     diagrams = {quantity: [diagram(shape, element, SIDE[quantity] * LARGEST * size * values / scale)
