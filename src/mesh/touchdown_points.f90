@@ -341,6 +341,11 @@ contains
          goes(problem%candidates%node(c)) = distance(c)
       end do
       if (.not. any(abs(goes) > 0.0_wp)) return
+      ! An iterate that has diverged has no places.
+      if (.not. all(abs(goes) < huge(part))) then
+         part = huge(part)
+         return
+      end if
       do k = 1, size(problem%layout%rod_segment)
          first = problem%element_first(k)
          n = problem%element_last(k) - first + 2

@@ -214,8 +214,10 @@ contains
       call try_sets(problem, step, there, first, next, found, [change%tests(change%which), zero_too(change%tests, change%which, &
          & interval%after%value < interval%before%value)])
       if (found .and. change%label == '  ') then
+         change%divides = size(find_span_regions(first%problem, first%state)) > size(find_span_regions(problem, &
+            & change%point%state))
          change%label = first%label
-         change%divides = first%divides
+         if (change%divides) change%label = 'C-'
       end if
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return

@@ -19,7 +19,7 @@ module contact_trials
    use state_transfer, only: carried, carried_field
    use path_control, only: displacement_between, metric
    use path_continuity, only: path_tangent_t
-   use test_kinds, only: span_test_t, any_fails, test_slack, test_vanishing, test_length, test_crossing
+   use test_kinds, only: span_test_t, any_fails, test_slack, test_curvature, test_vanishing, test_length, test_crossing
    use span_tests, only: run_span_tests
    use next_spans, only: next_t, copy_next, go_to_load, tests_of
    use reachability, only: leads_to_next
@@ -29,7 +29,7 @@ module contact_trials
    use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, no_test
    use doubts, only: doubts_of, all_doubts
    use set_trial, only: solve_neighbour
-   use step_off, only: tangent_along, step_by, failing
+   use step_off, only: tangent_along, along, step_by, failing
    implicit none
    private
    public :: try_sets
@@ -69,6 +69,7 @@ module contact_trials
       type(way_t), allocatable :: way(:)          !! all sets found
       real(wp) :: load = 0.0_wp  !! least reference value for changes of the load factor
       logical :: located = .false.                !! true: the change is at the run's point
+      logical :: pivots_tell = .true.             !! false: the stiffness of the present set is singular at the run's point
    end type search_t
 
    !> A set to be edited, at an equilibrium, and the places where its tests fail.
@@ -102,6 +103,8 @@ contains
       search%located = present(zero)
       if (search%located) then
          doubt = doubts_of(here%problem, here%state, search%strip, zero)
+         ! The place of an osculating contact is undetermined.
+         search%pivots_tell = zero(1)%kind /= test_curvature
       else
          doubt = places_in_doubt(here, run, search%strip)
       end if
@@ -353,6 +356,9 @@ contains
       way%sized = sized .or. .not. first
       way%heading = tangent_along(next, carried_field(here%problem, here%state, run%last%tangent%u, next%problem, &
          & carried(here%problem, here%state, next%problem)), run%last%tangent%load)
+      if (sized .and. first .and. search%located) then
+         if (.not. goes_on_smoothly(here, next, way%heading, search%pivots_tell)) return
+      end if
       do sense = 1, merge(1, 2, sized .and. first)
          if (sense == 2) then
             way%heading%u = -way%heading%u
@@ -389,6 +395,17 @@ contains
          end do
       end do
    end subroutine step_onward
+
+   !> True if a set with a new contact or free span of a prescribed length continues the path at a located change smoothly: its
+   !> equilibrium lies ahead, and no eigenvalue has changed its sign.
+   logical function goes_on_smoothly(here, next, heading, pivots_tell) result(smoothly)
+      type(next_t), intent(in) :: here, next
+      type(path_tangent_t), intent(in) :: heading !! direction in which the path arrives at `here`, on the mesh of `next`
+      logical, intent(in) :: pivots_tell          !! false: the stiffness is singular at `here`
+      smoothly = .not. pivots_tell .or. next%system%negative_pivots == here%system%negative_pivots
+      if (smoothly) smoothly = along(next, heading, displacement_between(next%problem, carried(here%problem, here%state, &
+         & next%problem), next%state), next%state%load_factor - here%state%load_factor, here%state%load_factor) >= 0.0_wp
+   end function goes_on_smoothly
 
    !> True if the gap of a free span beside a contact has the wrong sign. The gap of a span that just opened is smaller than the
    !> slack of its test.

@@ -13,7 +13,7 @@ module step_off
    use next_spans, only: next_t
    implicit none
    private
-   public :: tangent_along, step_by, failing
+   public :: tangent_along, along, step_by, failing
 
 contains
 
@@ -25,11 +25,21 @@ contains
       real(wp), intent(in) :: load               !! load factor's component of the direction
       type(path_tangent_t) :: heading
       heading = path_tangent_at(next%problem, next%system, 0.0_wp * direction, 1.0_wp)
-      if (metric(next%problem, heading%u, direction) / whole_square(next) + heading%load * load / &
-         & max(next%state%load_factor**2, tiny(load)) >= 0.0_wp) return
+      if (along(next, heading, direction, load, next%state%load_factor) >= 0.0_wp) return
       heading%u = -heading%u
       heading%load = -heading%load
    end function tangent_along
+
+   !> Product of a path tangent and a direction, both measured by the present displacements and load factor.
+   real(wp) function along(next, heading, direction, load, whole_load)
+      type(next_t), intent(in) :: next
+      type(path_tangent_t), intent(in) :: heading
+      real(wp), intent(in) :: direction(:, :)    !! (3, nodes of next)
+      real(wp), intent(in) :: load               !! load factor's component of the direction
+      real(wp), intent(in) :: whole_load         !! load factor by which loads are measured
+      along = metric(next%problem, heading%u, direction) / whole_square(next) + heading%load * load / &
+         & max(whole_load**2, tiny(load))
+   end function along
 
    !> Square of the total displacement; at least the square of the smallest displacement that half of the digits resolve.
    real(wp) function whole_square(next)
