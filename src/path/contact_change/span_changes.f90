@@ -207,6 +207,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(path_state_t) :: there
       type(next_t) :: first, next
+      integer :: regions(2)                      ! numbers of contact regions before and after the change
       logical :: found
       call copy_path_state(run, there)
       call forget_mesh(there)
@@ -214,9 +215,10 @@ contains
       call try_sets(problem, step, there, first, next, found, [change%tests(change%which), zero_too(change%tests, change%which, &
          & interval%after%value < interval%before%value)])
       if (found .and. change%label == '  ') then
-         change%divides = size(find_span_regions(first%problem, first%state)) > size(find_span_regions(problem, &
-            & change%point%state))
-         change%label = first%label
+         regions = [size(find_span_regions(problem, change%point%state)), size(find_span_regions(first%problem, first%state))]
+         change%divides = regions(2) > regions(1)
+         ! A contact that only moves is none that is lost or gained.
+         if (regions(2) /= regions(1)) change%label = first%label
          if (change%divides) change%label = 'C-'
       end if
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)

@@ -1,20 +1,17 @@
 !> Rules for the contact set that follows a zero of a test: gaps, forces of point contacts, curvatures, lengths, and contacts that
 !> arrive at segment boundaries. Other tests are located with the next set itself: span_opening (pressure, and loads that lift a
-!> line contact at a segment boundary), vanishing_span (a free span that closes).
+!> line contact at a segment boundary), vanishing_span (a free span that closes). Where no rule gives the next set, neighbours of
+!> the present one are solved (contact_trials), for instance where the end of a rod lies down.
 module span_rules
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t
    use contact_spans, only: contact_span_t, line_share, shortest
-   use contact_set_edits, only: moved, continued, numbered
-   use line_pressure, only: virtual_pressure
-   use lifted_node, only: stays_down
+   use contact_set_edits, only: moved, numbered
    use passages, only: pass_breakpoints, is_turned, behind
    use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, &
-      & test_slope, test_leaving, test_slack
-   use conforming_span, only: flat_excess, excess_curvature, node_track, track_sense, rod_angle, ge_end
-   use obstacle_track, only: track_t
-   use breakpoint_forces, only: stands, breakpoint_force
+      & test_leaving, test_slack
+   use breakpoint_forces, only: stands
    use span_candidates, only: present_contact_spans
    use touchdown_points, only: point_force
    use span_answer, only: answer_t, numbers, segment_length
@@ -73,12 +70,11 @@ contains
          else if (is_turned(problem, state, test)) then
             answer%no_rule = 'contact comes to a node that a couple turns'
          end if
-      case (test_slope)
-         call lie_down_from_end(problem, state, test, answer)
       case (test_leaving)
          call leave_breakpoint(problem, test, answer)
       case default
-         ! Line contacts that lift off, and spans that close, are located with the next set (predicted_contact_set, vanishing_span).
+         ! Line contacts that lift off, and spans that close, are located with the next set (predicted_contact_set, vanishing_span);
+         ! otherwise trials give the next set.
          answer%no_rule = trim(test_words(test%kind))
       end select
       answer%contact_span = numbered(answer%contact_span, last)
@@ -249,68 +245,6 @@ contains
          end do
       end do
    end function others_touch
-
-   !> Changes the contact at the end of a rod, or at a corner of the obstacle, whose rod has become tangent to the obstacle. If the
-   !> relative curvature at the end is negative (the rod bends towards the obstacle), another point contact begins beside the end.
-   !> Else, if the relative curvature is positive where the contact force would move to, the point contact leaves the end.
-   !> Otherwise, for instance without a moment, a line contact begins at the end.
-   subroutine lie_down_from_end(problem, state, test, answer)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(span_test_t), intent(in) :: test        !! sense: the rod lies before its end (-1), or after it (1)
-      type(answer_t), intent(inout) :: answer
-      type(contact_span_t), allocatable :: set(:)
-      real(wp) :: excess(2), length
-      integer :: k, way, side, rod_segment, e
-      k = test%contact_span
-      way = nint(test%sense)
-      side = merge(1, 2, way < 0)
-      e = problem%candidates%element(side, test%candidate)
-      rod_segment = problem%rod_segment(e)
-      length = line_share * problem%layout%rod_segment(rod_segment)%length
-      excess = problem%size * excess_inside(problem, state, test%candidate, side, length)
-      set = continued(answer%contact_span, k, rod_segment, behind(problem, rod_segment, way, length, .false.))
-      if (excess(1) < -flat_excess .and. .not. stays_down(problem, e, excess(1) / (problem%size * problem%compliance(e)%bending), &
-         & virtual_pressure(problem, state, test%candidate, side))) then
-         answer%contact_span = set
-         answer%between = [k, size(set)]
-         if (way < 0) answer%between = answer%between([2, 1])
-         answer%label = 'C+'
-         return
-      end if
-      answer%contact_span(k)%line = excess(2) <= flat_excess
-      if (stands(problem, state, test%candidate)) answer%label = 'C+'
-      answer%contact_span = moved(answer%contact_span, k, rod_segment, behind(problem, rod_segment, way, length, &
-         & answer%contact_span(k)%line))
-      answer%crosses = reshape(merge([k, 0], [0, k], way > 0), [2, 1])
-   end subroutine lie_down_from_end
-
-   !> Relative curvature at the end of a rod, and at a distance inside, to which the contact force moves from the end: with the
-   !> shear force at the end without the contact force, m' = -r' x n (m moment, n internal force, r position, ' derivative along the
-   !> rod).
-   function excess_inside(problem, state, candidate, side, distance) result(excess)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      integer, intent(in) :: side                  !! 1: the rod lies before the candidate, 2: after it
-      real(wp), intent(in) :: distance             !! along the stress-free rod
-      real(wp) :: excess(2)
-      type(track_t) :: track
-      real(wp) :: n(2), m, angle, sense, extension, way
-      integer :: e
-      e = problem%candidates%element(side, candidate)
-      way = merge(-1.0_wp, 1.0_wp, side == 1)
-      call excess_curvature(problem, state, candidate, excess(1), extension, side)
-      call ge_end(problem, state, e, 3 - side, n, m)
-      track = node_track(problem, state, candidate)
-      n = n + way * breakpoint_force(problem, state, candidate) * [-track%tangent(2), track%tangent(1)]
-      ! A support's force does not bend the part of the rod between the support and the contact either.
-      if (stands(problem, state, candidate)) n = dot_product(n, track%tangent) * track%tangent
-      angle = rod_angle(problem, state, candidate, side)
-      sense = track_sense(problem, state, candidate, track, side)
-      excess(2) = excess(1) + way * distance * extension * (sense * problem%compliance(e)%bending * (sin(angle) * n(1) - &
-         & cos(angle) * n(2)) - sense * track%curvature_rate * extension)
-   end function excess_inside
 
    !> Moves a point contact that is fixed at a segment boundary to the side of the boundary to which it belongs.
    subroutine leave_breakpoint(problem, test, answer)

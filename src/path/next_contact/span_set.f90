@@ -9,7 +9,7 @@ module span_set
    use contact_spans, only: contact_span_t, shortest
    use span_candidates, only: present_contact_spans, touch_place, rolls_at
    use free_span_gap, only: gap_at
-   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, test_slope
+   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing
    use span_answer, only: answer_t
    use span_mesh, only: mesh_for_spans
    use held_openings, only: begin_span, rest_held, spread_ahead, spreading_rate
@@ -117,14 +117,6 @@ contains
          call head_for(problem, run, opening_rate(problem, run%last, old))
       case (test_curvature)
          call head_for(problem, run, spreading_rate(problem, run%last, answer%between))
-      case (test_slope)
-         if (parts(answer)) then
-            rate = spreading_rate(problem, run%last, answer%between)
-         else
-            ! A free span behind a segment boundary shrinks as the contact moves on.
-            rate = -spreading_rate(problem, run%last, answer%crosses(:, 1))
-         end if
-         call head_for(problem, run, rate)
       case default
          if (leaves) then
             call head_for(problem, run, curving_rate(problem, run%last, candidate_of(problem, old%number)))
