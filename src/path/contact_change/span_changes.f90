@@ -5,7 +5,7 @@ module span_changes
    use model, only: step_t, method_load
    use problem, only: problem_t, copy_problem
    use span_regions, only: find_span_regions
-   use test_kinds, only: span_test_t, any_crosses, test_words, test_curvature
+   use test_kinds, only: span_test_t, any_crosses, test_words, test_curvature, test_slope
    use reachability, only: turns
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_by_rule, &
       & change_mended, change_opening, change_vanishing, place_within, place_here, place_ahead
@@ -216,10 +216,11 @@ contains
          & interval%after%value < interval%before%value)])
       if (found .and. change%label == '  ') then
          regions = [size(find_span_regions(problem, change%point%state)), size(find_span_regions(first%problem, first%state))]
-         change%divides = regions(2) > regions(1)
+         ! Where the end of a rod lies down, contact beside it is a new one; elsewhere a contact divides.
+         change%divides = regions(2) > regions(1) .and. change%tests(change%which)%kind /= test_slope
          ! A contact that only moves is none that is lost or gained.
          if (regions(2) /= regions(1)) change%label = first%label
-         if (change%divides) change%label = 'C-'
+         if (regions(2) > regions(1)) change%label = merge('C-', 'C+', change%divides)
       end if
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return

@@ -53,6 +53,7 @@ module contact_trials
    real(wp), parameter :: most_of_strip = 0.25_wp !! longest of these lengths / length of the strip
    real(wp), parameter :: least_change = 1.0e-6_wp !! change of the load factor that an increment can make / first increment
    integer, parameter :: most_edits = 2           !! edits by which a set differs from the present one
+   integer, parameter :: most_failed = 8          !! sets whose neighbours are tried, too: those of the likeliest edits
    integer, parameter :: most_halvings = 20       !! halvings of the load interval that contains the onset of the set
 
    !> A contact set found by the search: all its tests are satisfied a short way along its path.
@@ -263,7 +264,7 @@ contains
             if (.not. found) cycle
             call step_onward(run, here, trial%set, any(neighbour(k)%held > 0), first, search, trial%fails)
             if (search%located .and. size(search%way) > 0) return
-            if (size(trial%fails) > 0) call append_trial(failed, trial)
+            if (size(trial%fails) > 0 .and. size(failed) < most_failed) call append_trial(failed, trial)
          end do
       end do
    end subroutine edit

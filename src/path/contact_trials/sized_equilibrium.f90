@@ -23,6 +23,7 @@ module sized_equilibrium
    integer, parameter :: renewed_after = 6      !! iterations after which the matrix is made of differences again
    real(wp), parameter :: small = 1.0e-3_wp     !! moves of load factor and places, in steps for finite differences, up to which
    !! Newton's method with free touchdown points does the rest
+   real(wp), parameter :: settled = 1.0e-6_wp   !! largest error then, as a share of the first one
    real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of a rotation [rad]
 
    real(wp), parameter :: neutral = 1.0e-8_wp   !! directions with smaller effect, as a share of the largest, are not moved
@@ -43,7 +44,7 @@ contains
       integer, allocatable :: ends(:)
       real(wp), allocatable :: unit(:), error(:), changed(:), slope(:, :), move(:, :)
       integer :: c, k, n, try
-      real(wp) :: whole
+      real(wp) :: whole, first
       ends = pack([(c, c=1, problem%candidates%n)], problem%candidates%contact_span > 0 .and. problem%candidates%moves)
       n = size(ends)
       frozen = with_held(problem, ends)
@@ -51,6 +52,7 @@ contains
       allocate (error(n), changed(n), slope(n, n), move(1, n))
       other = state
       call go_by(spread(0.0_wp, 1, n), other, state, error)
+      first = maxval(abs(error))
       do try = 0, max_iterations
          if (.not. ok) return
          if (maxval(abs(error)) <= rounding) return
@@ -76,7 +78,8 @@ contains
             slope(k, :) = slope(k, :) + error * move(1, k)
          end do
          error = changed
-         if (whole >= 1.0_wp .and. maxval(abs(move(1, :)) / unit) <= small) return
+         ! Errors in directions that are not moved must be small, too.
+         if (whole >= 1.0_wp .and. maxval(abs(move(1, :)) / unit) <= small .and. maxval(abs(error)) <= settled * first) return
       end do
       ok = .false.
 
