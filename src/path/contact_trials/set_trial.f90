@@ -20,6 +20,7 @@ module set_trial
    private
    public :: solve_neighbour
 
+   real(wp), parameter :: unbalanced = 1.0e-6_wp !! largest relative residual of an equilibrium, far above that of the corrector
    real(wp), parameter :: difference = 1.0e-4_wp !! steps for finite differences, as shares of a load increment and of the longest
    !! rod segment
 
@@ -52,7 +53,8 @@ contains
       end if
       if (.not. found) return
       call linearise(next%problem, next%state, next%state, next%system)
-      found = next%system%ok
+      ! Fixed touchdown points might carry forces that free ones cannot.
+      found = next%system%ok .and. max(next%system%force_residual, next%system%defect_residual) <= unbalanced
    end subroutine solve_neighbour
 
    !> Candidates (touchdown nodes) at the ends with prescribed places; 0: no end is prescribed, or it is fixed at a segment
