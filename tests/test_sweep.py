@@ -331,21 +331,28 @@ def running_programs(name):
     return found
 
 
+def threads(process):
+    """All but the main one."""
+    return [int(thread.name) for thread in Path(f"/proc/{process.pid}/task").iterdir() if int(thread.name) != process.pid]
+
+
 @pytest.mark.skipif(not os.path.isdir("/proc/self"), reason="no /proc here")
+@pytest.mark.parametrize("to", ["main", "other"])
 @pytest.mark.parametrize("name", ["TERM", "HUP", "INT"])
-def test_what_ends_a_sweep_ends_its_runs(folder, name):
+def test_what_ends_a_sweep_ends_its_runs(folder, name, to):
+    """At once, and also where the system gives the signal to a thread that waits for a run: Python handles it in the main one."""
     program = slow_program(folder, 20)
     program.write_text(program.read_text().replace("sleep 20", "[ \"$1\" = --expand ] || sleep 20"))
     running = subprocess.Popen(command(folder, "run", "strip.toml", "-j", "2", program=program), cwd=folder,
                                env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True)
     # A run, not the reading of the deck before it.
     wait_for(lambda: [words for words in running_programs(str(program)) if "--expand" not in words], running)
-    running.send_signal(getattr(signal, f"SIG{name}"))
+    os.kill(running.pid if to == "main" else threads(running)[0], getattr(signal, f"SIG{name}"))
     _, said = running.communicate(timeout=30)
     assert running.returncode == (130 if name == "INT" else 128 + getattr(signal, f"SIG{name}"))
     assert "run it again" in said and "Traceback" not in said
     assert not running_programs(str(program))
-    assert not list((folder / "strip-sweep" / "runs").glob("*.json"))
+    assert [path.read_text() for path in (folder / "strip-sweep" / "runs").glob("*.json")] == []
 
 
 def test_a_run_that_was_ended_goes_on(folder):

@@ -12,6 +12,7 @@ from .run_deck import RunDeck
 from .run_folder import RunFolder
 
 WIDTH = 30      # characters of the bar
+AWAKE = 0.2     # [s] that the main thread waits at most: a signal that another thread gets, or that comes as a wait begins, ends no wait
 
 
 def run_pool(folder: RunFolder, decks: dict[str, RunDeck], n: int, timeout: float | None, progress: Progress):
@@ -21,7 +22,7 @@ def run_pool(folder: RunFolder, decks: dict[str, RunDeck], n: int, timeout: floa
             left = iter(decks.items())
             under_way = {pool.submit(folder.run, key, deck, timeout) for key, deck in itertools.islice(left, n)}
             while under_way:
-                done, under_way = wait(under_way, return_when=FIRST_COMPLETED)
+                done, under_way = wait(under_way, AWAKE, FIRST_COMPLETED)
                 for future in done:
                     progress.add(future.result().code)
                     item = next(left, None)
