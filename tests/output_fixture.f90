@@ -2,7 +2,7 @@
 !> over a line and inside a circle.
 module output_fixture
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
-   use kinds, only: wp, pi
+   use kinds, only: wp, i8, pi
    use model, only: model_t, limit_curve_t, family_ge, family_ul2, method_load, quantity_reaction, parameter_modulus, new_load, &
       & parameter_constant_load
    use obstacle_types, only: obstacle_circle
@@ -11,7 +11,7 @@ module output_fixture
    implicit none
    private
    public :: small_accuracy, small_model, small_point, small_critical, small_bifurcation, small_buckling, small_limit_point
-   public :: add_limit_curves
+   public :: add_limit_curves, wait_for_flush
 
 contains
 
@@ -184,4 +184,18 @@ contains
       limit_point%load_rate = 1.0e-9_wp
       limit_point%monitor = [real(n, wp), -real(n, wp)]
    end function small_limit_point
+
+   !> Waits until the next point flushes a result file: 0.2 s, or 20 times what the last flush took. However busy the machine is,
+   !> that was no longer than all since the clock was at `since`, which becomes that of the end.
+   subroutine wait_for_flush(since)
+      integer(i8), intent(inout) :: since
+      integer(i8) :: start, rate
+      call system_clock(start, rate)
+      associate (enough => max(rate / 4_i8, 20_i8 * (start - since)))
+         do
+            call system_clock(since)
+            if (since - start >= enough) exit
+         end do
+      end associate
+   end subroutine wait_for_flush
 end module output_fixture
