@@ -82,13 +82,23 @@ def test_a_rod_changes_over_to_another_bed():
     dr.assert_close(run.results.critical[-1].monitors["end"], rise - below, relative=1e-8)
 
 
-def test_a_strip_grows_into_a_wall():
-    """EA (strain of the heat - gap / length)."""
-    room, heat = 0.001, 5e-4
-    run = dr.run_deck(rod(f"*TEMPERATURE\nROD, {heat / 1e-5!r}", f"LINE\n{LENGTH + room!r}, -1, {LENGTH + room!r}, 1").replace("RF2", "RF1"))
+ROOM = 0.001
+WALL = f"*OBSTACLE, NAME=LIFT, TYPE=LINE\n{LENGTH + ROOM!r}, -1, {LENGTH + ROOM!r}, 1\n"
+
+
+@pytest.mark.parametrize("wall, contact", [
+    (WALL, "*CONTACT, OBSTACLE=FLOOR, NSET=ROD\n*CONTACT, OBSTACLE=LIFT, NSET=ROD\n"),
+    (WALL, "*CONTACT, OBSTACLE=LIFT, NSET=ROD\n*CONTACT, OBSTACLE=FLOOR, NSET=ROD\n"),
+    (f"*GAP, NAME=LIFT, DIRECTION=180\n2, {ROOM!r}\n", "*CONTACT, OBSTACLE=FLOOR, NSET=ROD\n"),
+], ids=["wall", "wall first", "stop"])
+def test_a_strip_grows_into_a_wall(wall, contact):
+    """EA (strain of the heat - gap / length), whichever contact comes first. Once both hold its end, nothing moves any more."""
+    heat = 5e-4
+    text = rod(f"*TEMPERATURE\nROD, {heat / 1e-5!r}")
+    run = dr.run_deck(dr.changed(text, ("*CONTACT, OBSTACLE=FLOOR, NSET=ROD\n", wall + contact + "*MONITOR, NAME=force, OBSTACLE=LIFT\nRF1\n")))
     assert [c.label for c in run.results.critical] == ["EP", "C+", "EP"]
-    dr.assert_close(run.only("C+").load_factor, room / LENGTH / heat, relative=1e-8)
-    dr.assert_close(run.results.critical[-1].monitors["force"], -1e6 * (heat - room / LENGTH), relative=1e-8)
+    dr.assert_close(run.only("C+").load_factor, ROOM / LENGTH / heat, relative=1e-8)
+    dr.assert_close(run.results.critical[-1].monitors["force"], -1e6 * (heat - ROOM / LENGTH), relative=1e-8)
 
 
 def test_between_two_obstacles_a_rod_is_held_fast():

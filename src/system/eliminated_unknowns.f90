@@ -70,6 +70,7 @@ contains
                system%value(d) = -(system%gap(c) + along * system%value(d + 1)) / system%slope(c)
                system%rate(d) = (dot_product(system%normal(:, c), system%motion(:, c)) + system%closing(c) - &
                   & along * system%rate(d + 1)) / system%slope(c)
+               call turn_in_corner(c, node)
                cycle
             end if
             first(node) = c
@@ -118,6 +119,22 @@ contains
          system%value(d) = -track_rotation(problem, state, c)
          system%rate(d) = system%bend(c) * along
       end subroutine follow_track
+
+      !> Turns a node with the track of a line contact whose other unknowns are eliminated, in the axes of the other contact.
+      subroutine turn_in_corner(c, node)
+         integer, intent(in) :: c, node
+         real(wp) :: track(2), moved(2), rate(2)
+         if (.not. problem%candidates%follows(c) .or. problem%model%fixed(3, node)) return
+         d = dof(problem, node, 1)
+         track = [system%normal(2, c), -system%normal(1, c)]
+         moved = system%value(d) * system%axis(:, node) + system%value(d + 1) * system%normal(:, first(node))
+         rate = system%rate(d) * system%axis(:, node) + system%rate(d + 1) * system%normal(:, first(node))
+         system%fixed(d + 2) = .true.
+         system%value(d + 2) = -track_rotation(problem, state, c) - system%bend(c) * dot_product(track, moved) - &
+            & system%roll(node) * system%value(d)
+         system%rate(d + 2) = -system%bend(c) * dot_product(track, rate - system%motion(:, c)) - &
+            & system%roll(node) * system%rate(d)
+      end subroutine turn_in_corner
    end subroutine set_constraints
 
    !> Reaction of an active rigid contact that balances given forces on the unknowns. In a corner the second reaction balances the
