@@ -3,7 +3,7 @@ module kinds
    use, intrinsic :: iso_fortran_env, only: real64, int64
    implicit none
    private
-   public :: wp, i8, name_length, pi, degree
+   public :: wp, i8, name_length, pi, degree, parallel
 
    integer, parameter :: wp = real64          !! working precision
    integer, parameter :: i8 = int64           !! clock ticks and large counters
@@ -11,4 +11,6 @@ module kinds
 
    real(wp), parameter :: pi = 3.141592653589793238462643383279502884_wp
    real(wp), parameter :: degree = pi / 180.0_wp !! one degree in radians
+   real(wp), parameter :: parallel = 1.0e-6_wp    !! [rad] angle below which two directions count as parallel: coordinates of decks
+   !! may have six digits
 end module kinds

@@ -2,9 +2,9 @@
 !> compressive, a point contact is less curved than the obstacle, and the gap rises from a contact at the end of a rod or at a
 !> corner.
 module point_tests
-   use kinds, only: wp
+   use kinds, only: wp, parallel
    use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t, candidate_gap, may_react, parallel
+   use rod_state, only: state_t, candidate_gap, may_react
    use conforming_span, only: rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation
    use touchdown_points, only: point_force
    use breakpoint_forces, only: breakpoint_force, at_breakpoint, left_over

@@ -1,6 +1,6 @@
 !> Reads *GAP: one-sided supports of nodes. Each becomes a candidate for a line obstacle that represents the stops of the card.
 module read_gap_supports
-   use kinds, only: wp, degree
+   use kinds, only: wp, parallel, degree
    use model, only: model_t, contact_t
    use obstacle_types, only: obstacle_t, obstacle_line
    use checked_deck, only: checked_deck_t, cursor_t
@@ -9,8 +9,6 @@ module read_gap_supports
    implicit none
    private
    public :: read_gap_cards
-
-   real(wp), parameter :: grazing = 1.0e-6_wp !! direction cosines below this are zero
 
 contains
 
@@ -75,7 +73,7 @@ contains
          associate (node => contact%node(i))
             problem = ''
             if (deck%names%is_loose(node)) problem = 'belongs to no element'
-            if (.not. any(.not. model%fixed(1:2, node) .and. abs(normal) > grazing)) &
+            if (.not. any(.not. model%fixed(1:2, node) .and. abs(normal) > parallel)) &
                problem = 'is supported in this direction already'
             if (stopped_in(node) > 0) problem = 'has a stop of this card already, from '//deck%source%line_words(stopped_in(node))
             stopped_in(node) = at%line_at

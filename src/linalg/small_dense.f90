@@ -1,6 +1,6 @@
 !> Dense systems of element size (at most a dozen unknowns), for which a call of LAPACK costs more than the elimination itself.
 module small_dense
-   use kinds, only: wp
+   use kinds, only: wp, parallel
    implicit none
    private
    public :: solve_small, dependent_row
@@ -76,7 +76,7 @@ contains
    !> pivots; 0 if the matrix is regular.
    pure integer function dependent_row(matrix) result(p)
       real(wp), intent(in) :: matrix(:, :)
-      real(wp), parameter :: tolerance = 1.0e-12_wp !! squares of direction cosines: angles of 1e-6 count as parallel
+      real(wp), parameter :: tolerance = parallel**2 !! squares of direction cosines
       real(wp) :: a(size(matrix, 1), size(matrix, 1)), scale
       logical :: used(size(matrix, 1))
       integer :: step, i

@@ -1,6 +1,6 @@
 !> Candidates of contact spans, one for each node in contact, and the positions of the spans' ends in a state.
 module span_candidates
-   use kinds, only: wp, pi
+   use kinds, only: wp, pi, parallel
    use problem, only: problem_t
    use reference_curve, only: curve_point
    use rod_state, only: state_t
@@ -147,7 +147,6 @@ contains
    pure logical function runs_through(problem, element)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: element(2)              !! element before and after the node; 0: none, or not covered by the contact
-      real(wp), parameter :: same = 1.0e-6_wp        ! [rad], the same as in curve_goes_on
       real(wp) :: x(2), angle(2), speed, turn
       integer :: side
       runs_through = all(element > 0)
@@ -160,7 +159,7 @@ contains
          end do
       end associate
       turn = modulo(angle(2) - angle(1) + pi, 2.0_wp * pi) - pi
-      runs_through = runs_through .and. abs(turn) <= same
+      runs_through = runs_through .and. abs(turn) <= parallel
    end function runs_through
 
    !> The contact spans, with their ends at the places of a state.

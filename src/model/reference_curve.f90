@@ -1,6 +1,6 @@
 !> Position, direction, curvature and length of the stress-free axis: a line or an arc with its imperfection.
 module reference_curve
-   use kinds, only: wp, pi
+   use kinds, only: wp, pi, parallel
    use model, only: curve_t, imperfection_t, shape_nodal
    use imperfection, only: imperfection_value
    use length_table, only: length_table_t, new_length_table, add_panel, close_table, panel_places, table_value, table_excess, &
@@ -174,7 +174,7 @@ contains
    pure logical function curve_goes_on(first, at_first, second, at_second) result(goes_on)
       type(curve_t), intent(in) :: first, second
       real(wp), intent(in) :: at_first, at_second  !! coordinate of the point on each curve
-      real(wp), parameter :: same = 1.0e-6_wp      !! accuracy of an arc from coordinates with six digits
+      real(wp), parameter :: same = parallel       !! [rad], and relative
       real(wp) :: turn, span
       span = max(first%length, second%length)
       turn = second%angle + second%curvature * at_second - first%angle - first%curvature * at_first

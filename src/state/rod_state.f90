@@ -1,6 +1,6 @@
 !> State of the structure: all data that change along the path. Assignment copies the whole state.
 module rod_state
-   use kinds, only: wp
+   use kinds, only: wp, parallel
    use problem, only: problem_t, rounding_gap, touching_gap
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t
@@ -12,10 +12,8 @@ module rod_state
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, node_position, candidate_position, &
-      & obstacle_shift, candidate_gap, candidate_opening, chain_gap, candidate_offset, closing_rate, may_react, parallel, &
+      & obstacle_shift, candidate_gap, candidate_opening, chain_gap, candidate_offset, closing_rate, may_react, &
       & is_stress_free, unknown_push, rounding_steps
-
-   real(wp), parameter :: parallel = 1.0e-6_wp !! sine of the angle below which two obstacles make no corner
 
    real(wp), parameter :: rounding_steps = 32.0_wp !! bound of rounding errors of displacements summed along an element, in rounding
    !! units
@@ -212,9 +210,8 @@ contains
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       real(wp), intent(in) :: normal(2)
-      real(wp), parameter :: grazing = 1.0e-6_wp
       associate (fixed => problem%model%fixed(1:2, problem%candidates%node(candidate)))
-         may_react = (any(.not. fixed .and. abs(normal) > grazing) .and. &
+         may_react = (any(.not. fixed .and. abs(normal) > parallel) .and. &
             & .not. any(problem%ties%tied(1:2, problem%candidates%node(candidate)))) .or. &
             & .not. problem%model%obstacle(problem%candidates%obstacle(candidate))%rigid
       end associate

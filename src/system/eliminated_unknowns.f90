@@ -1,8 +1,8 @@
 !> Unknowns that are eliminated by supports, ties and rigid contacts, their prescribed increments, and the required node axes.
 module eliminated_unknowns
-   use kinds, only: wp
+   use kinds, only: wp, parallel
    use problem, only: problem_t, dof
-   use rod_state, only: state_t, may_react, parallel
+   use rod_state, only: state_t, may_react
    use conforming_span, only: track_rotation, rolled_t, rolled
    use tied_nodes, only: tie_value
    use system_type, only: system_t

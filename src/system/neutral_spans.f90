@@ -15,9 +15,9 @@ module neutral_spans
    use problem, only: problem_t
    implicit none
    private
-   public :: free_clamps, parallel
+   public :: free_clamps, exactly_parallel
 
-   real(wp), parameter :: parallel = 1.0e-12_wp !! sine of the angle up to which directions are parallel
+   real(wp), parameter :: exactly_parallel = 1.0e-12_wp !! sine of the angle up to which directions are parallel
 
 contains
 
@@ -87,7 +87,7 @@ contains
          do e = first, last
             associate (curve => problem%model%curve(mesh%curve(e)))
                along = along .and. curve%imperfection == 0 .and. abs(curve%curvature) <= 0.0_wp .and. &
-                  & abs(d(1) * sin(curve%angle) - d(2) * cos(curve%angle)) <= parallel
+                  & abs(d(1) * sin(curve%angle) - d(2) * cos(curve%angle)) <= exactly_parallel
             end associate
          end do
          do i = 1, size(problem%model%step)

@@ -11,9 +11,9 @@
 !> parallel. The rod therefore has the same curvature on both sides of the clamp, whatever its shape elsewhere, and this curvature
 !> vanishes on both sides at the same load.
 module rolling_rods
-   use kinds, only: wp, pi
+   use kinds, only: wp, pi, parallel
    use obstacle_types, only: obstacle_line
-   use neutral_spans, only: parallel
+   use neutral_spans, only: exactly_parallel
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use system_type, only: system_t
@@ -24,7 +24,7 @@ module rolling_rods
    private
    public :: find_rolling, hold_rolling, set_rolling, without_rolling, nearly_flat
 
-   real(wp), parameter :: smooth = 1.0e-6_wp    !! [rad], relative: kinks and changes of curvature up to which a rod is smooth
+   real(wp), parameter :: smooth = parallel     !! [rad], relative: kinks and changes of curvature up to which a rod is smooth
 
 contains
 
@@ -75,7 +75,7 @@ contains
                   if (.not. load%acts_at(node)) cycle
                   alike = alike .and. any(problem%candidates%node == node .and. problem%candidates%contact_span > 0) .and. &
                      & all(abs(load%displacement(:, node)) <= 0.0_wp) .and. &
-                     & abs(dot_product(way, load%node_force(1:2, node))) <= parallel * norm2(load%node_force(1:2, node))
+                     & abs(dot_product(way, load%node_force(1:2, node))) <= exactly_parallel * norm2(load%node_force(1:2, node))
                end associate
             end do
          end do
@@ -97,12 +97,12 @@ contains
                only = only .and. model%obstacle(obstacle)%kind == obstacle_line
                if (.not. only) return
                other = way_along(problem, obstacle)
-               only = abs(d(1) * other(2) - d(2) * other(1)) <= parallel
+               only = abs(d(1) * other(2) - d(2) * other(1)) <= exactly_parallel
             end associate
          end do
          do i = 1, size(model%step)
             q = model%step(i)%load%line_force(:, 1)
-            only = only .and. abs(dot_product(d, q)) <= parallel * norm2(q)
+            only = only .and. abs(dot_product(d, q)) <= exactly_parallel * norm2(q)
          end do
       end associate
    end function sees_walls_only

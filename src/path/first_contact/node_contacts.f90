@@ -1,15 +1,14 @@
 !> Contact at nodes, interpreted as point and line contacts along the rod.
 module node_contacts
-   use kinds, only: wp
+   use kinds, only: wp, parallel
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_gap, may_react
    use contact_spans, only: contact_span_t
    use conforming_span, only: rod_angle
+   use test_kinds, only: test_slack, test_gap
    implicit none
    private
-   public :: touches_at_nodes, along
-
-   real(wp), parameter :: along = 1.0e-9_wp !! sine of the angle up to which rod and obstacle are parallel
+   public :: touches_at_nodes
 
 contains
 
@@ -63,7 +62,8 @@ contains
          angle = rod_angle(problem, state, c)
          associate (near => problem%candidates%neighbour(:, c))
             if (any(state%active(pack(near, near > 0))) .or. .not. problem%model%fixed(3, problem%candidates%node(c)) .or. &
-               & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along) told(c) = gap <= 1.0e-9_wp * problem%size
+               & abs(dot_product(normal, [cos(angle), sin(angle)])) <= parallel) &
+               & told(c) = gap <= test_slack(test_gap) * problem%size
          end associate
       end do
    end function nodes_in_contact

@@ -1,11 +1,10 @@
 !> Start of a path with contact spans: nodes detect the first contact.
 module span_start
-   use kinds, only: wp
+   use kinds, only: wp, parallel
    use problem, only: problem_t, touching_gap, copy_problem, new_problem
    use rod_state, only: candidate_gap, may_react
    use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem, new_sampled_problem, place_spans
-   use node_contacts, only: along
    use initial_contacts, only: find_initial_contacts
    use next_spans, only: next_t
    use entering_contact_set, only: bound_for
@@ -125,7 +124,7 @@ contains
          row(contact%node) = [(i, i=1, size(contact%node))]
          do i = 1, size(contact%node)
             call first_gap(problem, contact_span%contact, i, first(i), normal, bend)
-            if (all(problem%deck%fixed(1:2, contact%node(i)) .or. abs(normal) <= along)) first(i) = huge(gap)
+            if (all(problem%deck%fixed(1:2, contact%node(i)) .or. abs(normal) <= parallel)) first(i) = huge(gap)
          end do
          e = whole%element(segment_element(whole, contact_span%at(1)))
          here = lower_end(e)
@@ -175,14 +174,14 @@ contains
       type(geometry_t) :: home
       real(wp) :: angle
       integer :: e, side
-      held = count(problem%beside(:, node) > 0) == 1 .and. all(problem%model%fixed(1:2, node) .or. abs(normal) <= along)
+      held = count(problem%beside(:, node) > 0) == 1 .and. all(problem%model%fixed(1:2, node) .or. abs(normal) <= parallel)
       if (.not. held) return
       side = merge(1, 2, problem%beside(2, node) > 0)
       e = problem%beside(3 - side, node)
       home = new_geometry(problem%model, problem%tableau)
       angle = home%element(e)%end_angle(side)
       held = problem%covered(problem%rod_segment(e), contact) .and. (.not. problem%model%fixed(3, node) .or. &
-         & abs(dot_product(normal, [cos(angle), sin(angle)])) <= along)
+         & abs(dot_product(normal, [cos(angle), sin(angle)])) <= parallel)
    end function held_end
 
    !> Point contact at the supported end of a rod (held_end).
