@@ -11,7 +11,7 @@ module force_free_contact
    use obstacle_geometry, only: obstacle_gap
    use obstacle_track, only: track_t
    use contact_spans, only: contact_span_t
-   use conforming_span, only: conforming_forces, node_track
+   use conforming_span, only: conforming_forces, node_track, density_samples
    use span_problem, only: new_span_problem
    use span_candidates, only: present_contact_spans
    use touchdown_points, only: carry_forces
@@ -24,7 +24,6 @@ module force_free_contact
    private
    public :: remove_force_free_lines, count_released, let_turn, line_opening
 
-   integer, parameter :: samples = 4            !! number of equal parts of an element, at whose ends the pressure is sampled
    real(wp), parameter :: nothing = 1.0e-7_wp   !! a force below this part of the structure's forces counts as zero
    real(wp), parameter :: unsettled = 100.0_wp  !! largest error of the thrust / tolerance of the residual
 
@@ -194,8 +193,8 @@ contains
       is_pressed = .true.
       do e = problem%contact_span(contact_span)%element(1), problem%contact_span(contact_span)%element(2)
          noise = thrust_error * max(bend(problem%conforms(e)), bend(problem%candidates%neighbour(2, problem%conforms(e))))
-         do i = 0, samples
-            call conforming_forces(problem, state, e, real(i, wp) / samples, local, place, angle, density)
+         do i = 0, density_samples
+            call conforming_forces(problem, state, e, real(i, wp) / density_samples, local, place, angle, density)
             if (abs(density) - noise > bound) return
          end do
       end do

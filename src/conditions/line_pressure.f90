@@ -4,7 +4,7 @@ module line_pressure
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, candidate_offset
    use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle, bend_at, &
-      & track_joints, ge_end
+      & track_joints, ge_end, density_samples
    use obstacle_track, only: track_t, jump_between
    use ge_element, only: ge_load_t
    use contact_spans, only: contact_span_t
@@ -14,7 +14,6 @@ module line_pressure
    private
    public :: pressure_t, sample_line, density_at, least_pressure, virtual_pressure
 
-   integer, parameter :: samples = 4            !! number of equal parts of an element for samples of the density
    integer, parameter :: sections = 24          !! number of golden sections of the interval between the neighbours of a least
    !! sample: they reduce the interval to 1e-5 of its length
 
@@ -37,11 +36,11 @@ contains
       real(wp) :: place
       integer :: e, i, n
       n = 0
-      allocate (at(samples + 1))
+      allocate (at(density_samples + 1))
       do e = line%element(1), line%element(2)
          associate (s => state%geometry%element(e)%s + problem%origin(e))
-            do i = 0, samples
-               call insert(at, n, s(1) + (s(2) - s(1)) * i / samples)
+            do i = 0, density_samples
+               call insert(at, n, s(1) + (s(2) - s(1)) * i / density_samples)
             end do
             associate (joint => s(1) + (s(2) - s(1)) * track_joints(problem, state, e))
                do i = 1, size(joint)

@@ -17,11 +17,15 @@ module conforming_span
    private
    public :: evaluate_conforming, conforming_forces, conforming_point, conforming_displacement, &
       & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, &
-      & rolled_t, rolled, excess_curvature, excess_rate, node_track, track_joints, track_sense, rod_angle, bend_at, ge_end
+      & rolled_t, rolled, excess_curvature, excess_rate, node_track, track_joints, track_sense, rod_angle, bend_at, ge_end, &
+      & density_samples
 
    !> Bound of (relative curvature times structure's size) below which a point contact is osculating; smaller values are rounding or
    !> residuals of Newton's method.
    real(wp), parameter :: flat_excess = 1.0e-8_wp
+
+   integer, parameter :: density_samples = 4 !! number of equal parts of an element, or of its smooth parts, at whose ends the
+   !! density of the contact force is sampled
 
    !> Position of a point contact's force relative to the contact node, if the node is a segment boundary and the force is beside
    !> it.

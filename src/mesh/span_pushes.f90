@@ -7,12 +7,11 @@ module span_pushes
    use rod_state, only: state_t, candidate_gap, node_position
    use span_forces, only: end_force, cut_force
    use span_regions, only: chain_coordinate, lengths_before
-   use conforming_span, only: conforming_forces, rolled_t, rolled, track_joints, node_track, track_sense
+   use conforming_span, only: conforming_forces, rolled_t, rolled, track_joints, node_track, track_sense, density_samples
    implicit none
    private
    public :: point_pushes, line_pushes
 
-   integer, parameter :: samples = 4        !! intervals between samples of each smooth part of a line contact in an element
    real(wp), parameter :: inside = 1.0e-9_wp !! part of a smooth part's length: distance of the first and last sample from its ends,
    !! as the pressure jumps where tracks join
 
@@ -68,8 +67,8 @@ contains
          sense = track_sense(problem, state, c, node_track(problem, state, c))
          part = [0.0_wp, track_joints(problem, state, e), 1.0_wp]
          do k = 2, size(part)
-            do i = 0, samples
-               tau = min(max(real(i, wp) / samples, inside), 1.0_wp - inside)
+            do i = 0, density_samples
+               tau = min(max(real(i, wp) / density_samples, inside), 1.0_wp - inside)
                tau = part(k - 1) + tau * (part(k) - part(k - 1))
                call conforming_forces(problem, state, e, tau, local, place, angle, density)
                at = chain_coordinate(problem, state, c, 2, before) + tau * state%geometry%element(e)%length
