@@ -5,14 +5,14 @@ module balance
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, node_position, candidate_gap, candidate_opening, &
       & is_stress_free
-   use contact_set, only: gap_tolerance
+   use contact_set, only: gap_tolerance, sign_slack
    use contact_spans, only: line_share
    use force_law, only: foundation_reaction
    use tied_nodes, only: turned_arm
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use section_forces, only: end_forces
    use span_forces, only: span_totals, end_force
-   use conforming_span, only: conforming_forces, rolled_t, rolled
+   use conforming_span, only: conforming_forces, rolled_t, rolled, density_samples
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_t, new_profile, mend_ends, profile_doubt
@@ -26,7 +26,6 @@ module balance
    private
    public :: measure_balance
 
-   integer, parameter :: line_samples = 4 !! number of parts into which samples of the density divide a conforming element
    real(wp), parameter :: line_slack = 1.0e-5_wp !! part of the size: error of forces from densities, which are derivatives of the
    !! solution
    real(wp), parameter :: least_reaction = 1.0e-6_wp !! least reaction as reference of signs, over the largest force
@@ -173,15 +172,15 @@ contains
                total = total - [counted, x(1) * counted(2) - x(2) * counted(1)]
                call note_worst(accuracy%penetration, abs(gap - roll%rise) / problem%size, at, &
                   & node=problem%model%mesh%node_label(node))
-               call note_worst(accuracy%tension, (-push - least_push(c) - 1.0e-8_wp * scale) / max(accuracy%reaction, &
+               call note_worst(accuracy%tension, (-push - least_push(c) - sign_slack * scale) / max(accuracy%reaction, &
                   & least_reaction * scale), at, node=problem%model%mesh%node_label(node))
             end associate
          end do
          ! Signs of the densities along line contacts, then penetration at the deck's nodes, which are not those of the mesh.
          do e = 1, problem%model%mesh%n_elements
             if (problem%conforms(e) == 0) cycle
-            do i = 0, line_samples
-               tau = real(i, wp) / line_samples
+            do i = 0, density_samples
+               tau = real(i, wp) / density_samples
                call conforming_forces(problem, state, e, tau, local, x, angle, density)
                call note_worst(accuracy%tension, (-density * problem%size - line_slack * scale) / max(accuracy%reaction, &
                   & least_reaction * scale), at, element=problem%model%mesh%element_label(e))
@@ -291,9 +290,7 @@ contains
       type(accuracy_t), intent(inout) :: accuracy
       real(wp), intent(inout) :: total(3)        !! total force and moment
       real(wp), intent(inout) :: left(:, :)      !! (3, nodes) unbalanced force and moment
-      ! Slack of the corrector: reaction below zero over the force scale (at least ten tolerances of the step), penetration of an
-      ! open node over the size.
-      real(wp), parameter :: let_pull = 1.0e-8_wp, let_in = 10.0_wp * gap_tolerance
+      real(wp), parameter :: let_in = 10.0_wp * gap_tolerance ! accepted penetration of an open node, over the size
       real(wp) :: x(2), force(2), gap, normal(2), bend, largest, push, spring, depth, pull, unsettled, uncertain
       integer :: c, i, node, label
       logical :: rigid, coupled
@@ -301,7 +298,7 @@ contains
       accuracy%reaction = max(accuracy%reaction, maxval(abs(state%reaction)))
       ! Reactions within rounding have no sign.
       largest = max(accuracy%reaction, least_reaction * scale)
-      unsettled = max(let_pull, 10.0_wp * problem%model%step(problem%step)%tolerance) * scale
+      unsettled = max(sign_slack, 10.0_wp * problem%model%step(problem%step)%tolerance) * scale
       do c = 1, problem%candidates%n
          if (problem%candidates%contact_span(c) > 0) cycle
          node = problem%candidates%node(c)

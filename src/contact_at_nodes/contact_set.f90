@@ -2,9 +2,9 @@
 !> uncertain candidates only. A candidate becomes uncertain if its own or a neighbour's sign is violated; the set grows until no
 !> candidate outside is violated.
 module contact_set
-   use kinds, only: wp
+   use kinds, only: wp, parallel
    use problem, only: problem_t, dof
-   use rod_state, only: state_t, parallel
+   use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: solve_bordered
    use contact_response, only: predict_contact
@@ -12,10 +12,12 @@ module contact_set
    use timing, only: timing_start, timing_stop, count_up, phase_contact, counter_set_changes
    implicit none
    private
-   public :: contact_step_t, solve_contact_step, gap_tolerance, overlap_allowed
+   public :: contact_step_t, solve_contact_step, gap_tolerance, sign_slack, overlap_allowed
 
    real(wp), parameter :: gap_tolerance = 1.0e-11_wp      !! accepted penetration of an open candidate, over the structure's size
    real(wp), parameter :: reaction_tolerance = 1.0e-10_wp !! accepted tension of an active candidate, over the force scale
+   real(wp), parameter :: sign_slack = 1.0e-8_wp          !! accepted tension in a converged state, over the force scale, and
+   !! accepted negative gap at an event, over the structure's size
    integer, parameter :: largest_lcp = 400                !! largest number of uncertain candidates for an LCP; more of them change
    !! between open and active by their signs
    integer, parameter :: max_rounds = 20

@@ -6,7 +6,7 @@ module converged_state
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, contact_reaction
-   use contact_set, only: overlap_allowed
+   use contact_set, only: overlap_allowed, sign_slack
    use touchdown_points, only: misfit
    use element_foundation, only: foundation_forces
    use ground_marks, only: mark_step, mark_spring
@@ -66,7 +66,7 @@ contains
             else
                reaction = state%reaction(c)
             end if
-            contact_holds = contact_holds .and. reaction >= -1.0e-8_wp * system%force_scale
+            contact_holds = contact_holds .and. reaction >= -sign_slack * system%force_scale
          else
             contact_holds = contact_holds .and. system%opening(c) >= -10.0_wp * overlap_allowed(problem, system, c)
          end if

@@ -13,6 +13,7 @@ module event_location
    use path_events, only: event_t, event_value, note_of_corner, event_bifurcation, event_release, event_contact, event_limit, &
       & event_turning, event_value_reached, event_stop
    use located_events, only: located_event_t, note_balance
+   use contact_set, only: sign_slack
    use law_corners, only: law_corner_t, corner_between
    use smooth_zero, only: locate_smooth
    use zero_at_end, only: take_beginning
@@ -362,14 +363,13 @@ contains
       type(system_t), intent(in) :: system       !! assembled at `state`
       logical, intent(in) :: marked(:)           !! (candidates) true: sign not checked
       type(state_t), intent(in) :: state
-      real(wp), parameter :: tolerance = 1.0e-8_wp
       real(wp) :: least
-      least = tolerance * system%force_scale
+      least = sign_slack * system%force_scale
       ! A contact region kept closed may pull at one node and push at another: a zero of their sum is then no loss of contact.
       holds = .not. (any(marked .and. state%active .and. state%reaction < -least) .and. &
          & any(marked .and. state%active .and. state%reaction > least))
       if (.not. holds) return
       holds = .not. any(.not. marked .and. .not. problem%candidates%bilateral .and. &
-         & merge(state%reaction < -least, system%opening < -tolerance * problem%size, state%active))
+         & merge(state%reaction < -least, system%opening < -sign_slack * problem%size, state%active))
    end function holds_elsewhere
 end module event_location
