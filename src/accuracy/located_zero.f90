@@ -17,13 +17,13 @@ module located_zero
    use rod_profile, only: profile_error
    use state_functional, only: functional_t, new_functional
    use gap_functional, only: new_place_gap_functional
-   use tangent_modes, only: modes_t, lowest_modes, apply_tangent, mode_tolerance
+   use tangent_modes, only: modes_t, lowest_modes, apply_tangent, mode_tolerance, most_null_vectors
    use axial_rigidity, only: shrinking_forces
    use bordered_system, only: solve_effective
    use null_directions, only: likeness, times_metric, new_null_directions, leave_out
    implicit none
    private
-   public :: zero_t, new_zero, zero_value, left_of_zero, find_event_gap, between_nodes, located_gap, mode_rounding
+   public :: as_zero, zero_t, new_zero, zero_value, left_of_zero, find_event_gap, between_nodes, located_gap, mode_rounding
 
    !> A located event: an event of the path, or a test of contact spans.
    type :: zero_t
@@ -32,7 +32,6 @@ module located_zero
       integer :: test = 0                        !! number of the test in run_span_tests; 0: none
    end type zero_t
 
-   integer, parameter :: eigenvalues_looked_at = 5
    real(wp), parameter :: as_zero = 1.0e-4_wp !! part of an eigenvalue's change over the increment below which it counts as zero
 
 contains
@@ -49,7 +48,7 @@ contains
       integer :: n
       zero%event = event
       if (event%kind /= event_bifurcation) return
-      call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error)
+      call lowest_modes(problem, state, system, most_null_vectors + 1, modes, error)
       ! The mode is usable even if the iteration has not converged next to a singular tangent.
       n = max(count(abs(modes%mu) <= as_zero * event%scale), min(modes%n, 1))
       if (n > 0) zero%modes = modes%x(:, :n)
@@ -200,7 +199,7 @@ contains
             return
          end if
       end if
-      call lowest_modes(problem, state, system, eigenvalues_looked_at, modes, error)
+      call lowest_modes(problem, state, system, most_null_vectors + 1, modes, error)
       ! Eigenvalues are sorted by magnitude: the first suitable one is the nearest to zero.
       do i = 1, modes%n
          if (sum([(likeness(problem, given(:, k), modes%x(:, i))**2, k=1, size(given, 2))]) < 0.5_wp) cycle

@@ -18,13 +18,12 @@ module linear_buckling
    use tangent_modes, only: deck_mode, apply_tangent, stretching_work
    use band_matrix, only: band_times
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
-   use spectrum_slicing, only: pencil_t, eigenvalues_below, slice
+   use spectrum_slicing, only: pencil_t, eigenvalues_below, slice, residual_tolerance
    use path_record, only: buckling_t
    implicit none
    private
    public :: buckle
 
-   real(wp), parameter :: tolerance = 1.0e-8_wp !! relative residual of the eigenvectors
    integer, parameter :: most_steps = 12        !! largest number of iterations from a mode of the linearised elements to a mode of
    !! the elements under the finite stresses
    real(wp), parameter :: worst_residual = 1.0e-2_wp !! residual of an accepted mode; the error of the load factor is its square,
@@ -66,7 +65,7 @@ contains
       call new_stress_stiffness(problem, state, system, operator%prime)
       operator%problem => problem
       operator%system => system
-      call largest_eigenvalues(operator, n_modes, tolerance, spectrum, error)
+      call largest_eigenvalues(operator, n_modes, residual_tolerance, spectrum, error)
       spectrum%n = min(spectrum%n, n_modes)
       ! Eigenvalues at rounding are zero: the loads do not change the tangent in these modes.
       if (spectrum%n > 0) spectrum%n = count(abs(spectrum%value(:spectrum%n)) > 1.0e3_wp * epsilon(1.0_wp) * &

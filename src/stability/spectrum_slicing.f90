@@ -11,7 +11,7 @@ module spectrum_slicing
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
    implicit none
    private
-   public :: pencil_t, eigenvalues_below, slice
+   public :: pencil_t, eigenvalues_below, slice, residual_tolerance
 
    !> K + nu K' on the free unknowns.
    type :: pencil_t
@@ -32,7 +32,7 @@ module spectrum_slicing
    end type shifted_t
 
    integer, parameter :: max_bisections = 60
-   real(wp), parameter :: tolerance = 1.0e-8_wp
+   real(wp), parameter :: residual_tolerance = 1.0e-8_wp !! relative residual of eigenvectors
 
 contains
 
@@ -89,7 +89,7 @@ contains
       asked = n_high
       do try = 1, 4
          asked = asked + n_high + 1
-         call largest_eigenvalues(operator, asked, tolerance, spectrum, error)
+         call largest_eigenvalues(operator, asked, residual_tolerance, spectrum, error)
          if (allocated(error)) return
          spectrum%value = high + 1.0_wp / spectrum%value
          chosen = spectrum%value * high > 0.0_wp .and. abs(spectrum%value) < abs(high)

@@ -21,8 +21,7 @@ module tangent_modes
    implicit none
    private
    public :: modes_t, lowest_modes, bending_stiffness, stretching_work, choose_null_vectors, apply_tangent, nodal_mode, deck_mode, &
-      & numbered_eigenvalue, &
-      & mode_tolerance
+      & numbered_eigenvalue, mode_tolerance, most_null_vectors
 
    !> Eigenvalues nearest zero, in order of size.
    type :: modes_t
@@ -36,6 +35,7 @@ module tangent_modes
 
    real(wp), parameter :: mode_tolerance = 1.0e-5_wp !! relative residual of the eigenvectors; the error of the eigenvalues is its
    !! square
+   integer, parameter :: most_null_vectors = 4 !! largest multiplicity of a bifurcation that is determined
 
    !> The operator x -> K^-1 M x.
    type, extends(operator_t) :: inverse_tangent_t

@@ -9,13 +9,11 @@ module event_eigenvalue
    use path_samples, only: n_samples
    use path_events, only: event_t, event_release
    use force_free_contact, only: remove_force_free_lines
-   use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue
+   use tangent_modes, only: modes_t, lowest_modes, numbered_eigenvalue, most_null_vectors
    use path_point, only: path_point_t
    implicit none
    private
    public :: zero_eigenvalue, follow_through_zero
-
-   integer, parameter :: eigenvalues_looked_at = 4
 
 contains
 
@@ -41,9 +39,9 @@ contains
          end if
          other = new_system(free)
          call linearise(free, at, at, other)
-         call lowest_modes(free, at, other, eigenvalues_looked_at, modes, error)
+         call lowest_modes(free, at, other, most_null_vectors, modes, error)
       else
-         call lowest_modes(problem, point%state, point%system, eigenvalues_looked_at, modes, error)
+         call lowest_modes(problem, point%state, point%system, most_null_vectors, modes, error)
       end if
       mu = numbered_eigenvalue(modes, event%number, event%least, event%most)
       ! At the zero itself the sign is rounding and gives no number in the order: the smallest eigenvalue is returned.

@@ -8,7 +8,8 @@ module event_recording
    use rod_state, only: state_t, candidate_opening
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode
+   use located_zero, only: as_zero
+   use tangent_modes, only: modes_t, lowest_modes, choose_null_vectors, nodal_mode, deck_mode, most_null_vectors
    use force_free_contact, only: remove_force_free_lines, let_turn, line_opening
    use path_control, only: path_length
    use path_point, only: path_point_t
@@ -30,9 +31,7 @@ module event_recording
    private
    public :: record_event, announce, new_critical, go_to
 
-   integer, parameter :: most_null_vectors = 4
    character(*), parameter :: imperfect = ', but for an imperfection too small to tell here'
-   real(wp), parameter :: loosest = 1.0e-4_wp    !! eigenvalues below this part of the event's scale count as zero
 
 contains
 
@@ -201,7 +200,7 @@ contains
       real(wp) :: sense
       integer :: n, j
       call lowest_modes(problem, state, system, most_null_vectors, modes, error)
-      n = max(count(abs(modes%mu) <= min(max(1.0e3_wp * step%locate_tolerance, same_place), loosest) * event%scale), 1)
+      n = max(count(abs(modes%mu) <= min(max(1.0e3_wp * step%locate_tolerance, same_place), as_zero) * event%scale), 1)
       call choose_null_vectors(problem, state, system, n, modes)
       allocate (point%null_vector(3, problem%deck%mesh%n_nodes, n))
       do j = 1, n
