@@ -27,18 +27,20 @@ module test_kinds
       & 'contact comes to a breakpoint of the rod', 'an end of a rod lies down', &
       & 'contact leaves a breakpoint of the rod', 'a couple lifts a line']
 
-   !> Slack by which a test may be below zero before it counts as violated: error of the solution inside elements.
+   real(wp), parameter :: inside_elements = 1.0e-9_wp !! error of the solution inside elements
+
+   !> Slack by which a test may be below zero before it counts as violated.
    real(wp), parameter :: test_slack(10) = [ &
-      & 1.0e-9_wp, & ! gap
-      & 1.0e-9_wp, & ! force
-      & 1.0e-9_wp, & ! curvature
+      & inside_elements, & ! gap
+      & inside_elements, & ! force
+      & inside_elements, & ! curvature
       & 1.0e-6_wp, & ! pressure, a second derivative of the solution
       & 0.0_wp, &    ! length
-      & 1.0e-9_wp, & ! vanishing
+      & inside_elements, & ! vanishing
       & 0.0_wp, &    ! crossing
-      & 1.0e-9_wp, & ! slope
+      & inside_elements, & ! slope
       & 0.0_wp, &    ! leaving
-      & 1.0e-9_wp]   ! couple
+      & inside_elements]   ! couple
 
    real(wp), parameter :: well_below = 10.0_wp !! multiple of the slack: at the zero of one test, another test below minus this
    !! value fails

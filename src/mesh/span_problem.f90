@@ -4,6 +4,7 @@ module span_problem
    use kinds, only: wp
    use problem, only: problem_t, copy_problem, remeshed_problem, mesh_sampled, mesh_of_marks, mesh_of_spans
    use rod_state, only: state_t
+   use mesh_density, only: position_rounding
    use remeshed_model, only: division_t
    use contact_spans, only: contact_span_t, covers, sort_contact_spans
    use span_candidates, only: add_span_candidates
@@ -15,9 +16,6 @@ module span_problem
    implicit none
    private
    public :: new_span_problem, same_spans, new_sampled_problem, place_spans
-
-   real(wp), parameter :: at_breakpoint = 1.0e-9_wp !! part of a segment's length: an end closer than this to a segment boundary is
-   !! placed on the boundary
 
 contains
 
@@ -37,8 +35,8 @@ contains
       contact_span = touches
       do k = 1, size(contact_span)
          associate (length => base%layout%rod_segment(contact_span(k)%rod_segment)%length)
-            where (contact_span(k)%at <= at_breakpoint * length) contact_span(k)%at = 0.0_wp
-            where (contact_span(k)%at >= (1.0_wp - at_breakpoint) * length) contact_span(k)%at = length
+            where (contact_span(k)%at <= position_rounding * length) contact_span(k)%at = 0.0_wp
+            where (contact_span(k)%at >= (1.0_wp - position_rounding) * length) contact_span(k)%at = length
          end associate
       end do
       call sort_contact_spans(contact_span)

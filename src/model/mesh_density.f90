@@ -8,7 +8,8 @@ module mesh_density
    use rod_layout, only: layout_t
    implicit none
    private
-   public :: mesh_density_t, new_demands, between, equal_shares, as_mirrored, with_smooth_density, even_out, in_whole_parts
+   public :: mesh_density_t, new_demands, between, equal_shares, as_mirrored, with_smooth_density, even_out, in_whole_parts, &
+      & position_rounding
 
    !> Mesh density of one rod segment.
    type :: mesh_density_t
@@ -19,7 +20,7 @@ module mesh_density
    real(wp), parameter :: first_elements = 2.0_wp !! initial elements of a segment: the fewest whose errors can be compared with
    !! each other
    real(wp), parameter :: steepest = 4.0_wp       !! largest ratio of the lengths of neighbouring elements
-   real(wp), parameter :: rounding = 1.0e-9_wp    !! part of a segment's length: positions that differ by less are equal
+   real(wp), parameter :: position_rounding = 1.0e-9_wp !! part of a segment's length: positions that differ by less are equal
    real(wp), parameter :: part = 1.0_wp / 64.0_wp !! part of an element: densities are multiples of this number, so that their sums
    !! are exact
 
@@ -172,7 +173,7 @@ contains
       real(wp), allocatable :: mirrored(:)
       real(wp) :: off
       integer :: k, i, n
-      off = rounding
+      off = position_rounding
       if (present(near)) off = max(off, near)
       even = demand
       do k = 1, size(demand)
