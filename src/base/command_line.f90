@@ -5,7 +5,7 @@ module command_line
    use printable_text, only: quoted, quoted_path
    implicit none
    private
-   public :: command_line_t, read_command_line, parse_arguments, help_text, argument_length
+   public :: command_line_t, read_command_line, parse_arguments, help_text
 
    integer, parameter :: argument_length = 1000 !! longest argument
 

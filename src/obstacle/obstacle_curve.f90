@@ -11,7 +11,7 @@ module obstacle_curve
    private
    public :: obstacle_curve_t, foot_t, nearest_point, curve_samples, sharpest_turn, crosses_itself
    public :: piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces
-   public :: shape_straight, shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at, first_derivatives
+   public :: shape_arc, shape_quintic, arc_length, turned_angle, polynomial_at, first_derivatives
 
    integer, parameter :: shape_straight = 1, shape_arc = 2, shape_quintic = 3
 
