@@ -47,8 +47,7 @@ module mesh_request
    !> below it.
    real(wp), parameter :: place_rounding = 3.0e-14_wp
    !> Rounding of a displacement that symmetry makes zero, over the structure's size: on unstable parts of a path it is larger than
-   !> that
-   !> of positions, and other libraries of LAPACK give other values (1e-13 in the deep arch).
+   !> that of positions, and other libraries of LAPACK give other values (1e-13 in the deep arch).
    real(wp), parameter :: idle_rounding = 10.0_wp * place_rounding
    real(wp), parameter :: enough_progress = 0.7_wp !! largest ratio of errors that counts as progress, on a mesh finer by `least`
    real(wp), parameter :: most = 4.0_wp !! largest factor on the number of elements at once; beyond it the predicted error is

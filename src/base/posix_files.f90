@@ -5,13 +5,13 @@ module posix_files
    implicit none
    private
    public :: resolved_name, look_at, lock_file, unlock_file, put_in_place, overwrite, what_is_there, rename_file, write_bytes
-   public :: error_text
+   public :: error_text, longest_name
    public :: kind_nothing, kind_empty, kind_file, kind_folder, kind_other, is_locked, is_closed, file_mark_t
    public :: is_same, is_missing, is_changed, is_another
 
    integer, parameter :: kind_nothing = 0, kind_empty = 1, kind_file = 2, kind_folder = 3, kind_other = 4
    integer, parameter :: is_same = 0, is_missing = 1, is_changed = 2, is_another = 3
-   integer, parameter :: longest = 4096           !! longest file name
+   integer, parameter :: longest_name = 4096      !! [bytes] longest file name
    integer, parameter :: is_locked = -1           !! status of lock_file: another process has the lock
    integer, parameter :: is_closed = -2           !! status of write_bytes: the output is closed
 
@@ -94,8 +94,8 @@ contains
       character(*), intent(in) :: name
       character(:), allocatable, intent(out) :: target
       integer, intent(out) :: status              !! 0, or errno
-      character(kind=c_char) :: buffer(longest)
-      status = int(c_resolve(name//c_null_char, buffer, int(longest, c_long)))
+      character(kind=c_char) :: buffer(longest_name)
+      status = int(c_resolve(name//c_null_char, buffer, int(longest_name, c_long)))
       target = name
       if (status == 0) target = text_of(buffer)
    end subroutine resolved_name
@@ -116,11 +116,11 @@ contains
       integer, intent(out) :: descriptor          !! for unlock_file
       character(:), allocatable, intent(out) :: owner !! process that has the lock, if it is locked
       integer, intent(out) :: status              !! 0, is_locked, or errno
-      character(kind=c_char) :: buffer(longest)
+      character(kind=c_char) :: buffer(longest_name)
       integer(c_int) :: opened
       opened = -1
       buffer(1) = c_null_char
-      status = int(c_lock(name//c_null_char, opened, buffer, int(longest, c_long)))
+      status = int(c_lock(name//c_null_char, opened, buffer, int(longest_name, c_long)))
       descriptor = int(opened)
       owner = text_of(buffer)
    end subroutine lock_file

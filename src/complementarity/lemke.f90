@@ -18,6 +18,7 @@ module lemke
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
    use lapack, only: dgetrf, dgetrs
+   use golden_section, only: golden
    use lcp_basis, only: scaled_lcp_t, basis_t, start, invert, exchange, evaluate, least_row, blocking_row
    implicit none
    private
@@ -151,7 +152,6 @@ contains
       integer, intent(in) :: n
       integer, intent(in) :: shift !! a different vector for each value
       real(wp) :: d(n)
-      real(wp), parameter :: golden = 0.618033988749894848_wp
       integer :: i
       d = [(0.1_wp + 0.9_wp * modulo(golden * real(i + 2 * shift, wp), 1.0_wp), i=1, n)]
    end function default_cover

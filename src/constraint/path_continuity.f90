@@ -10,7 +10,7 @@
 !> test depends neither on units, mesh nor strategy. Nodes that move with touchdown points are included, because they and the
 !> tangent (path_control) move smoothly.
 module path_continuity
-   use kinds, only: wp
+   use kinds, only: wp, pi
    use model, only: method_cylindrical, method_load, method_linearised
    use problem, only: problem_t
    use rod_state, only: state_t
@@ -50,7 +50,7 @@ module path_continuity
    real(wp), parameter :: largest_turn = 0.5_wp !! [rad] largest turn of the tangent in one increment
    real(wp), parameter :: largest_distance = 0.5_wp * largest_turn**2 !! four times the value of a circular arc of that turn
    real(wp), parameter :: largest_load = largest_distance !! bound of `load` for a load rate that is not monotone over the increment
-   real(wp), parameter :: right_angle = acos(0.0_wp)
+   real(wp), parameter :: right_angle = 0.5_wp * pi
    real(wp), parameter :: no_motion = 1.0e-10_wp !! arc length due to rounding, if loads only stress an immovable structure
 
 contains

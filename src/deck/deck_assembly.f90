@@ -6,6 +6,7 @@ module deck_assembly
    use text, only: squeeze, to_text
    use printable_text, only: quoted, quoted_path
    use errors, only: error_t
+   use posix_files, only: longest_name
    use deck_source, only: growing_text_t, deck_source_t, deck_file_t, typed_line_t, spot_t, read_source_file, source_from_text, &
       most_lines, first_letter
    use deck_parameters, only: deck_parameters_t
@@ -18,7 +19,6 @@ module deck_assembly
    character(*), parameter :: expanded_mark = '** *' !! prefix that marks an *INCLUDE whose deck follows
    integer, parameter :: deepest = 100 !! largest depth of includes; ends circular includes through links
    integer, parameter :: most_files = 10000 !! largest number of included files, with repetitions
-   integer, parameter :: longest_path = 4096 !! [bytes] longest path of an included file
    integer, parameter :: most_names = 20    !! largest number of parameters listed in a message
 
    !> A deck during its assembly: the three texts (assembled, expanded, record; see deck_source_t), and the origin of their lines.
@@ -225,7 +225,7 @@ contains
       else
          path = trim(adjustl(card(equals + 1:)))
          if (path == '') wrong = 'a file is missing: *INCLUDE, FILE=name'
-         if (len(path) > longest_path) wrong = 'a name of more than '//to_text(longest_path)//' characters names no file'
+         if (len(path) > longest_name) wrong = 'a name of more than '//to_text(longest_name)//' characters names no file'
       end if
       if (may_write_title(a, here)) a%included_at = place_t(a%n, first, len_trim(typed))
       if (wrong == '') then

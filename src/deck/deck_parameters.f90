@@ -5,13 +5,13 @@ module deck_parameters
    use printable_text, only: quoted, control_place, control_words
    use lookup, only: name_list_t
    use deck_source, only: growing_text_t, deck_parameter_t, spot_t
+   use diagnostics, only: most_shown
    use formula, only: evaluate, is_plain_name, is_reserved
    implicit none
    private
    public :: deck_parameters_t
 
    integer, parameter :: longest_formula = 2000 !! characters
-   integer, parameter :: most_guesses = 20     !! largest number of searches for similar names: no report shows more errors
 
    !> All parameters defined so far.
    type :: deck_parameters_t
@@ -234,7 +234,7 @@ contains
          i = place(self, string(first:last))
          if (i > 0) then
             if (self%list(i)%is_number .and. word_index(known, self%list(i)%name) == 0) call know(self, i, known, value)
-         else if (.not. is_reserved(string(first:last)) .and. self%guesses < most_guesses) then
+         else if (.not. is_reserved(string(first:last)) .and. self%guesses < most_shown) then
             self%guesses = self%guesses + 1
             i = place(self, nearest_word(self%names%listed(), string(first:last)))
             if (i > 0) call know(self, i, known, value)

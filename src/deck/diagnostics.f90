@@ -6,7 +6,7 @@ module diagnostics
    use terminal, only: painted, red, bold
    implicit none
    private
-   public :: diagnostics_t, place_t, diagnostics_report
+   public :: diagnostics_t, place_t, diagnostics_report, most_shown
 
    !> Columns of one line of the deck; line 0: the deck as a whole.
    type :: place_t

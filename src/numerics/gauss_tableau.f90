@@ -2,7 +2,7 @@
 !> error estimates, two points more show how reliable these are.
 !> Source: Hairer, Lubich, Wanner, Geometric Numerical Integration, II.1; b_i a_ij + b_j a_ji = b_i b_j.
 module gauss_tableau
-   use kinds, only: wp
+   use kinds, only: wp, pi
    implicit none
    private
    public :: tableau_t, max_stages, new_tableau, gauss_points, stage_basis, raised_values
@@ -58,11 +58,10 @@ contains
       integer, intent(in) :: n         !! number of points
       real(wp), intent(out) :: c(:)    !! (n) abscissae
       real(wp), intent(out) :: b(:)    !! (n) weights, sum 1
-      real(wp), parameter :: quarter_turn = 0.78539816339744830961566_wp
       real(wp) :: x, p0, p1, p2, slope, dx
       integer :: i, k, iteration
       do i = 1, n
-         x = cos(quarter_turn * (4 * i - 1) / (n + 0.5_wp))
+         x = cos(0.25_wp * pi * (4 * i - 1) / (n + 0.5_wp))
          do iteration = 1, 50
             p0 = 1.0_wp
             p1 = x

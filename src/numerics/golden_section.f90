@@ -9,7 +9,7 @@ module golden_section
    use kinds, only: wp
    implicit none
    private
-   public :: golden_section_t, sections_to_rounding
+   public :: golden_section_t, sections_to_rounding, golden
 
    real(wp), parameter :: golden = 0.5_wp * (sqrt(5.0_wp) - 1.0_wp)
 

@@ -9,8 +9,8 @@ module listing
    use path_record, only: point_t, critical_t, region_t, branch_start_t, buckling_t, limit_point_t
    use run_accuracy, only: accuracy_t
    use columns, only: significant, scientific, whole
-   use text_table, only: column_t, cell_t, page_rows, monitor_digits, wide_column, fitting_columns, widen_columns, write_head, &
-      & write_row
+   use text_table, only: column_t, cell_t, page_rows, load_digits, monitor_digits, wide_column, fitting_columns, widen_columns, &
+      & write_head, write_row
    use side_tables, only: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
    use run_summary, only: write_accuracy, write_cost
    use text, only: plural
@@ -22,7 +22,6 @@ module listing
    public :: listing_t, listing_open, listing_close
    public :: listing_point, listing_critical, listing_branch, listing_buckling, listing_limit_point
 
-   integer, parameter :: load_digits = 10
    integer, parameter :: first_monitor = 4        !! column of the first monitor, after point, label and load factor
    integer, parameter :: nowhere = -1             !! the last row did not belong to a path
 

@@ -6,12 +6,12 @@ module side_tables
    use path_record, only: buckling_t, limit_point_t
    use error_text, only: bar_text, corrected_text, unbounded_text
    use columns, only: significant, scientific, whole
-   use text_table, only: column_t, cell_t, page_rows, monitor_digits, fitting_columns, widen_columns, write_head, write_row
+   use text_table, only: column_t, cell_t, page_rows, load_digits, monitor_digits, fitting_columns, widen_columns, write_head, &
+      & write_row
    implicit none
    private
    public :: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
 
-   integer, parameter :: load_digits = 10
 
    !> Words of the table of one curve.
    type :: curve_words_t

@@ -4,11 +4,12 @@ module text_table
    use terminal, only: painted, bold
    implicit none
    private
-   public :: column_t, cell_t, page_rows, monitor_digits, wide_column, fitting_columns, widen_columns, write_head, write_row
+   public :: column_t, cell_t, page_rows, load_digits, monitor_digits, wide_column, fitting_columns, widen_columns, write_head, &
+      & write_row
 
    integer, parameter :: page_width = 132, page_rows = 50
    integer, parameter :: longest_head = 24        !! longer heads are cut
-   integer, parameter :: monitor_digits = 8
+   integer, parameter :: load_digits = 10, monitor_digits = 8
    integer, parameter :: monitor_width = 15       !! width of the longest number with monitor_digits
 
    !> A column of a table.
