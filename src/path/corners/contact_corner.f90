@@ -28,7 +28,8 @@ contains
       integer, allocatable, intent(out) :: corner(:) !! candidates that change
       type(increment_t), intent(out) :: report
       logical, intent(out) :: found
-      real(wp), parameter :: at_once = 1.0e-8_wp !! share of an increment within which signs change together
+      real(wp), parameter :: at_once = 1.0e-8_wp !! share of an increment within which signs change together; no input
+      !! deck changes from 1E-9 to 1E-7
       type(path_point_t) :: beyond
       type(control_t) :: part
       real(wp), allocatable :: before(:), after(:), ends(:)

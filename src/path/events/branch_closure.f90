@@ -20,7 +20,8 @@ module branch_closure
    private
    public :: on_parent_path, check_parent_path, check_closure
 
-   real(wp), parameter :: near = 1.0e-4_wp       !! part of the path length: the accuracy to which events are located
+   real(wp), parameter :: near = 1.0e-4_wp       !! part of the path length: the accuracy to which events are located; no input deck
+   !! changes from 1E-5 to 1E-3
 
 contains
 

@@ -9,7 +9,8 @@ module event_order
    private
    public :: duplicates_of, beside, one_sided, count_before, by_fraction, same_place
 
-   real(wp), parameter :: same_place = 1.0e-5_wp !! fraction of the increment: located events closer than this coincide
+   real(wp), parameter :: same_place = 1.0e-5_wp !! fraction of the increment: located events closer than this coincide; no
+   !! input deck changes from 1E-6 to 1E-4
 
 contains
 

@@ -27,7 +27,8 @@ module contact_in_doubt
    private
    public :: ask_nodes, tell_differences
 
-   real(wp), parameter :: turning = 2.0_wp      !! largest rate of displacement, over the path's own rate, at a contact change
+   real(wp), parameter :: turning = 2.0_wp      !! largest rate of displacement, over the path's own rate, at a contact change;
+   !! no input deck changes from 0.2 to 20
 
 contains
 

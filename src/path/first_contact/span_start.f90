@@ -8,7 +8,7 @@ module span_start
    use initial_contacts, only: find_initial_contacts
    use next_spans, only: next_t
    use entering_contact_set, only: bound_for
-   use nodes_to_spans, only: find_spans_ahead
+   use nodes_to_spans, only: find_spans_ahead, most_increments
    use set_begins, only: go_back
    use corrector, only: increment_t
    use path_point, only: path_point_t
@@ -20,8 +20,8 @@ module span_start
    private
    public :: prepare_spans, begin_spans
 
-   real(wp), parameter :: small_part = 2.0_wp**(-12)  !! length of the first increment in a second attempt, as a share of the full
-   !! one; by doubling it reaches the full increment within half of the allowed increments with contact at nodes
+   real(wp), parameter :: small_part = 0.5_wp**(most_increments / 2) !! length of the first increment in a second attempt, as a
+   !! share of the full one; by doubling it reaches the full increment within half of the allowed increments with contact at nodes
    integer, parameter :: most_parts = 24  !! halvings of the first increment to find the onset of contact; contact that begins still
    !! earlier counts as contact at the start
 

@@ -14,7 +14,8 @@ module increment_retries
    private
    public :: retry_refined, retry_by_nodes, retry_shorter
 
-   real(wp), parameter :: sharper = 0.01_wp     !! residual tolerance of the repetition over the one before
+   real(wp), parameter :: sharper = 0.01_wp     !! residual tolerance of the repetition over the one before; one input deck changes
+   !! at 0.001 and at 0.1
 
 contains
 

@@ -31,7 +31,7 @@ module path_follower
    private
    public :: follow_points
 
-   integer, parameter :: max_searches = 4       !! halvings of an increment to separate events
+   integer, parameter :: max_searches = 4       !! halvings of an increment to separate events; no input deck changes from 2 to 8
 
 contains
 

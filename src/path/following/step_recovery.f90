@@ -21,7 +21,7 @@ module step_recovery
    private
    public :: try_recovery
 
-   integer, parameter :: max_cuts = 40          !! failed attempts at one increment
+   integer, parameter :: max_cuts = 40          !! failed attempts at one increment; no input deck changes from 20 to 80
    integer, parameter :: cuts_before_corner = 2 !! failed attempts after which a corner of the path is searched for
    integer, parameter :: cuts_before_change = 3 !! failed attempts after which a contact change ahead is searched for
    integer, parameter :: cuts_before_mesh = 6   !! failed attempts, or increments to other paths, after which the mesh is suspected

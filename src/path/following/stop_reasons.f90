@@ -16,7 +16,7 @@ module stop_reasons
    private
    public :: why_stuck
 
-   integer, parameter :: most_points = 40       !! largest number of points followed ahead
+   integer, parameter :: most_points = 40       !! largest number of points followed ahead; no input deck changes from 20 to 80
    character(*), parameter :: arc_length_can = ' (METHOD=CYLINDRICAL can)'
 
 contains

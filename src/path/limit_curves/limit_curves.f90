@@ -30,10 +30,10 @@ module limit_curves
    private
    public :: follow_limit_curves
 
-   integer, parameter :: max_cuts = 12              !! halvings of a step along the curve
+   integer, parameter :: max_cuts = 12              !! halvings of a step along the curve; no input deck changes from 6 to 24
    real(wp), parameter :: farthest = 0.5_wp  !! a zero is rejected if it is farther from its prediction than this share of the step
-   real(wp), parameter :: nearest = 0.3_wp          !! and than this many units of the coordinates
-   real(wp), parameter :: sharpest = 0.7_wp         !! smallest cosine of the angle between two steps
+   real(wp), parameter :: sharpest = 0.7_wp         !! smallest cosine of the angle between two steps; no input deck changes from
+   !! 0.07 to 0.7
    real(wp), parameter :: easy = 5.0_wp             !! evaluations of one search up to which the step grows
    real(wp), parameter :: first_step = 0.1_wp       !! first step of the curve over the deck's increment
    real(wp), parameter :: first_distance = 1.0e-3_wp !! arc length of the first move along the path
@@ -238,7 +238,7 @@ contains
          predicted = at
          call search(walk%follower, step, at, normal, trial, searches)
          if (.not. trial%report%converged .or. walk%points == 1) return
-         if (norm2(at - predicted) <= max(nearest, farthest * norm2(predicted)) .and. &
+         if (norm2(at - predicted) <= farthest * norm2(predicted) .and. &
             & (walk%points == 2 .or. exact .or. dot_product(at, walk%way) >= sharpest * norm2(at))) return
          trial%report%converged = .false.
          trial%report%message = 'the curve turns too sharply, or ends'

@@ -17,10 +17,12 @@ module limit_search
    public :: follower_t, curve_walk_t, copy_follower, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value
    public :: small_drop
 
-   integer, parameter :: max_searches = 40          !! evaluations of the load rate h for one limit point
+   integer, parameter :: max_searches = 40          !! evaluations of the load rate h for one limit point; no input deck changes
+   !! from 20 to 80
    real(wp), parameter :: first_move = 0.01_wp      !! first step of a search, in units of the coordinates
-   real(wp), parameter :: longest_move = 3.0_wp     !! longest step of a search
-   real(wp), parameter :: narrow = 1.0e-10_wp       !! places closer than this, in units of the coordinates, count as one
+   real(wp), parameter :: longest_move = 3.0_wp     !! longest step of a search; no input deck changes up to 30, one changes at 0.3
+   real(wp), parameter :: narrow = 1.0e-10_wp       !! places closer than this, in units of the coordinates, count as one; no input
+   !! deck changes from 1E-11 to 1E-9
    real(wp), parameter :: small_drop = 0.01_wp !! relative decrease of the load over one unit of arc length from the limit point
 
    !> The last limit point and the data to move from there.

@@ -14,7 +14,8 @@ module step_control
    public :: stop_met
 
    real(wp), parameter :: safety = 0.7_wp         !! fraction of the largest turn that an increment is planned to use
-   real(wp), parameter :: least_part = 1.0e-6_wp !! smallest arc length over that of the first increment
+   real(wp), parameter :: least_part = 1.0e-6_wp !! smallest arc length over that of the first increment; no input deck changes from
+   !! 1E-7 to 1E-5
    real(wp), parameter :: growth = 2.0_wp, shrinkage = 0.25_wp !! limits of the ratio of consecutive increments
 
 contains
