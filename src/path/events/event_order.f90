@@ -35,7 +35,7 @@ contains
       do i = 1, size(seen)
          if (seen(i)%event%kind == event_limit .and. .not. seen(i)%located) told(i) = contact_located
          if (seen(i)%event%kind /= event_bifurcation) cycle
-         if (seen(i)%later .or. seen(i)%passes) then
+         if (seen(i)%later) then
             told(i) = .true.
          else if (.not. seen(i)%located) then
             told(i) = jumps

@@ -4,7 +4,6 @@ module zero_search
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use path_control, only: path_length
    use path_samples, only: state_between, lagrange, zero_of_cubic, n_samples
    use increment_points, only: division_t, point_within
    use path_events, only: event_value, event_bifurcation
@@ -18,8 +17,7 @@ module zero_search
    private
    public :: zero_search_t, find_zero, swerve_per_force
 
-   integer, parameter :: max_centres = 6
-   real(wp), parameter :: apart = 0.75_wp !! largest distance of the middle samples / first to last on a continuous path
+   integer, parameter :: max_centres = 6 !! interpolations for one zero; no input deck changes from 1 to 12
    real(wp), parameter :: reach = epsilon(1.0_wp)**0.2_wp !! spacing of the samples over the increment, see smooth_zero
 
    !> Data of the search for the zero of an event function.
@@ -96,12 +94,7 @@ contains
          call take_samples(problem, run, trial, division, search, located_event, sample, found)
          if (.not. found) return
          found = .not. jumps(search%value)
-         if (.not. found) then
-            ! A jump from an unstable path to a more stable one, too close to be separated, is accepted as the continuation.
-            located_event%passes = located_event%event%after > 0.0_wp .and. &
-               & path_length(problem, sample(2), sample(3)) <= apart * path_length(problem, sample(1), sample(4))
-            return
-         end if
+         if (.not. found) return
          search%centre = zero_of_cubic(search%at, search%value)
          if (abs(search%centre - guess) <= 2.0_wp * reach) exit
       end do

@@ -21,7 +21,6 @@ module located_events
       logical :: located = .false.               !! false: only bracketed
       real(wp) :: swerve = 0.0_wp              !! bifurcation: change of the path tangent due to a unit force on the null vector, at
       !! the points of the interpolation
-      logical :: passes = .false.              !! no bifurcation: the trial is on a more stable path too near to be separated
       logical :: later = .false.               !! bifurcation: behind the trial, whose pivots have the sign of rounding
    end type located_event_t
 
