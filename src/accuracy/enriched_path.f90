@@ -48,7 +48,8 @@ module enriched_path
    integer, parameter :: steps = 2
 
    real(wp), parameter :: left = 0.01_wp      !! part of the first residual that may remain: it changes an estimate by a hundredth
-   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] largest rotation of a step; its relative remainder is up to ten times that
+   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] largest rotation of a step; its relative remainder is up to ten times that;
+   !! no input deck changes from 1E-4 to 0.01
    real(wp), parameter :: near = 1.0e-7_wp !! movement of touchdown points over the span; the relative change of a stiff rod's
    !! thrust is 100 times larger
 

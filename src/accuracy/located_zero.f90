@@ -32,7 +32,8 @@ module located_zero
       integer :: test = 0                        !! number of the test in run_span_tests; 0: none
    end type zero_t
 
-   real(wp), parameter :: as_zero = 1.0e-4_wp !! part of an eigenvalue's change over the increment below which it counts as zero
+   real(wp), parameter :: as_zero = 1.0e-4_wp !! part of an eigenvalue's change over the increment below which it counts as zero;
+   !! no input deck changes from 1E-5 to 1E-3
 
 contains
 

@@ -24,8 +24,10 @@ module force_free_contact
    private
    public :: remove_force_free_lines, count_released, let_turn, line_opening
 
-   real(wp), parameter :: nothing = 1.0e-7_wp   !! a force below this part of the structure's forces counts as zero
-   real(wp), parameter :: unsettled = 100.0_wp  !! largest error of the thrust / tolerance of the residual
+   real(wp), parameter :: nothing = 1.0e-7_wp   !! a force below this part of the structure's forces counts as zero; no input deck
+   !! changes from 1E-8 to 1E-6
+   real(wp), parameter :: unsettled = 100.0_wp  !! largest error of the thrust / tolerance of the residual; no input deck changes
+   !! from 10 to 1000
 
 contains
 
@@ -217,7 +219,8 @@ contains
       type(problem_t), intent(in) :: problem, free
       type(state_t), intent(in) :: state, released
       real(wp), intent(in) :: mode(:, :)        !! (3, nodes of `free`) global axes
-      real(wp), parameter :: closed = 1.0e-3_wp ! part of the largest opening below which an opening counts as zero
+      real(wp), parameter :: closed = 1.0e-3_wp ! part of the largest opening below which an opening counts as zero; no
+      ! input deck changes from 1E-4 to 0.01
       type(contact_span_t), allocatable :: contact_span(:)
       real(wp) :: gap, normal(2), bend, opening, most, least, at
       integer :: k, e, node, obstacle

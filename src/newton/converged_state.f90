@@ -15,7 +15,8 @@ module converged_state
    private
    public :: constraint_residual, contact_holds, keep_resultants
 
-   real(wp), parameter :: coarsest = 0.01_wp !! part of the rod's largest rotation by which the hinge at a clamp may turn
+   real(wp), parameter :: coarsest = 0.01_wp !! part of the rod's largest rotation by which the hinge at a clamp may turn; no input
+   !! deck changes from 0.001 to 0.1
 
 contains
 

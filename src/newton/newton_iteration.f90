@@ -61,10 +61,13 @@ module newton_iteration
       logical :: blamed = .false.              !! foundations that are too stiff are the reason of the failure
    end type newton_t
 
-   integer, parameter :: settling_grip = 20     !! factor on the allowed iterations as long as foundations change their contact
+   integer, parameter :: settling_grip = 20     !! factor on the allowed iterations as long as foundations change their contact; no
+   !! input deck changes from 10 to 40
    real(wp), parameter :: far = 0.01_wp         !! part of a span: a touchdown point that moves by more has not reached its position
-   integer, parameter :: stalled = 4            !! factor on the allowed iterations without a smaller residual: the iteration cycles
-   real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long
+   integer, parameter :: stalled = 4            !! factor on the allowed iterations without a smaller residual: the iteration
+   !! cycles; no input deck changes from 2 to 8
+   real(wp), parameter :: far_worse = 10.0_wp   !! a step that raises the residual by this factor may be far too long; no input deck
+   !! changes up to 100, two change at 1
    real(wp), parameter :: far_from_balance = 0.1_wp !! lower bound of the residual before the step in the comparison by `far_worse`
    integer, parameter :: settling_iterations = 5  !! up to this number of iterations the last correction must be small as well as
    !! the residual
@@ -73,7 +76,7 @@ module newton_iteration
    real(wp), parameter :: noticed = 0.1_wp  !! rounding error of forces / tolerance above which pressures are stored
    !! (ground_pressures)
    ! Forces due to the second-order strains rotation^2/2, over the force scale, that are negligible: without such forces a step from
-   ! a stress-free start on a foundation has no scale.
+   ! a stress-free start on a foundation has no scale. No input deck changes from 0.001 to 0.1.
    real(wp), parameter :: negligible = 0.01_wp
 
 contains

@@ -24,7 +24,8 @@ contains
       type(state_t), intent(inout) :: state      !! after the step on entry, after a part of it on return
       type(system_t), intent(inout) :: system    !! assembled at `state` on entry and on return
       integer, parameter :: max_tries = 40
-      real(wp), parameter :: enough = 0.1_wp     !! part of the initial work that may remain at the point found
+      real(wp), parameter :: enough = 0.1_wp     !! part of the initial work that may remain at the point found; no input deck
+      !! changes from 0.01 to 0.1, one changes at 1
       type(state_t) :: whole
       real(wp) :: low, high, work_low, work_high, part, work
       integer :: try
