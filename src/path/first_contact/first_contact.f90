@@ -29,7 +29,7 @@ contains
       type(system_t), intent(inout) :: system    !! in/out: assembled and factored at `state`
       integer, parameter :: max_rounds = 30
       real(wp), parameter :: small = sqrt(epsilon(1.0_wp))  !! load factor of the small load, at which a gap above rounding stays
-      !! open; no input deck changes from 1E-9 to 1E-7
+      !! open; no input deck changes from 1.5E-9 to 1.5E-7
       type(state_t) :: trial
       type(control_t) :: control
       type(contact_step_t) :: step
