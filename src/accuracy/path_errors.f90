@@ -13,7 +13,7 @@ module path_errors
    use monitors, only: monitor_values
    use displacement_functional, only: left_open
    use tangent_modes, only: bending_stiffness
-   use tangent_rounding, only: path_stiffness, load_rate_share
+   use tangent_rounding, only: path_stiffness
    use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars
    use accuracy_limits, only: why_not_told
    use enriched_problem, only: enriched_problem_t
@@ -171,7 +171,7 @@ contains
          return
       end if
       bars%way = (crossing%way + crossing%more) / reach * length
-      if (zero_is(zero, event_limit)) bars%turned = crossing%f * heading%load * load_rate_share(problem, state, system) < 0.0_wp
+      if (zero_is(zero, event_limit)) bars%turned = crossing%f * heading%load < 0.0_wp
       final = crossing%near + (crossing%more - left_of_zero(problem, zero, state, system) / crossing%slope) * crossing%rate
       unseen = abs(first%value - value - shares%sum(:size(value))) + abs(crossing%more * crossing%rate) + abs(crossing%doubt)
       sizes = shares%size(:size(value)) + abs(crossing%near - first%value)
@@ -221,11 +221,14 @@ contains
          if (rest > 0.0_wp .and. sum(of_ends) > 0.0_wp) part = part + rest * of_ends / sum(of_ends)
       end function bifurcation_shares
 
-      !> Rounding error of the load rate of the path tangent, if the load rate is the event function: no less than that of the
-      !> function.
+      !> Rounding error of the load rate, if that is the event function.
       real(wp) function load_rounding() result(error)
+         real(wp) :: stiffness, rounding, work
          error = 0.0_wp
-         if (zero_is(zero, event_limit)) error = abs(heading%load * (1.0_wp - load_rate_share(problem, state, system)))
+         if (.not. zero_is(zero, event_limit)) return
+         call path_stiffness(problem, state, system, stiffness, rounding)
+         work = abs(dot_product(system%tangent, system%load) * heading%load)
+         if (work > 0.0_wp) error = rounding / work
       end function load_rounding
 
       !> Rounding error of the event function: load rate, rate of a monitor, or eigenvalue.
@@ -233,7 +236,8 @@ contains
          real(wp) :: stiffness, rounding
          error = 0.0_wp
          if (zero_is(zero, event_limit)) then
-            error = crossing%rounding
+            error = load_rounding()
+            if (error > 0.0_wp) error = max(error, crossing%rounding)
          else if (zero_is(zero, event_turning)) then
             ! The path tangent has the relative error of the stiffness along the path. This error times the turn of the path over
             ! the increment is the error of the monitor's rate.
@@ -262,7 +266,7 @@ contains
       type(enriched_path_t), intent(in) :: path
       type(zero_t), intent(in) :: zero           !! test function of the event
       real(wp), intent(in) :: reach              !! increment that contains the event, in the controlled quantity
-      real(wp), intent(in) :: rounding           !! bound of the event function's rounding error, if known; else 0
+      real(wp), intent(in) :: rounding           !! rounding error of the event function, if known; else 0
       type(enriched_point_t), intent(in) :: first   !! point of the enriched path where the problem located the event
       type(crossing_t), intent(out) :: crossing
       type(enriched_point_t) :: ahead, near

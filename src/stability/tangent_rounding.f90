@@ -13,12 +13,10 @@ module tangent_rounding
    use axial_rigidity, only: shrinking_forces
    use band_matrix, only: spring_forces
    use linear_system, only: system_t
-   use tangent_modes, only: apply_tangent, bending_stiffness
+   use tangent_modes, only: apply_tangent
    implicit none
    private
-   public :: path_stiffness, load_rate_share, rounding_cure
-
-   real(wp), parameter :: soft = 1.0e-3_wp     !! stiffness along a path, over that of bending, below which its tangent lacks digits
+   public :: path_stiffness, rounding_cure
 
 contains
 
@@ -29,52 +27,24 @@ contains
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
       real(wp), intent(out) :: stiffness       !! absolute value of the stiffness; zero at limit points, and if nothing moves
       real(wp), intent(out) :: rounding
-      real(wp) :: left, work, length
+      real(wp) :: force(system%n), left(system%n), work, length
+      integer :: node, d
       stiffness = 0.0_wp
       rounding = 0.0_wp
-      call find_works(problem, state, system, work, left, length)
-      if (.not. length > 0.0_wp) return
-      stiffness = abs(work) / length
-      rounding = abs(left) / length
-   end subroutine path_stiffness
-
-   !> Load rate over that of the path tangent t. Where K is almost singular, the length of t has few digits or none, but not its
-   !> direction: what K t lacks to the load is known, and so is the part of the load that the direction is in equilibrium with.
-   real(wp) function load_rate_share(problem, state, system) result(share)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      real(wp) :: work, left, length, force(system%n)
-      share = 1.0_wp
-      call find_works(problem, state, system, work, left, length)
-      ! What moves by rounding only is not soft.
-      if (.not. length > 0.0_wp .or. abs(work) > soft * bending_stiffness(problem) * length) return
-      ! Loads and prescribed displacements do this work together with what is left.
-      if (any(abs(system%rate) > 0.0_wp)) call apply_tangent(problem, state, system, merge(0.0_wp, system%tangent, system%fixed), &
-         & force, work)
-      if (abs(work + left) > 0.0_wp) share = work / (work + left)
-   end function load_rate_share
-
-   !> Work of K t along the path tangent t, and of what is missing in it to the load, by rounding; and the square <t, t>.
-   subroutine find_works(problem, state, system, work, left, length)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      real(wp), intent(out) :: work, left, length
-      real(wp) :: force(system%n), missing(system%n)
-      integer :: node, d
       associate (t => system%tangent)
          length = 0.0_wp
          do node = 1, size(problem%weight)
             d = dof(problem, node, 1)
             length = length + problem%weight(node) * (t(d)**2 + t(d + 1)**2)
          end do
+         if (.not. length > 0.0_wp) return
          call apply_tangent(problem, state, system, t, force, work)
-         call shrinking_forces(system%rigidity, system%tangent_stretch, missing)
-         missing = missing + system%load - force - spring_forces(system%factor, t)
-         left = dot_product(t, merge(0.0_wp, missing, system%fixed))
+         call shrinking_forces(system%rigidity, system%tangent_stretch, left)
+         left = left + system%load - force - spring_forces(system%factor, t)
+         stiffness = abs(work) / length
+         rounding = abs(dot_product(t, merge(0.0_wp, left, system%fixed))) / length
       end associate
-   end subroutine find_works
+   end subroutine path_stiffness
 
    !> Advice against rounding: fewer elements, or a smaller EA if elements are stiffer axially than in bending. Bending alone has a
    !> rounding error by the fourth power of the number of elements.

@@ -11,7 +11,6 @@ module path_events
    use contact_regions, only: region_of, resolved_contact
    use gap_profile, only: smallest_gap
    use ground_regions, only: find_ground_regions, taken_along
-   use tangent_rounding, only: load_rate_share
    use law_corners, only: law_corner_t, beyond_corner
    use ground_events, only: ground_event_t, find_ground_events, find_roots, ground_event_value
    use path_record, only: region_t
@@ -30,8 +29,7 @@ module path_events
    !> Test values of one point, which are compared from point to point.
    type :: test_values_t
       real(wp) :: load_factor = 0.0_wp
-      real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length) along the path, with the digits that the path tangent
-      !! lacks next to a limit point (load_rate_share)
+      real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length) along the path
       integer :: negative_pivots = 0
       integer :: free_pivots = 0              !! negative pivots without force-free contact; set by the path loop
       logical :: weak = .false.               !! force-free contact exists
@@ -76,7 +74,7 @@ contains
       type(test_values_t) :: test_values
       integer :: i
       test_values%load_factor = state%load_factor
-      test_values%load_rate = load_rate * load_rate_share(problem, state, system)
+      test_values%load_rate = load_rate
       test_values%negative_pivots = system%negative_pivots
       associate (turning => problem%model%step(problem%step)%turning)
          allocate (test_values%monitor_rate(size(turning)))
