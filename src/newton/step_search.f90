@@ -24,8 +24,8 @@ contains
       type(state_t), intent(inout) :: state      !! after the step on entry, after a part of it on return
       type(system_t), intent(inout) :: system    !! assembled at `state` on entry and on return
       integer, parameter :: max_tries = 40
-      real(wp), parameter :: enough = 0.1_wp     !! part of the initial work that may remain at the point found; no input deck
-      !! changes from 0.01 to 0.1, one changes at 1
+      real(wp), parameter :: enough = 0.1_wp     !! part of the initial work that may remain at the point found
+      real(wp), parameter :: torn = 0.1_wp       !! defect of an element above which its forces are meaningless
       type(state_t) :: whole
       real(wp) :: low, high, work_low, work_high, part, work
       integer :: try
@@ -38,7 +38,7 @@ contains
       part = 1.0_wp
       do try = 1, max_tries
          work = step_work(system, x)
-         if (system%ok) then
+         if (system%ok .and. system%defect_residual < torn) then
             if (abs(work) <= enough * abs(work_at_start)) return
             ! The work is still negative and all elements are valid: the whole step is kept.
             if (work < 0.0_wp .and. high >= 1.0_wp) return

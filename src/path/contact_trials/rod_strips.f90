@@ -185,21 +185,27 @@ contains
 
    contains
 
-      !> True if contact k shares a place with another contact of the same obstacle, or lies inside a line contact with another one.
+      !> True if contact k shares a place with another contact of the same obstacle, or is nearer to one of another obstacle than a
+      !> mesh resolves.
       pure logical function overlaps(k)
          integer, intent(in) :: k
-         real(wp) :: at(2)
+         real(wp) :: at(2), apart
          integer :: j
          overlaps = .false.
-         do j = 1, size(set)
-            if (j == k .or. set(j)%rod_segment /= set(k)%rod_segment) cycle
-            at = brought_near(strip(set(k)%rod_segment), set(j)%at, sum(set(k)%at) / 2)
-            if (set(j)%contact == set(k)%contact) then
-               overlaps = overlaps .or. (at(1) <= set(k)%at(2) .and. set(k)%at(1) <= at(2))
-            else
-               overlaps = overlaps .or. (at(1) < set(k)%at(2) .and. set(k)%at(1) < at(2))
-            end if
-         end do
+         associate (on => strip(set(k)%rod_segment))
+            apart = line_share * minval(on%start(2:) - on%start(:size(on%start) - 1))
+            ! At a segment boundary a contact may end where one with another obstacle begins.
+            if (on%at_boundary(set(k)%at(1)) .or. on%at_boundary(set(k)%at(2))) apart = 0.0_wp
+            do j = 1, size(set)
+               if (j == k .or. set(j)%rod_segment /= set(k)%rod_segment) cycle
+               at = brought_near(on, set(j)%at, sum(set(k)%at) / 2)
+               if (set(j)%contact == set(k)%contact) then
+                  overlaps = overlaps .or. (at(1) <= set(k)%at(2) .and. set(k)%at(1) <= at(2))
+               else
+                  overlaps = overlaps .or. (at(1) < set(k)%at(2) + apart .and. set(k)%at(1) < at(2) + apart)
+               end if
+            end do
+         end associate
       end function overlaps
    end subroutine on_segments
 
