@@ -20,6 +20,8 @@ module corner_turning
    private
    public :: turn_corner
 
+   real(wp), parameter :: least_load = 0.01_wp  !! part of the load factor that an increment after a corner may add
+
 contains
 
    !> Searches for a change of the contact set at a corner just ahead; if there is one, accepts the corner and continues behind it.
@@ -59,7 +61,7 @@ contains
       arrival%changing = active .neqv. place%state%active
       call accept(problem, step, run, place, arrival, recorder, request, finished, outcome)
       if (finished .or. allocated(outcome%why) .or. request%remeshes()) return
-      load = max(load, abs(run%last_load))
+      load = max(load, abs(run%last_load), least_load * abs(run%last%state%load_factor))
       call leave_corner(problem, corner, run%last, turned)
       if (.not. turned) then
          outcome%why = 'no way on from where the contact set changes'
