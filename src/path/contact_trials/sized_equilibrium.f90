@@ -24,6 +24,7 @@ module sized_equilibrium
    real(wp), parameter :: small = 1.0e-3_wp     !! moves of load factor and places, in steps for finite differences, up to which
    !! Newton's method with free touchdown points does the rest
    real(wp), parameter :: settled = 1.0e-6_wp   !! largest error then, as a share of the first one
+   real(wp), parameter :: farthest = 1.0e6_wp   !! change of the load factor in one iteration / its step for finite differences
    real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of a rotation [rad]
 
    real(wp), parameter :: neutral = 1.0e-8_wp   !! directions with smaller effect, as a share of the largest, are not moved
@@ -67,13 +68,17 @@ contains
          call solve_least(transpose(slope * spread(unit, 2, n)), -error, neutral, move(1, :), ok)
          if (.not. ok) return
          move(1, :) = unit * move(1, :)
-         whole = min(1.0_wp, longest_move() / max(maxval(abs(move(1, :n - 1))), tiny(whole)))
+         ! An equilibrium at a load so far away is none of this path.
+         ok = abs(move(1, n)) <= farthest * step(1)
+         if (.not. ok) return
+         whole = 1.0_wp
+         if (any(abs(move(1, :n - 1)) > longest_move())) whole = longest_move() / maxval(abs(move(1, :n - 1)))
          move = whole * move
          other = state
          call go_by(move(1, :), other, state, changed)
          if (.not. ok) return
          ! Broyden's update by the difference between the changed errors and those that the matrix predicted.
-         error = (changed - (1.0_wp - whole) * error) / max(dot_product(move(1, :), move(1, :)), tiny(whole))
+         error = (changed - (1.0_wp - whole) * error) / max(dot_product(move(1, :), move(1, :)), sqrt(tiny(whole)))
          do k = 1, n
             slope(k, :) = slope(k, :) + error * move(1, k)
          end do

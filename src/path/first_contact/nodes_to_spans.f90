@@ -79,7 +79,7 @@ contains
       logical, intent(out) :: found
       character(:), allocatable, intent(out) :: why !! reason of the failure
       type(contact_span_t), allocatable :: contact_span(:), first(:)
-      integer :: wave, k, c
+      integer :: wave, k, c, i
       found = .false.
       ! First the literal interpretation of the nodes, then those that close gaps of a few nodes.
       waves: do wave = 1, size(open_nodes)
@@ -122,6 +122,9 @@ contains
       !> Finds the equilibrium with these contact spans, and tests it.
       subroutine take_these()
          contact_span%number = [(c, c=1, size(contact_span))]
+         why = 'two obstacles touch the rod at one place'
+         found = .not. any([(any([(meet(contact_span(c), contact_span(i)), i=1, c - 1)]), c=1, size(contact_span))])
+         if (.not. found) return
          next = new_next(problem, trial, contact_span)
          call settle(next, found)
          why = 'equilibrium was not found'
@@ -129,5 +132,15 @@ contains
          why = 'contact did not settle'
          found = holds(next)
       end subroutine take_these
+
+      !> True if two obstacles touch the rod at one place between the ends of a rod segment.
+      pure logical function meet(one, other)
+         type(contact_span_t), intent(in) :: one, other
+         real(wp) :: from, to
+         from = max(one%at(1), other%at(1))
+         to = min(one%at(2), other%at(2))
+         meet = one%contact /= other%contact .and. one%rod_segment == other%rod_segment .and. from <= to .and. &
+            & from < problem%layout%rod_segment(one%rod_segment)%length .and. to > 0.0_wp
+      end function meet
    end subroutine find_spans
 end module nodes_to_spans
