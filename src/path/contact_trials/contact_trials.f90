@@ -433,7 +433,7 @@ contains
       u = displacement_between(problem, carried(here%problem, here%state, problem), state)
       whole = max(metric(here%problem, here%state%u, here%state%u), epsilon(whole))
       distance = metric(problem, u, u) / whole + &
-         & ((state%load_factor - here%state%load_factor) / max(abs(here%state%load_factor), tiny(whole)))**2
+         & ((state%load_factor - here%state%load_factor) / max(abs(here%state%load_factor), tiny(whole)**0.25_wp))**2
       distance = sqrt(distance)
    end function distance_from
 

@@ -38,7 +38,7 @@ contains
       real(wp), intent(in) :: load               !! load factor's component of the direction
       real(wp), intent(in) :: whole_load         !! load factor by which loads are measured
       along = metric(next%problem, heading%u, direction) / whole_square(next) + heading%load * load / &
-         & max(whole_load**2, tiny(load))
+         & max(whole_load**2, sqrt(tiny(load)))
    end function along
 
    !> Square of the total displacement; at least the square of the smallest displacement that half of the digits resolve.
