@@ -1,6 +1,6 @@
 !> Replaces contact sets that are wrong or cannot be continued: the set of the last change if it was wrong from its beginning, or
-!> the present set where no increment converges or no rule gives the next set. Contact at nodes is tried first; if it finds no set,
-!> neighbours of the present set are tried (contact_trials).
+!> the present set where no increment converges or no rule gives the next set. Neighbours of the set are tried first
+!> (contact_trials); if none is valid, contact at many nodes gives the set (contact_in_doubt).
 module set_mending
    use kinds, only: wp
    use model, only: step_t

@@ -1,11 +1,11 @@
 !> Finds the next contact set by trials. Each neighbour of the present set, that is, a set that differs from it by one edit
-!> (neighbours), is solved for its equilibrium, in which the new contact or free span has a prescribed length (set_trial). A short
-!> step further along the path (step_off) then shows whether all tests of this set are satisfied; otherwise the set is dropped. No
-!> rule connects a failing test with a set.
+!> (neighbours), is solved for its equilibrium, in which the new contact or free span has a prescribed length (set_trial). The set
+!> is kept if all its tests are satisfied there or a short step further along the path (step_off). No rule connects a failing test
+!> with a set.
 !>
-!> If no set remains after one edit, a second edit is made where the tests of the edited set fail. If several sets remain, they are
-!> followed over ten times longer paths until one is left: near a degenerate change the test values of the sets differ by less than
-!> the tolerance of the tests.
+!> If no set remains after one edit, a second edit is made where the tests of the edited set fail. At a located change the first
+!> set that is valid is taken. Elsewhere, if several sets remain, they are followed over ten times longer paths until one is left:
+!> near a degenerate change the test values of the sets differ by less than the tolerance of the tests.
 module contact_trials
    use kinds, only: wp
    use model, only: step_t, method_displacement
@@ -56,11 +56,11 @@ module contact_trials
    integer, parameter :: most_failed = 8          !! sets whose neighbours are tried, too: those of the likeliest edits
    integer, parameter :: most_halvings = 20       !! halvings of the load interval that contains the onset of the set
 
-   !> A contact set found by the search: all its tests are satisfied a short way along its path.
+   !> A contact set found by the search: all its tests are satisfied at its equilibrium or a short way along its path.
    type :: way_t
       type(next_t) :: base  !! its first equilibrium, in which the new contact or free span has a prescribed length
       type(path_tangent_t) :: heading             !! path tangent at this equilibrium, pointing onward
-      type(next_t) :: next                        !! equilibrium a short step further along the path
+      type(next_t) :: next                        !! equilibrium at which the tests are satisfied: `base`, or a short step further
       logical :: sized = .false.  !! true: `base` has a prescribed length, so that the set becomes valid before this equilibrium
    end type way_t
 
@@ -84,7 +84,7 @@ contains
    !> Finds the contact set with which the path continues from the run's point, and the first equilibrium of this set.
    subroutine try_sets(problem, step, run, first, next, found, zero)
       type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
+      type(step_t), intent(in) :: step            !! its first increment is a scale of load changes
       type(path_state_t), intent(in) :: run
       type(next_t), intent(out) :: first          !! the set at its onset, labelled as a change of contact
       type(next_t), intent(out) :: next           !! the same set at a point further on, where all its tests are satisfied
