@@ -23,6 +23,7 @@ module contact_trials
    use span_tests, only: run_span_tests
    use next_spans, only: next_t, copy_next, go_to_load, tests_of
    use reachability, only: leads_to_next
+   use path_point, only: path_point_t
    use path_state, only: path_state_t
    use contact_in_doubt, only: tell_differences
    use rod_strips, only: strip_t, find_strips, on_strips
@@ -60,7 +61,7 @@ module contact_trials
    type :: way_t
       type(next_t) :: base  !! its first equilibrium, in which the new contact or free span has a prescribed length
       type(path_tangent_t) :: heading             !! path tangent at this equilibrium, pointing onward
-      type(next_t) :: next                        !! equilibrium at which the tests are satisfied: `base`, or a short step further
+      type(path_point_t) :: there                 !! equilibrium at which the tests are satisfied: `base`, or a short step further
       logical :: sized = .false.  !! true: `base` has a prescribed length, so that the set becomes valid before this equilibrium
    end type way_t
 
@@ -117,7 +118,8 @@ contains
       call follow_further(search, best)
       found = best > 0
       if (.not. found) return
-      call copy_next(search%way(best)%next, next)
+      call copy_next(search%way(best)%base, next)
+      next%path_point_t = search%way(best)%there
       if (search%way(best)%sized .and. .not. search%located) then
          call begin_earlier(problem, run, next, first)
       else
@@ -152,14 +154,16 @@ contains
             longer = growth * longer
             if (.not. way%sized .or. longer > most_of_strip .or. abs(way%base%state%load_factor - here%state%load_factor) > &
                & least_change * search%load) return
-            larger = search
-            deallocate (larger%way)
+            larger%strip = search%strip
+            larger%load = search%load
+            larger%located = search%located
+            larger%pivots_tell = search%pivots_tell
             allocate (larger%way(0))
             call look_at(run, here, doubt, longer, larger)
             if (size(larger%way) == 0) return
             if (.not. same_kind(larger%way(1)%base%problem, way%base%problem)) return
          end associate
-         search = larger
+         call move_alloc(larger%way, search%way)
       end do
    end subroutine enlarge
 
@@ -347,13 +351,14 @@ contains
       type(search_t), intent(inout) :: search
       type(doubt_t), allocatable, intent(out) :: fails(:) !! places of failing tests; empty if the set was added
       type(way_t) :: way
+      type(next_t) :: there                       !! the set at the end of a step
       type(span_test_t), allocatable :: tests(:)
       real(wp) :: least
       integer :: k, sense
       allocate (fails(0))
       if (same_kind(here%problem, next%problem)) return
       call copy_next(next, way%base)
-      call copy_next(next, way%next)
+      call copy_next(next, there)
       way%sized = sized .or. .not. first
       way%heading = tangent_along(next, carried_field(here%problem, here%state, run%last%tangent%u, next%problem, &
          & carried(here%problem, here%state, next%problem)), run%last%tangent%load)
@@ -369,28 +374,28 @@ contains
          least = worst(tests)
          if (sized .and. first .and. .not. any_fails(tests) .and. .not. penetrates(next%problem, tests)) then
             if (.not. (search%located .or. leads_to_next(here%problem, run, next))) cycle
-            way%next%tangent = way%heading
-            call append(search%way, way)
+            there%tangent = way%heading
+            call append(search%way, way, there%path_point_t)
             return
          end if
          do k = 1, size(step_ahead)
-            way%next%system = next%system
-            call step_by(way%base, way%heading, step_ahead(k), way%next%state, way%next%system, tests)
+            there%system = next%system
+            call step_by(way%base, way%heading, step_ahead(k), there%state, there%system, tests)
             if (.not. allocated(tests)) exit
             if (.not. any_fails(tests)) then
                ! Newton's method may have found another path.
-               if (.not. (search%located .or. leads_to_next(here%problem, run, way%next))) exit
+               if (.not. (search%located .or. leads_to_next(here%problem, run, there))) exit
                ! If the step comes nearer to the run's point, the new contact or free span becomes shorter.
                if (sized .and. .not. first) then
-                  if (distance_from(here, way%next%problem, way%next%state) < distance_from(here, next%problem, next%state)) exit
+                  if (distance_from(here, there%problem, there%state) < distance_from(here, next%problem, next%state)) exit
                end if
-               way%next%tangent = tangent_along(way%next, way%heading%u, way%heading%load)
-               call append(search%way, way)
+               there%tangent = tangent_along(there, way%heading%u, way%heading%load)
+               call append(search%way, way, there%path_point_t)
                deallocate (fails)
                allocate (fails(0))
                return
             end if
-            if (size(fails) == 0) fails = doubts_of(next%problem, way%next%state, search%strip, failing(tests))
+            if (size(fails) == 0) fails = doubts_of(next%problem, there%state, search%strip, failing(tests))
             if (worst(tests) <= least) exit
             least = worst(tests)
          end do
@@ -475,7 +480,7 @@ contains
       distance = step_ahead(2)
       do
          best = findloc(left, .true., 1)
-         if (all([(same_kind(search%way(k)%next%problem, search%way(best)%next%problem) .or. &
+         if (all([(same_kind(search%way(k)%base%problem, search%way(best)%base%problem) .or. &
             & .not. left(k), k=1, size(left))])) return
          distance = farther * distance
          if (distance > farthest) return
@@ -491,25 +496,51 @@ contains
       end do
    end subroutine follow_further
 
-   !> Appends a set to be edited further.
+   !> Appends a set to be edited further. Here and below the sets are copied by procedures for the reason given at copy_problem.
    subroutine append_trial(all, new)
       type(trial_t), allocatable, intent(inout) :: all(:)
       type(trial_t), intent(in) :: new
       type(trial_t), allocatable :: longer(:)
+      integer :: k
       allocate (longer(size(all) + 1))
-      longer(:size(all)) = all
-      longer(size(longer)) = new
+      do k = 1, size(all)
+         call copy_trial(all(k), longer(k))
+      end do
+      call copy_trial(new, longer(size(longer)))
       call move_alloc(longer, all)
    end subroutine append_trial
 
+   !> Copies a set to be edited further.
+   subroutine copy_trial(from, to)
+      type(trial_t), intent(in) :: from
+      type(trial_t), intent(inout) :: to
+      call copy_next(from%set, to%set)
+      to%fails = from%fails
+   end subroutine copy_trial
+
    !> Appends a set found.
-   subroutine append(all, new)
+   subroutine append(all, new, there)
       type(way_t), allocatable, intent(inout) :: all(:)
       type(way_t), intent(in) :: new
+      type(path_point_t), intent(in) :: there     !! its equilibrium at which the tests are satisfied
       type(way_t), allocatable :: longer(:)
+      integer :: k
       allocate (longer(size(all) + 1))
-      longer(:size(all)) = all
-      longer(size(longer)) = new
+      do k = 1, size(all)
+         call copy_way(all(k), longer(k))
+      end do
+      call copy_way(new, longer(size(longer)))
+      longer(size(longer))%there = there
       call move_alloc(longer, all)
    end subroutine append
+
+   !> Copies a set found.
+   subroutine copy_way(from, to)
+      type(way_t), intent(in) :: from
+      type(way_t), intent(inout) :: to
+      call copy_next(from%base, to%base)
+      to%there = from%there
+      to%heading = from%heading
+      to%sized = from%sized
+   end subroutine copy_way
 end module contact_trials
