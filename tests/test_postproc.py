@@ -20,7 +20,8 @@ sys.path[:0] = [str(TESTS), str(POSTPROC)]
 import make_result_file as make  # noqa: E402
 from postproc_runner import axes_of, command_line, draw, drawn_share, empty_axes, module_run, png_size  # noqa: E402,F401
 from unilat.plot import path_curves, style  # noqa: E402
-from unilat.plot.label_placing import place_labels  # noqa: E402
+from unilat.plot.force_drawing import write  # noqa: E402
+from unilat.plot.label_placing import place_labels, uncover  # noqa: E402
 from unilat.plot.obstacle_drawing import draw_obstacle  # noqa: E402
 from unilat.results import Contact, Mesh, Obstacle, ResultsError, read_results, rod_shape  # noqa: E402
 from unilat.results.reference_table import read_table  # noqa: E402
@@ -504,6 +505,31 @@ def test_labels_of_marks_close_together_do_not_overlap():
     assert all(axes.get_window_extent().contains(*corner) for box in boxes for corner in box.corners())
     joined = [text for text in axes.texts if not text.get_text()]
     assert joined and all(line.xy in marks for line in joined)
+
+
+def test_labels_are_beside_wide_lines():
+    """A label below a mark on a line 20 points wide is at least as far away as the line's edge."""
+    figure, axes = empty_axes(width=88.9, height=71.1, dpi=200)
+    axes.plot((0.0, 1.0), (0.5, 0.5), linewidth=20.0)
+    place_labels(axes, [(0.5, 0.5, "LP 1.2345", "k")])
+    box = axes.texts[0].get_window_extent(figure.canvas.get_renderer())
+    middle = axes.transData.transform((0.5, 0.5))[1]
+    assert min(abs(box.y0 - middle), abs(box.y1 - middle)) > 10.0 * figure.dpi / 72.0
+
+
+def test_a_value_on_a_line_moves_beside_it():
+    figure, axes = empty_axes(width=88.9, height=71.1, dpi=200)
+    axes.set_xlim(0.0, 1.0)
+    axes.set_ylim(0.0, 1.0)
+    axes.plot((0.0, 1.0), (0.5, 0.5))
+    write(axes, np.array((0.6, 0.5)), np.array((0.4, 0.5)), 9.87, "k", 6.5)
+    write(axes, np.array((0.6, 0.8)), np.array((0.4, 0.8)), 9.87, "k", 6.5)
+    figure.canvas.draw()
+    stays = axes.texts[1].get_window_extent().bounds
+    uncover(axes)
+    box = axes.texts[0].get_window_extent(figure.canvas.get_renderer())
+    assert not box.y0 < axes.transData.transform((0.0, 0.5))[1] < box.y1
+    assert axes.texts[1].get_window_extent(figure.canvas.get_renderer()).bounds == stays
 
 
 def test_labels_of_one_place_stand_in_one_row():

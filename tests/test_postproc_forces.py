@@ -82,6 +82,21 @@ def test_rounding_is_drawn_as_nothing(ring, tmp_path, axes_of):
     assert axes_n.get_ylim()[1] == pytest.approx(1.0, rel=1e-3) and axes_q.get_ylim()[1] > 1.0
 
 
+@pytest.mark.parametrize("on", ["arc", "structure"])
+def test_rounding_alone_is_drawn_as_nothing(ring, tmp_path, axes_of, on):
+    """Where nothing is stressed there is no other force to compare with, but EI is."""
+    name = tmp_path / "noise.h5"
+    name.write_bytes(ring.read_bytes())
+    with h5py.File(name, "a") as file:
+        file["fields/section_forces"][...] *= 1e-14
+        file["mesh/bending_stiffness"] = np.full(len(file["mesh/elements"]), 1.0)
+    axes_n, axes_q, axes_m, *_ = axes_of("forces", name, "--label", "LP", "--on", on)
+    if on == "arc":
+        assert min(axes.get_ylim()[1] for axes in (axes_n, axes_q, axes_m)) > 0.05
+    else:
+        assert not any(text.get_text() for axes in (axes_n, axes_q, axes_m) for text in axes.texts)
+
+
 def test_forces_on_the_structure(ring, axes_of):
     """Q is positive to the left, which is inside the ring at its start; M is drawn on the side in tension."""
     axes_q, axes_m = axes_of("forces", ring, "--on", "structure", "--rows", "1", "--quantities", "Q,M")
@@ -108,12 +123,29 @@ def test_stairs_of_reactions_at_nodes_are_a_curve_but_jumps_of_loads_stay():
     arc = np.column_stack((np.arange(40.0), np.arange(1.0, 41.0)))
     middle = arc.mean(axis=1)
     level = np.where(middle < 20.0, middle, middle + 100.0)
-    at, values = forces_plot.without_stairs(arc, np.column_stack((level, level)))
+    at, values = curve(arc, np.column_stack((level, level)))
     assert np.max(np.abs(np.diff(values)[np.diff(at) > 0.0])) < 1.5 and np.sum(np.diff(at) == 0.0) == 1
     np.testing.assert_allclose(np.interp(middle, at, values), level)
     smooth = np.sin(arc)
-    at, values = forces_plot.without_stairs(arc, smooth)
+    at, values = curve(arc, smooth)
     np.testing.assert_array_equal(values, smooth.ravel())
+
+
+def test_stairs_are_a_curve_where_only_a_part_of_the_rod_is_in_contact():
+    """Elsewhere values stay, and so does a moment. The other force follows, though its own changes are as large as its jumps."""
+    arc = np.column_stack((np.arange(40.0), np.arange(1.0, 41.0)))
+    level = np.clip(arc.mean(axis=1), 25.5, 37.5) - 25.5
+    forces = np.stack((np.column_stack((level, level - 0.1)), np.column_stack((level, level))), axis=-1)
+    runs = forces_plot.stairs(forces)
+    assert [(run[0], run[-1]) for run in runs] == [(25, 37)]
+    at, values = forces_plot.without_stairs(arc, forces[:, :, 1], runs)
+    np.testing.assert_allclose(np.interp(arc.mean(axis=1), at, values), level)
+    assert np.max(np.abs(np.diff(values)[np.diff(at) > 0.0])) < 1.01 and np.min(np.diff(values)) >= 0.0
+
+
+def curve(arc, values):
+    """Without stairs, where there are some."""
+    return forces_plot.without_stairs(arc, values, forces_plot.stairs(np.stack((0.0 * values, values), axis=-1)))
 
 
 ROD = """*NODE

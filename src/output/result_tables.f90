@@ -64,6 +64,8 @@ contains
          & 'rows of coordinates (from 0) of the first and second node of every element')
       call hdf5_write(file, '/mesh/node_label', model%mesh%node_label, '1', 'node numbers of the deck')
       call hdf5_write(file, '/mesh/element_label', model%mesh%element_label, '1', 'element numbers of the deck')
+      call hdf5_write(file, '/mesh/bending_stiffness', model%section(model%mesh%section)%ei, 'force length^2', &
+         & 'EI of every element')
       if (any(follows_curves(model%mesh%family))) call write_directions(file, model)
       if (allocated(model%tie)) call write_joints(file, model)
    end subroutine write_mesh

@@ -89,14 +89,14 @@ def over_arc(path: Path, points: list[int], chains, args):
     outer = figure.add_gridspec(2, 1, height_ratios=(sum(heights[:-1]), below))
     panels = outer[0].subgridspec(len(args.quantities), 1).subplots(sharex=True, squeeze=False)[:, 0]
     starts = np.concatenate(([0.0], np.cumsum([chain.arc[-1, 1] for chain in chains])))
-    largest = np.zeros(3)
-    for k, point in enumerate(points):
-        forces = between_ends(shape_at(path, point), path.field("section_forces", point), parts(path))
-        largest = np.maximum(largest, np.max(np.abs(forces), axis=(0, 1)))
+    everything = np.array([between_ends(shape_at(path, point), path.field("section_forces", point), parts(path)) for point in points])
+    largest, usual = sizes(path, everything, starts[-1])
+    for k, forces in enumerate(everything):
         for chain, start in zip(chains, starts):
             values, arc = along_chain(chain, forces), args.x_scale * (start + chain.arc)
+            runs = stairs(values[:, :, :2])
             for axes, quantity in zip(panels, args.quantities):
-                at, value = without_stairs(arc, args.y_scale * values[:, :, "NQM".index(quantity)])
+                at, value = without_stairs(arc, args.y_scale * values[:, :, "NQM".index(quantity)], runs if quantity != "M" else [])
                 axes.plot(at, value, color=shade(k, len(points)), linewidth=1.1, zorder=3)
     for axes, quantity in zip(panels, args.quantities):
         axes.axhline(0.0, color=style.REFERENCE, linewidth=0.5, zorder=1)
@@ -104,13 +104,11 @@ def over_arc(path: Path, points: list[int], chains, args):
             axes.axvline(args.x_scale * start, color=style.REFERENCE, linewidth=0.5, linestyle=":", zorder=1)
         axes.set_ylabel(args.y_label or captions.column_label(Column(quantity, np.zeros(0), path.unit(UNITS[quantity])), args.y_scale))
         axes.margins(x=0.0)
-        # Forces and a moment over a length are of one size.
-        lever = np.array((1.0, 1.0, starts[-1]))
-        usual = np.max(largest / lever) * lever["NQM".index(quantity)]
+        one = "NQM".index(quantity)
         if args.y_range:
             axes.set_ylim(args.y_range)
-        elif largest["NQM".index(quantity)] <= NOTHING * usual:
-            axes.set_ylim(-abs(args.y_scale) * usual or -1.0, abs(args.y_scale) * usual or 1.0)
+        elif largest[one] <= NOTHING * usual[one]:
+            axes.set_ylim(-abs(args.y_scale) * usual[one] or -1.0, abs(args.y_scale) * usual[one] or 1.0)
     panels[-1].set_xlabel(args.x_label or captions.column_label(Column("arc length", np.zeros(0), path.unit("length")), args.x_scale))
     if args.x_range:
         panels[-1].set_xlim(args.x_range)
@@ -124,26 +122,46 @@ def over_arc(path: Path, points: list[int], chains, args):
     return figure
 
 
+def sizes(path: Path, forces: np.ndarray, length: float) -> tuple[np.ndarray, np.ndarray]:
+    """Largest N, Q and M of section forces (..., 3), and what they are measured by: forces and a moment over the length are of one
+    size, and of the size of EI over its square where nothing is stressed."""
+    largest = np.max(np.abs(forces.reshape(-1, 3)), axis=0, initial=0.0)
+    lever = np.array((1.0, 1.0, length))
+    stiffness = path.mesh.bending_stiffness
+    least = 0.0 if stiffness is None else float(np.min(stiffness, initial=np.inf)) / length**2
+    return largest, max(np.max(largest / lever), least) * lever
+
+
 def parts(path: Path) -> int:
     """Of an element: few elements are long."""
     return int(np.clip(PARTS // max(len(path.mesh.elements), 1), 8, 32))
 
 
-def without_stairs(arc: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Places and values of a curve, of arc lengths (n, 2) at both ends and values (n, m) at equal distances along elements. Where
-    every node takes a part of what changes, as of a foundation at nodes, elements have about one value each: the curve goes
-    through their middles, but for jumps that stand out, as of a load at a node."""
-    inside, jumps = np.abs(values[:, -1] - values[:, 0]), np.abs(values[1:, 0] - values[:-1, -1])
-    usual = np.median(jumps) if len(jumps) else 0.0
-    if len(values) < STAIRS or not np.median(inside) < FLAT * usual:
-        return np.linspace(arc[:, 0], arc[:, 1], values.shape[1], axis=1).ravel(), values.ravel()
-    values = values[:, [0, -1]]
-    cuts = np.flatnonzero(jumps > STANDS_OUT * usual) + 1
-    at, found = [], []
-    for part in np.split(np.arange(len(values)), cuts):
-        at += [arc[part[0], 0], *arc[part].mean(axis=1), arc[part[-1], 1]]
-        found += [values[part[0], 0], *values[part].mean(axis=1), values[part[-1], 1]]
-    return np.array(at), np.array(found)
+def stairs(values: np.ndarray) -> list[np.ndarray]:
+    """Runs of elements with about one value each of the forces (n, m, 2) at equal distances along them: every node between them takes
+    a part of what changes, as of a foundation at nodes. A run ends at a jump that stands out, as of a load at a node."""
+    inside = np.hypot(*(values[:, -1] - values[:, 0]).T)
+    jumps = np.hypot(*(values[1:, 0] - values[:-1, -1]).T)
+    steps = (FLAT * jumps > np.maximum(inside[1:], inside[:-1])) & (jumps > ROUNDING * np.max(np.abs(values), initial=0.0))
+    runs = []
+    for run in np.split(np.arange(len(values)), np.flatnonzero(~steps) + 1):
+        if len(run) >= STAIRS:
+            runs += np.split(run, np.flatnonzero(jumps[run[:-1]] > STANDS_OUT * np.median(jumps[run[:-1]])) + 1)
+    return runs
+
+
+def without_stairs(arc: np.ndarray, values: np.ndarray, runs: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+    """Places and values of a curve, of arc lengths (n, 2) at both ends and values (n, m) at equal distances along elements. Through
+    runs of stairs the curve goes by the middles of the elements."""
+    at = list(np.linspace(arc[:, 0], arc[:, 1], values.shape[1], axis=1))
+    found = list(values)
+    for run in runs:
+        for element in run:
+            at[element], found[element] = arc[element].mean(keepdims=True), values[element, [0, -1]].mean(keepdims=True)
+        first, last = run[0], run[-1]
+        at[first], found[first] = np.append(arc[first, 0], at[first]), np.append(values[first, 0], found[first])
+        at[last], found[last] = np.append(at[last], arc[last, 1]), np.append(found[last], values[last, -1])
+    return np.concatenate(at), np.concatenate(found)
 
 
 def on_structure(path: Path, point: int, args):
@@ -153,6 +171,8 @@ def on_structure(path: Path, point: int, args):
     forces = between_ends(moved, path.field("section_forces", point), parts(path))
     nodes = shape.nodes
     size = float(np.hypot(*(nodes.max(axis=0) - nodes.min(axis=0))))
+    largest, usual = sizes(path, forces, size)
+    forces = np.where(largest <= NOTHING * usual, 0.0, forces)
     diagrams = {quantity: [diagram(shape, element, SIDE[quantity] * LARGEST * size * values / scale)
                            for element, values in enumerate(forces[:, :, "NQM".index(quantity)])]
                 for quantity in args.quantities

@@ -14,6 +14,7 @@ DIRECTIONS = 16
 HIDING = 2.5                                        # what a bit of a curve under a label costs, in points of distance
 TOGETHER = 7.0                                      # [pt] marks with the same label closer than this share it
 SAME = 1.0                                          # [pt] marks closer than this are seen as one, whatever their labels
+TURNED = (45.0, -45.0, 90.0, -90.0, 120.0, -120.0)        # [degrees] about its point: where a label may be instead
 FAR = 12.0                                          # [pt] from here on a thin line joins them
 
 
@@ -64,6 +65,28 @@ def place_labels(axes, texts: list[tuple]):
                           ).set_in_layout(False)
 
 
+def uncover(axes):
+    """Moves labels that hide lines or other labels about their points, at the same distance, to where they hide less."""
+    renderer = axes.figure.canvas.get_renderer()
+    inside, curve, point = axes.get_window_extent(renderer), _curve_pixels(axes), axes.figure.dpi / 72.0
+    notes = [note for note in axes.texts if note.get_text() and inside.contains(*axes.transData.transform(note.xy))]
+    frames = [note.get_window_extent(renderer) for note in notes]
+    for k, note in enumerate(notes):
+        others = [frame for frame in frames if frame is not frames[k]]
+        at, size = axes.transData.transform(note.xy), np.array((frames[k].width, frames[k].height))
+        centre = frames[k].min + 0.5 * size
+        distance = np.hypot(*np.maximum(np.maximum(frames[k].min - at, at - frames[k].max), 0.0))
+        aways = np.arctan2(*(centre - at)[::-1]) + np.radians(TURNED)
+        aways = np.column_stack((np.cos(aways), np.sin(aways)))
+        places = [centre, *(at + distance * away + np.clip(1.5 * away, -1.0, 1.0) * 0.5 * size for away in aways)]
+        costs = [_cost(np.array((place - 0.5 * size - point, place + 0.5 * size + point)), curve, others, inside) for place in places]
+        best = int(np.argmin(costs))
+        if best > 0:
+            note.set(ha="center", va="center")
+            note.xyann = (places[best] - at) / point
+            frames[k] = note.get_window_extent(renderer)
+
+
 def _merged(axes, texts: list[tuple]) -> list[tuple]:
     """The same label of marks that lie on each other is written once, with how many they are; different ones in one row."""
     found: list[list] = []
@@ -88,26 +111,28 @@ def _merged(axes, texts: list[tuple]) -> list[tuple]:
 
 
 def _curve_pixels(axes) -> np.ndarray:
-    """Points about two pixels apart along all lines of the axes, in pixels."""
-    pixels = [np.zeros((0, 2))]
+    """Points about two pixels apart along all lines of the axes, in pixels, and half the width of the line there."""
+    pixels = [np.zeros((0, 3))]
     for line in axes.get_lines():
         vertices = line.get_transform().transform(np.column_stack(line.get_data(orig=False)))
         vertices = vertices[np.all(np.isfinite(vertices), axis=1)]
         if len(vertices) < 2:
-            pixels.append(np.repeat(vertices, 60, axis=0))     # a marker: not to be covered
-            continue
-        if line.get_linestyle() == "None":
-            pixels.append(np.repeat(vertices, 10, axis=0))
-            continue
-        lengths = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(vertices, axis=0).T))))
-        along = np.linspace(0.0, lengths[-1], int(min(lengths[-1] / 2.0, 20000)) + 2)
-        pixels.append(np.column_stack([np.interp(along, lengths, vertices[:, k]) for k in (0, 1)]))
+            points, wide = np.repeat(vertices, 60, axis=0), 0.0     # a marker: not to be covered
+        elif line.get_linestyle() == "None":
+            points, wide = np.repeat(vertices, 10, axis=0), 0.0
+        else:
+            lengths = np.concatenate(([0.0], np.cumsum(np.hypot(*np.diff(vertices, axis=0).T))))
+            along = np.linspace(0.0, lengths[-1], int(min(lengths[-1] / 2.0, 20000)) + 2)
+            points = np.column_stack([np.interp(along, lengths, vertices[:, k]) for k in (0, 1)])
+            wide = 0.5 * line.get_linewidth() * axes.figure.dpi / 72.0
+        pixels.append(np.column_stack((points, np.full(len(points), wide))))
     return np.concatenate(pixels)
 
 
 def _cost(frame: np.ndarray, curve: np.ndarray, taken: list, inside) -> float:
     (left, bottom), (right, top) = frame
-    hidden = np.sum((curve[:, 0] > left) & (curve[:, 0] < right) & (curve[:, 1] > bottom) & (curve[:, 1] < top))
+    x, y, wide = curve.T
+    hidden = np.sum((x + wide > left) & (x - wide < right) & (y + wide > bottom) & (y - wide < top))
     overlaps = sum(left < other.x1 and right > other.x0 and bottom < other.y1 and top > other.y0 for other in taken)
     rim = 0.01 * inside.width
     outside = (left < inside.x0 + rim or right > inside.x1 - rim

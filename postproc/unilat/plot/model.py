@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import tempfile
 
+import matplotlib.patheffects as patheffects
 import numpy as np
 from matplotlib.lines import Line2D
 
@@ -17,6 +18,7 @@ from ..results.rod_chains import rod_chains
 from ..results.rod_shape import Shape
 from . import shape, style
 from .force_drawing import draw_arrow
+from .label_placing import uncover
 from .model_drawing import ARROW, LOAD, draw_loads, draw_supports, hide_outside, load_corners, load_names
 from .obstacle_drawing import draw_obstacle
 
@@ -136,6 +138,7 @@ def picture(results: Results, args):
     layout.measure(handles, len(handles))
     layout.place(figure, [axes])
     write_labels(axes, results, home, args)
+    uncover(axes)
     title = f"step {step}: {results.loads[step].name}" if step and len(results.loads) > 1 else None
     layout.legend(axes, Legend(handles, title))
     if args.title:
@@ -203,8 +206,9 @@ def write_labels(axes, results: Results, home: Shape, args):
             rows = np.array(sorted(ends) if len(ends) <= MOST_LABELS else [], dtype=int)
         spots = [(home.nodes[row], str(mesh.node_label[row])) for row in rows]
     for place, text in spots:
-        axes.annotate(text, place, xytext=(4.0, 4.0), textcoords="offset points", fontsize=7.0, color=style.COLOURS[0], zorder=7,
-                      annotation_clip=True)
+        note = axes.annotate(text, place, xytext=(4.0, 4.0), textcoords="offset points", fontsize=7.0, color=style.COLOURS[0], zorder=7,
+                             annotation_clip=True)
+        note.set_path_effects([patheffects.withStroke(linewidth=1.6, foreground="white")])
 
 
 __all__ = ["main", "model_of", "picture"]

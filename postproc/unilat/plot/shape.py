@@ -16,6 +16,7 @@ from ..results.model_parts import loads_at
 from ..results.rod_shape import Shape, contact_curves
 from . import style
 from .force_drawing import draw_glyphs
+from .label_placing import uncover
 from .model_drawing import LOAD, draw_loads, draw_supports, hide_outside, load_corners, load_names
 from .obstacle_drawing import draw_obstacle
 
@@ -90,6 +91,7 @@ def main(argv=None) -> int:
         if len(pictures) > 1:
             axes.set_title(name)
         layout.legend(axes, picture)
+        uncover(axes)
     if args.title:
         figure.text(0.5, 1.0 - 1.5 / layout.height, args.title, fontsize=9.5, ha="center", va="top")
     return style.save(figure, args, everything, "shape")

@@ -168,7 +168,8 @@ def _mesh(file: h5py.File, filename: str) -> Mesh:
     direction = file["mesh/direction"][()] if "mesh/direction" in file else None
     if direction is not None and direction.shape != elements.shape:
         raise ResultsError(f"{filename}: /mesh/direction must have two columns and a row an element")
-    return Mesh(coordinates, elements.astype(int), *labels, joints[0], joints[1] > 0, joints[2], direction)
+    stiffness = file["mesh/bending_stiffness"][()] if "mesh/bending_stiffness" in file else None
+    return Mesh(coordinates, elements.astype(int), *labels, joints[0], joints[1] > 0, joints[2], direction, stiffness)
 
 
 def _contact(group: h5py.Group, filename: str, mesh: Mesh) -> tuple[Contact | None, list[int]]:

@@ -45,6 +45,7 @@ class Mesh:
     links: np.ndarray = field(default_factory=lambda: np.zeros((0, 2), dtype=int))
     # (elements, 2) [rad] where the stress-free axis points to at both ends; None: the file has it not, as for elements that are straight
     direction: np.ndarray | None = None
+    bending_stiffness: np.ndarray | None = None      # (elements) EI
 
     __repr__ = brief
 
