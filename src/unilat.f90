@@ -31,7 +31,7 @@ program unilat
    use checkpoint, only: standing_t
    use restart_check, only: why_not_with
    use restart_file, only: restart_t, read_restart
-   use path_points, only: path_points_t, read_path_points, point_called
+   use path_points, only: find_point
    use checked_output, only: put_text, open_draft, put_draft
    use model, only: model_t
    use problem, only: problem_t, new_problem
@@ -142,8 +142,11 @@ program unilat
       standing%kind = restart%kind
       if (restart%kind > 0) standing%archive = archive_of(restart%state)
       standing%changed = options%deck /= '' .or. size(options%set) > 0
+      standing%steps = deck_model%step
       if (standing%changed) call check_other_deck()
-      if (options%from /= '') call find_point()
+      if (options%from /= '') call find_point(options%restart, options%from, standing%branch, standing%from, standing%load_factor, &
+         & error)
+      if (allocated(error)) call stop_with(exit_deck_error, error%message)
    end if
    if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file, &
       & step_load_sums(deck_model))
@@ -258,16 +261,6 @@ contains
       if (why /= '') call stop_with(exit_deck_error, options%restart//' cannot go on: '//why)
       if (options%from /= '') first_model = old_model
    end subroutine check_other_deck
-
-   !> Finds the point from which the run continues; ends the program if the path does not have it.
-   subroutine find_point()
-      type(path_points_t) :: points
-      call read_path_points(options%restart, points, error)
-      if (.not. allocated(error)) call point_called(points, options%from, standing%from, error)
-      if (allocated(error)) call stop_with(exit_deck_error, error%message)
-      standing%load_factor = points%load_factor
-      standing%steps = deck_model%step
-   end subroutine find_point
 
    !> Adds a failure: the run has ended, but not all requirements of the deck are satisfied.
    subroutine note_failure(words)

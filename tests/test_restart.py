@@ -205,7 +205,8 @@ def test_what_cannot_go_on_is_told(tmp_path):
 # ---- from a named point --------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name, points", [("ring", ["LP", "uz3", "1", "8", "26"]), ("roorda-frame", ["2"]), ("column-walls", ["C+1"]), ("arch-imperfect", ["lp2"])])
+@pytest.mark.parametrize("name, points", [("ring", ["LP", "uz3", "1", "8", "26"]), ("roorda-frame", ["2", "1:1", "2:6"]), ("column-walls", ["C+1", "14", "1:5"]),
+                                          ("arch-imperfect", ["lp2"])])
 def test_a_named_point_is_on_the_same_path(tmp_path, name, points):
     """Without a change the run from there is the run that there was, with its steps, branches and limit curves."""
     (tmp_path / "deck.inp").write_text(dr.example(name))
@@ -242,6 +243,54 @@ def test_from_a_limit_point_with_another_strategy(tmp_path, method):
     assert (path_of(tmp_path / "whole.h5")[0] == whole).all()
 
 
+def load_of_branch(path):
+    with h5py.File(path) as file:
+        return file["branch/1/path/load_factor"][()]
+
+
+def test_from_a_limit_point_of_a_branch_with_another_strategy_and_another_end(tmp_path):
+    """All before it stays as it is, and behind it is the same curve, up to the new end; what it leads to goes on by itself, too."""
+    text = dr.example("arch-deep-hinged")
+    (tmp_path / "deck.inp").write_text(text)
+    (tmp_path / "other.inp").write_text(dr.changed(text, ("METHOD=CYLINDRICAL", "METHOD=SPHERICAL"), ("v, ABOVE, 2.02", "v, ABOVE, 1.5")))
+    run(tmp_path, "-o", "whole.h5", "deck.inp")
+    run(tmp_path, "--restart", "whole.h5", "--from", "1:LP1", "-o", "other.h5", "other.inp")
+    assert np.array_equal(path_of(tmp_path / "whole.h5")[0], path_of(tmp_path / "other.h5")[0])
+    whole, other = load_of_branch(tmp_path / "whole.h5"), load_of_branch(tmp_path / "other.h5")
+    n = int(np.argmax(whole)) + 1
+    assert np.array_equal(whole[:n + 1], other[:n + 1]) and not np.any(np.isin(other[n + 1:], whole))
+    with h5py.File(tmp_path / "other.h5") as file, h5py.File(tmp_path / "whole.h5") as first:
+        v = file["branch/1/path/monitor/v"][()]
+        assert v[-1] == pytest.approx(1.5, abs=1e-9)
+        assert np.allclose(other[n:], np.interp(v[n:], first["branch/1/path/monitor/v"][()], whole), atol=0.02)
+    run(tmp_path, "--restart", "other.h5", "-o", "again.h5")
+    assert differences(tmp_path / "other.h5", tmp_path / "again.h5") == []
+
+
+def test_a_branch_goes_on_with_another_strategy(tmp_path, shim):
+    """By load control, with the first increment of the step, where the run stood on the branch."""
+    text = dr.example("arch-deep-hinged")
+    (tmp_path / "deck.inp").write_text(text)
+    (tmp_path / "other.inp").write_text(dr.changed(text, ("METHOD=CYLINDRICAL", "METHOD=LOAD"), ("0.1, 1E-9, 0.02", "0.01, 0.01, 0.01")))
+    killed(tmp_path, shim, int(0.8 * killed(tmp_path, shim, 0)))
+    n = len(load_of_branch(tmp_path / "pieces.h5"))
+    run(tmp_path, "--restart", "pieces.h5", "other.inp", "-o", "other.h5", code=2)
+    steps = np.diff(load_of_branch(tmp_path / "other.h5"))
+    assert n > 10 and np.allclose(np.abs(steps[n + 1:n + 4]), 0.01)
+
+
+def test_a_run_that_was_killed_before_its_point_does_not_go_on_as_another(tmp_path, shim):
+    (tmp_path / "first.inp").write_text(dr.example("ring"))
+    run(tmp_path, "-o", "whole.h5", "first.inp")
+    environment = {**os.environ, "LD_PRELOAD": str(shim), "KILL_MODE": "before", "KILL_LOG": "count", "KILL_COPY": "flushed"}
+    command = [os.environ["UNILAT"], "--quiet", "--restart", "whole.h5", "--from", "EP1", "-o", "pieces.h5"]
+    for at in (0, 0.5):
+        at = int(at and at * int((tmp_path / "count").read_text()))
+        subprocess.run(command, cwd=tmp_path, timeout=WAIT, capture_output=True, check=False, env={**environment, "KILL_AT": str(at)})
+    assert 2 < rows(tmp_path / "pieces.h5") < rows(tmp_path / "whole.h5")
+    assert "does not say where its run stood" in run(tmp_path, "--restart", "pieces.h5", code=1).stderr
+
+
 def test_points_that_are_not_there_are_told(tmp_path):
     (tmp_path / "deck.inp").write_text(dr.example("ring"))
     run(tmp_path, "-o", "whole.h5", "deck.inp")
@@ -249,6 +298,8 @@ def test_points_that_are_not_there_are_told(tmp_path):
         said = run(tmp_path, "--restart", "whole.h5", "--from", name, "-o", "other.h5", code=1).stderr
         if name.strip():
             assert "it has the points 1 to 26, of which some are UZ1 (7) UZ2 (9)" in said and "LP1 (14)" in said and "EP1 (26)" in said
+    for name, said in (("1:LP1", "branch 1 of whole.h5 has no points"), ("x:LP1", "the number of a branch"), (":3", "the number of a branch")):
+        assert said in run(tmp_path, "--restart", "whole.h5", "--from", name, "-o", "other.h5", code=1).stderr
     for words in (["--from", "3"], ["--from", "3", "-o", "whole.h5"], ["--from"], ["--from", "3", "--from", "4", "-o", "other.h5"]):
         assert "--from" in run(tmp_path, "--restart", "whole.h5", *words, code=1).stderr
     assert "--from without --restart" in run(tmp_path, "--from", "3", "-o", "other.h5", "deck.inp", code=1).stderr

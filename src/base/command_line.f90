@@ -236,7 +236,7 @@ contains
          '              *STATIC, *CONTROLS, *ACCURACY, *STOP; the file goes on, too, unless -o names another'//nl// &
          '  --from POINT'//nl// &
          '              with --restart: go on from this point of the path instead, its number or its label (LP1: the first'//nl// &
-         '              limit point); the path up to there is followed again, and -o names the file'//nl// &
+         '              limit point), on branch 2 as 2:LP1; the run up to there is made again, and -o names the file'//nl// &
          '  --set NAME=VALUE'//nl// &
          '              value of a parameter, instead of that on *PARAMETER; may be repeated'//nl// &
          '  --expand    print the deck with the included decks in their place, compute nothing'//nl// &

@@ -1,7 +1,8 @@
-!> Points of the path of the steps that a result file has, and the names by which a user may call them.
+!> Points of a path that a result file has, and the names by which a user may call them.
 !>
 !> A point is called by its number in the listing, from 1, or by the label of a special point and its number among those of that
-!> label: LP1 is the first limit point of the path. Where there is only one, the number may be left out.
+!> label: LP1 is the first limit point of the path. Where there is only one, the number may be left out. The number of a branch and
+!> a colon before the name make it a point of this branch: 2:LP1.
 module path_points
    use hdf5, only: hid_t, hsize_t, h5f_acc_rdonly_f, h5fopen_f, h5fclose_f, h5dopen_f, h5dread_f, h5dclose_f, h5dget_space_f, &
       & h5sget_simple_extent_npoints_f, h5sclose_f, h5tclose_f, h5t_native_double
@@ -12,31 +13,62 @@ module path_points
    use hdf5_datasets, only: hdf5_text_type
    implicit none
    private
-   public :: path_points_t, read_path_points, point_called
+   public :: find_point
 
    integer, parameter :: label_length = 2          !! bytes of /path/label
 
    !> The points of a path.
    type :: path_points_t
-      character(:), allocatable :: file            !! name of the result file
+      character(:), allocatable :: path            !! name of the path and its result file, in words
       real(wp), allocatable :: load_factor(:)      !! (points)
       character(label_length), allocatable :: label(:) !! (points) blank: no special point
    end type path_points_t
 
 contains
 
-   !> Reads the points of the path from a result file. The error says that it has none.
-   subroutine read_path_points(path, points, error)
+   !> Finds the point with a name. The error lists the names that there are.
+   subroutine find_point(file, name, branch, point, load_factor, error)
+      character(*), intent(in) :: file             !! a result file of unilat
+      character(*), intent(in) :: name
+      integer, intent(out) :: branch               !! 0: the path of the steps
+      integer, intent(out) :: point                !! row of the path, from 1
+      real(wp), allocatable, intent(out) :: load_factor(:) !! (points of the path)
+      type(error_t), allocatable, intent(out) :: error
+      type(path_points_t) :: points
+      integer :: colon, status
+      colon = index(name, ':')
+      branch = 0
+      status = 0
+      if (verify(name(:colon - 1), '0123456789') > 0) status = 1
+      if (colon > 0 .and. status == 0) read (name(:colon - 1), *, iostat=status) branch
+      if (status == 0) then
+         call read_path_points(file, branch, points, error)
+      else
+         call fail(error, ''''//quoted(name)//''' names no point: before the colon is the number of a branch, as in 2:LP1')
+      end if
+      if (.not. allocated(error)) call point_called(points, name(colon + 1:), point, error)
+      if (.not. allocated(error)) call move_alloc(points%load_factor, load_factor)
+   end subroutine find_point
+
+   !> Reads the points of a path from a result file. The error says that it has none.
+   subroutine read_path_points(path, branch, points, error)
       character(*), intent(in) :: path             !! a result file of unilat
+      integer, intent(in) :: branch                !! 0: the path of the steps
       type(path_points_t), intent(out) :: points
       type(error_t), allocatable, intent(out) :: error
+      character(:), allocatable :: group
       integer(hid_t) :: file, dataset, space, text_type
       integer(hsize_t) :: n
       integer :: status, close_status, i
-      points%file = path
+      group = '/path'
+      points%path = 'the path of '//path
+      if (branch > 0) then
+         group = '/branch/'//to_text(branch)//group
+         points%path = 'branch '//to_text(branch)//' of '//path
+      end if
       call h5fopen_f(path, h5f_acc_rdonly_f, file, status)
       n = 0
-      call h5dopen_f(file, '/path/load_factor', dataset, status)
+      call h5dopen_f(file, group//'/load_factor', dataset, status)
       if (status >= 0) then
          call h5dget_space_f(dataset, space, status)
          call h5sget_simple_extent_npoints_f(space, n, status)
@@ -45,7 +77,7 @@ contains
          call h5sclose_f(space, close_status)
          call h5dclose_f(dataset, close_status)
       end if
-      if (status >= 0) call h5dopen_f(file, '/path/label', dataset, status)
+      if (status >= 0) call h5dopen_f(file, group//'/label', dataset, status)
       if (status >= 0) then
          call hdf5_text_type(label_length, text_type, status)
          call h5dread_f(dataset, text_type, points%label, [n], status)
@@ -53,7 +85,7 @@ contains
          call h5dclose_f(dataset, close_status)
       end if
       call h5fclose_f(file, close_status)
-      if (status < 0 .or. n == 0) call fail(error, path//' has no points of a path')
+      if (status < 0 .or. n == 0) call fail(error, points%path//' has no points')
       if (allocated(error)) return
       do i = 1, size(points%label)
          if (points%label(i) (1:1) == char(0)) points%label(i) = ''
@@ -86,8 +118,7 @@ contains
             if (passed == number) point = i
          end do
       end if
-      if (point == 0) call fail(error, 'there is no point '''//quoted(name)//''' on the path of '//points%file//': it has '// &
-         & names(points))
+      if (point == 0) call fail(error, 'there is no point '''//quoted(name)//''' on '//points%path//': it has '//names(points))
    end subroutine point_called
 
    !> The names of all points, in words.

@@ -33,16 +33,14 @@ module path_loop
    use archive, only: archive_t
    use run_archive, only: exchange_problem_t, exchange_path_state_t
    use attempt, only: attempt_t
-   use checkpoint, only: standing_t, on_step, on_branch, on_curve, exchange_step, take_standing, clear_end, take_steps
+   use checkpoint, only: standing_t, on_step, on_branch, on_curve, exchange_step, take_standing, go_on_from_point, &
+      & change_steps, take_steps, not_again
    use limit_curves, only: follow_limit_curves
    use path_record, only: recorder_t, buckling_t
    use timing, only: timing_start, timing_stop, phase_path
    implicit none
    private
    public :: follow_path, outcome_t
-
-   character(*), parameter :: not_again = 'the run that was made again up to the point does not find the points in the file: '// &
-      & 'another program, another machine, or pieces with several decks made it'
 
 contains
 
@@ -105,8 +103,14 @@ contains
          kind = on_step
          call set_frame()
          attempt = attempt_t()
-         call follow_points(problem, step, run, recorder, outcome, attempt, standing%from)
-         if (standing%from > 0 .and. run%points >= standing%from) call go_on_from_point()
+         call follow_points(problem, step, run, recorder, outcome, attempt, standing%pause(0))
+         if (standing%pause(0) > 0 .and. run%points >= standing%from) then
+            call go_on_from_point(standing, problem, run, attempt, outcome)
+            call renew_steps()
+            call set_frame()
+            if (.not. (allocated(outcome%why) .or. outcome%ended)) &
+               & call follow_points(problem, step, run, recorder, outcome, attempt, 0)
+         end if
          if (allocated(outcome%why)) exit steps
          call finish_step()
          if (allocated(outcome%why)) exit steps
@@ -124,9 +128,12 @@ contains
 
       !> Follows the branches and limit curves of a step after its path.
       subroutine finish_step()
+         type(step_t) :: former                     !! the step up to the point from which the run goes on
          if (standing%kind /= on_curve) then
+            former = step
+            if (standing%branch > n_branches .and. standing%branch <= n_branches + size(step%branch)) call renew_steps()
             if (size(step%branch) > 0) call set_frame_behind(on_branch)
-            call follow_branches(step, found, n_branches, frame, standing, recorder, outcome)
+            call follow_branches(former, step, found, n_branches, frame, standing, recorder, outcome)
             standing%kind = 0
          end if
          if (allocated(outcome%why)) return
@@ -140,6 +147,7 @@ contains
       subroutine set_frame()
          kind = on_step
          frame = archive_t()
+         if (standing%from > 0) return
          call exchange_step(frame, kind, problem%step, n_branches, perfect, buckled)
          run%frame => frame
       end subroutine set_frame
@@ -149,6 +157,7 @@ contains
          integer, intent(in) :: on
          kind = on
          frame = archive_t()
+         if (on == on_curve .and. standing%from > 0) return
          call exchange_step(frame, kind, problem%step, n_branches, perfect, buckled)
          call exchange_problem_t(frame, problem)
          call exchange_path_state_t(frame, run)
@@ -156,8 +165,6 @@ contains
 
       !> Restores the run from the checkpoint.
       subroutine step_again()
-         type(step_t), allocatable :: steps(:)
-         steps = problem%model%step
          call exchange_step(standing%archive, kind, first, n_branches, perfect, buckled)
          standing%kind = kind
          run%critical_points => found
@@ -168,40 +175,16 @@ contains
             call exchange_problem_t(standing%archive, problem)
             call exchange_path_state_t(standing%archive, run)
          end if
-         if (standing%changed) call change_steps(steps, standing%kind == on_step)
+         call renew_steps()
          if (standing%kind == on_step) call set_frame()
       end subroutine step_again
 
-      !> Goes on with the steps of the changed deck from the point up to which the run was made again.
-      subroutine go_on_from_point()
-         logical :: again
-         again = run%points <= size(standing%load_factor)
-         if (again) again = .not. abs(run%last%state%load_factor - standing%load_factor(run%points)) > 0.0_wp
-         standing%from = 0
-         if (outcome%ended) return
-         call clear_end(outcome)
-         if (.not. again) outcome%why = not_again
-         if (.not. again) return
-         if (standing%changed) attempt%finished = .false.
-         if (standing%changed) call change_steps(standing%steps, .true.)
-         call set_frame()
-         call follow_points(problem, step, run, recorder, outcome, attempt, 0)
-      end subroutine go_on_from_point
-
-      !> Replaces the steps by those of the changed deck. On the path of a step the strategy changes, too.
-      subroutine change_steps(new, on_path)
-         type(step_t), intent(in) :: new(:)
-         logical, intent(in) :: on_path
-         integer :: method
-         method = problem%model%step(problem%step)%method
-         call take_steps(new, problem%model%step)
-         call take_steps(new, problem%deck%step)
-         call take_steps(new, perfect%step)
+      !> Follows what comes as the changed deck says.
+      subroutine renew_steps()
+         if (standing%changed) call change_steps(standing%steps, problem)
+         if (standing%changed) call take_steps(standing%steps, perfect%step)
          step = problem%model%step(problem%step)
-         if (.not. on_path .or. step%method == method) return
-         call change_control(problem, step, run)
-         attempt = attempt_t()
-      end subroutine change_steps
+      end subroutine renew_steps
    end subroutine follow_path
 
    !> Linearises at the start of a step and checks that supports and contact make the structure stable.

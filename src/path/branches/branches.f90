@@ -9,7 +9,7 @@ module branches
    use path_control, only: is_arc_length
    use archive, only: archive_t, archive_reset
    use attempt, only: attempt_t
-   use checkpoint, only: standing_t, on_branch, exchange_branch, take_standing
+   use checkpoint, only: standing_t, on_branch, exchange_branch, take_standing, go_on_from_point, change_steps
    use path_state, only: path_state_t
    use critical_points, only: critical_points_t
    use point_recording, only: record
@@ -28,7 +28,8 @@ module branches
 contains
 
    !> Follows all branches of a step. Failures are appended to outcome%trouble, and the other branches are still followed.
-   subroutine follow_branches(step, own, numbered, before, standing, recorder, outcome)
+   subroutine follow_branches(former, step, own, numbered, before, standing, recorder, outcome)
+      type(step_t), intent(in) :: former             !! the step up to the point from which the run goes on
       type(step_t), intent(in) :: step
       type(critical_points_t), intent(inout), target :: own !! critical points of the step's own path
       integer, intent(inout) :: numbered             !! number of branches in the results so far
@@ -56,16 +57,18 @@ contains
          allocate (found(b)%list(0))
          numbered = first + b
          number_in_file(b) = numbered
-         associate (branch => step%branch(b))
-            start%of = number_in_file(branch%of)
-            left => own
-            if (branch%of > 0) left => found(branch%of)
-            this = b
-            call archive_reset(before, bytes)
-            call exchange_branch(before, this, first, own, found)
-            call follow_branch(step, branch, left, start, numbered, before, standing, found(b), recorder, outcome)
-            standing%kind = 0
-         end associate
+         start%of = number_in_file(step%branch(b)%of)
+         left => own
+         if (step%branch(b)%of > 0) left => found(step%branch(b)%of)
+         this = b
+         call archive_reset(before, bytes)
+         call exchange_branch(before, this, first, own, found)
+         if (standing%from > 0) then
+            call follow_branch(former, b, left, start, numbered, before, standing, found(b), recorder, outcome)
+         else
+            call follow_branch(step, b, left, start, numbered, before, standing, found(b), recorder, outcome)
+         end if
+         standing%kind = 0
          if (allocated(outcome%why)) return
       end do
       if (size(step%branch) == 0) return
@@ -75,9 +78,9 @@ contains
    end subroutine follow_branches
 
    !> Follows one branch.
-   subroutine follow_branch(step, branch, home, start, number, frame, standing, found, recorder, outcome)
+   subroutine follow_branch(step, b, home, start, number, frame, standing, found, recorder, outcome)
       type(step_t), intent(in) :: step
-      type(branch_t), intent(in) :: branch
+      integer, intent(in) :: b                       !! index of the branch in the step
       type(critical_points_t), intent(in), target :: home  !! critical points of the parent path
       type(branch_start_t), intent(inout) :: start
       integer, intent(in) :: number                  !! number of the branch in the results
@@ -88,6 +91,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(problem_t) :: problem
       type(path_state_t) :: run
+      type(branch_t) :: branch
       type(step_t) :: as_branch
       type(increment_t) :: report, nothing
       type(error_t), allocatable :: error
@@ -97,10 +101,9 @@ contains
       integer :: i, at, passed
 
       outcome%wrong = .false.
+      branch = step%branch(b)
       called = 'branch '//trim(branch%name)//trim(merge(' (plus) ', ' (minus)', branch%side > 0))
-      as_branch = step
-      as_branch%stop = branch%stop
-      as_branch%max_points = branch%max_points
+      as_branch = followed_as_branch(step, b)
       if (standing%kind == on_branch) then
          run%critical_points => found
          call take_standing(standing, problem, run, attempt, outcome)
@@ -131,6 +134,7 @@ contains
          return
       end if
       call copy_problem(home%list(at)%problem, problem)
+      if (standing%renews()) call change_steps(standing%steps, problem)
       start%branch = number
       start%name = branch%name
       start%step = problem%step
@@ -144,7 +148,7 @@ contains
          return
       end if
 
-      run%frame => frame
+      if (standing%from == 0) run%frame => frame
       run%branch = number
       run%critical_points => found
       if (size(problem%contact_span) > 0) run%spans_begun = maxval(problem%contact_span%number)
@@ -169,7 +173,14 @@ contains
       call note_end()
       if (allocated(outcome%why) .or. outcome%wrong) return
       run%step_points = 1
-      call follow_points(problem, as_branch, run, recorder, outcome, attempt, 0)
+      call follow_points(problem, as_branch, run, recorder, outcome, attempt, standing%pause(number))
+      if (standing%pause(number) > 0 .and. run%points >= standing%from) then
+         call go_on_from_point(standing, problem, run, attempt, outcome)
+         run%frame => frame
+         as_branch = followed_as_branch(problem%model%step(problem%step), b)
+         if (.not. (allocated(outcome%why) .or. outcome%ended)) &
+            & call follow_points(problem, as_branch, run, recorder, outcome, attempt, 0)
+      end if
       call note_end()
 
    contains
@@ -181,4 +192,14 @@ contains
          deallocate (outcome%why)
       end subroutine note_end
    end subroutine follow_branch
+
+   !> The step as one of its branches is followed: to the branch's own end.
+   function followed_as_branch(step, b) result(as_branch)
+      type(step_t), intent(in) :: step
+      integer, intent(in) :: b                       !! index of the branch in the step
+      type(step_t) :: as_branch
+      as_branch = step
+      as_branch%stop = step%branch(b)%stop
+      as_branch%max_points = step%branch(b)%max_points
+   end function followed_as_branch
 end module branches

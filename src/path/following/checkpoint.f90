@@ -16,28 +16,48 @@ module checkpoint
    use problem, only: problem_t
    use critical_points, only: critical_points_t
    use path_state, only: path_state_t
+   use step_control, only: change_control
    use attempt, only: attempt_t
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t, buckling_t
    implicit none
    private
    public :: standing_t, on_step, on_branch, on_curve, exchange_step, exchange_branch, keep_standing, take_standing, clear_end
-   public :: take_steps
+   public :: change_steps, take_steps, go_on_from_point, not_again
 
    integer, parameter :: on_step = 1, on_branch = 2, on_curve = 3 !! kinds of path
+   character(*), parameter :: not_again = 'the run that was made again up to the point does not find the points in the file: '// &
+      & 'another program, another machine, or pieces with several decks made it'
 
    !> A restart: the checkpoint, of which the parts are read one after the other; or a run that is made again up to a point.
    type :: standing_t
       type(archive_t) :: archive
       integer :: kind = 0                        !! on_step, on_branch, on_curve; 0: no checkpoint
       logical :: changed = .false.               !! the deck has changed: a path that was complete continues, too
-      integer :: from = 0 !! row of the path of the steps, from 1: the run is made again up to there, and then goes on with `steps`;
-      !! 0: no such point
-      type(step_t), allocatable :: steps(:)      !! steps of the changed deck
+      integer :: from = 0 !! row of a path, from 1: the run is made again up to there, without checkpoints, and then goes on with
+      !! `steps`; 0: no such point, or it is reached
+      integer :: branch = 0                      !! number of that path's branch; 0: the path of the steps
+      type(step_t), allocatable :: steps(:)      !! steps of the deck
       real(wp), allocatable :: load_factor(:)    !! (rows) load factors that the run found before
+   contains
+      procedure :: pause
+      procedure :: renews
    end type standing_t
 
 contains
+
+   !> Row at which a path must pause, because the run goes on from there with other steps; 0: none.
+   pure integer function pause(standing, branch)
+      class(standing_t), intent(in) :: standing
+      integer, intent(in) :: branch              !! number of the path's branch; 0: the path of the steps
+      pause = merge(standing%from, 0, branch == standing%branch)
+   end function pause
+
+   !> True if paths that begin now are followed as the changed deck says.
+   pure logical function renews(standing)
+      class(standing_t), intent(in) :: standing
+      renews = standing%changed .and. standing%from == 0
+   end function renews
 
    !> Stores or reads the frame of the path of a step, the first part of the checkpoint.
    subroutine exchange_step(a, kind, step, n_branches, perfect, buckled)
@@ -101,7 +121,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       call exchange_path(standing%archive, problem, run, attempt, outcome)
       call clear_end(outcome)
-      if (standing%changed) attempt%finished = .false.
+      if (standing%changed) call change_path(standing, problem, run, attempt)
    end subroutine take_standing
 
    !> Clears the reasons why a run ended, when it goes on.
@@ -115,6 +135,48 @@ contains
       outcome%ended = .false.
       outcome%dead_end = .false.
    end subroutine clear_end
+
+   !> At the point up to which the run was made again: goes on from there with the steps of the changed deck.
+   subroutine go_on_from_point(standing, problem, run, attempt, outcome)
+      type(standing_t), intent(inout) :: standing
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run
+      type(attempt_t), intent(inout) :: attempt
+      type(outcome_t), intent(inout) :: outcome  !! why: the run does not find the points in the file
+      logical :: again
+      again = run%points <= size(standing%load_factor)
+      if (again) again = .not. abs(run%recorded_load - standing%load_factor(run%points)) > 0.0_wp
+      standing%from = 0
+      if (outcome%ended) return
+      call clear_end(outcome)
+      if (.not. again) outcome%why = not_again
+      if (standing%changed) call change_path(standing, problem, run, attempt)
+   end subroutine go_on_from_point
+
+   !> Goes on with the steps of the changed deck from the last accepted point of a path.
+   subroutine change_path(standing, problem, run, attempt)
+      type(standing_t), intent(in) :: standing
+      type(problem_t), intent(inout) :: problem
+      type(path_state_t), intent(inout) :: run
+      type(attempt_t), intent(inout) :: attempt
+      integer :: method
+      method = problem%model%step(problem%step)%method
+      call change_steps(standing%steps, problem)
+      attempt%finished = .false.
+      associate (step => problem%model%step(problem%step))
+         if (step%method == method) return
+         call change_control(problem, step, run)
+      end associate
+      attempt = attempt_t()
+   end subroutine change_path
+
+   !> Replaces the steps of a problem by those of the changed deck.
+   subroutine change_steps(new, problem)
+      type(step_t), intent(in) :: new(:)
+      type(problem_t), intent(inout) :: problem
+      call take_steps(new, problem%model%step)
+      call take_steps(new, problem%deck%step)
+   end subroutine change_steps
 
    !> Replaces steps by those of the changed deck. Loads stay as distributed onto the mesh. Where the tolerance is the same, what
    !> was found about it stays.

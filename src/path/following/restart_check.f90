@@ -19,7 +19,7 @@ contains
          why = 'the deck has '//to_text(size(new%step))//' steps, that of the results has '//to_text(size(old%step))
       else if (.not. same(structure(old), structure(new))) then
          why = 'the deck is that of another structure, or has other loads: only *STATIC, *CONTROLS, *ACCURACY, *STOP, *LOCATE, ' &
-            & //'*TURNING POINTS and *FIELD OUTPUT may be others'
+            & //'*TURNING POINTS, *FIELD OUTPUT and the ends of branches may be others'
       end if
    end function why_not_with
 
@@ -29,7 +29,7 @@ contains
       type(archive_t) :: a
       type(model_t) :: bare
       type(step_t) :: nothing
-      integer :: i
+      integer :: i, k
       bare = model
       if (allocated(bare%title)) deallocate (bare%title)
       if (allocated(bare%job)) deallocate (bare%job)
@@ -37,6 +37,10 @@ contains
          bare%step(i) = nothing
          bare%step(i)%load = model%step(i)%load
          bare%step(i)%branch = model%step(i)%branch
+         do k = 1, size(bare%step(i)%branch)
+            bare%step(i)%branch(k)%max_points = 0
+            deallocate (bare%step(i)%branch(k)%stop)
+         end do
          bare%step(i)%limit_curve = model%step(i)%limit_curve
          bare%step(i)%n_modes = model%step(i)%n_modes
       end do

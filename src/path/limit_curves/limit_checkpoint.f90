@@ -6,9 +6,8 @@ module limit_checkpoint
    use errors, only: error_t
    use archive, only: archive_t, archive_reset
    use run_archive, only: exchange_critical_points_t, exchange_curve_walk_t, exchange_outcome_t
-   use model, only: step_t
    use critical_points, only: critical_points_t
-   use checkpoint, only: standing_t, clear_end, take_steps
+   use checkpoint, only: standing_t, clear_end, change_steps
    use limit_search, only: curve_walk_t
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
@@ -20,7 +19,7 @@ contains
 
    !> Passes a checkpoint to the recorder.
    subroutine keep_walk(frame, own, walk, now, recorder, outcome)
-      type(archive_t), intent(inout) :: frame          !! data with which the checkpoint begins; unchanged on return
+      type(archive_t), intent(inout) :: frame          !! data with which the checkpoint begins; empty: none is kept
       type(critical_points_t), intent(inout) :: own    !! critical points of the step's path
       type(curve_walk_t), intent(inout) :: walk
       logical, intent(in) :: now                       !! true: even if the recorder does not request one
@@ -28,7 +27,7 @@ contains
       type(outcome_t), intent(inout) :: outcome        !! why: the results cannot be written
       type(error_t), allocatable :: error
       integer :: n
-      if (.not. (now .or. recorder%wants_state())) return
+      if (frame%n == 0 .or. .not. (now .or. recorder%wants_state())) return
       n = frame%n
       call exchange(frame, own, walk, outcome)
       call recorder%state(frame%bytes(:frame%n), error)
@@ -37,21 +36,16 @@ contains
    end subroutine keep_walk
 
    !> Restores a run on a limit curve from a checkpoint of which the frame has been read.
-   subroutine take_walk(standing, step, own, walk, outcome)
+   subroutine take_walk(standing, own, walk, outcome)
       type(standing_t), intent(inout) :: standing
-      type(step_t), intent(in) :: step                 !! step of the curve; of a changed deck: the new one
       type(critical_points_t), intent(inout) :: own
       type(curve_walk_t), intent(inout) :: walk
       type(outcome_t), intent(inout) :: outcome
       call exchange(standing%archive, own, walk, outcome)
       call clear_end(outcome)
       if (.not. standing%changed) return
-      associate (follower => walk%follower)
-         call take_steps([step], follower%base%model%step(follower%base%step:follower%base%step))
-         call take_steps([step], follower%base%deck%step(follower%base%step:follower%base%step))
-         call take_steps([step], follower%problem%model%step(follower%base%step:follower%base%step))
-         call take_steps([step], follower%problem%deck%step(follower%base%step:follower%base%step))
-      end associate
+      call change_steps(standing%steps, walk%follower%base)
+      call change_steps(standing%steps, walk%follower%problem)
    end subroutine take_walk
 
    !> Stores or reads the part of the checkpoint behind the frame.

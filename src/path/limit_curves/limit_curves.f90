@@ -53,7 +53,7 @@ contains
       integer :: k, first
       first = 1
       if (standing%kind == on_curve) then
-         call take_walk(standing, step, own, walk, outcome)
+         call take_walk(standing, own, walk, outcome)
          first = walk%number
       end if
       do k = first, size(step%limit_curve)

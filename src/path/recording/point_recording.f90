@@ -76,6 +76,7 @@ contains
          ! The stress-free start has no force as reference of a residual.
          if (is_stress_free(state)) row%residual = 0.0_wp
          run%points = run%points + 1
+         run%recorded_load = state%load_factor
          if (allocated(run%onset%region) .and. label == 'C+') row%region = [row%region, run%onset%region]
          if (allocated(row%bars) .and. allocated(row%region)) call tell_places(row%bars, row%region)
          call check_point(problem, state, system, place_t(run%branch, problem%step, run%points, state%load_factor), &

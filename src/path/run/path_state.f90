@@ -93,6 +93,7 @@ module path_state
       real(wp) :: arc_length = 0.0_wp            !! arc length since the start of the run
       integer :: branch = 0                      !! number of the branch in the result file; 0: the path of the steps
       integer :: points = 0                      !! points recorded so far, in all steps
+      real(wp) :: recorded_load = 0.0_wp         !! load factor of the last one; that of `last` may be another after a remeshing
       integer :: step_points = 0                 !! points accepted in this step
       integer :: spans_begun = 0                 !! contact spans begun so far: the last identity number given
       type(onset_t) :: onset                     !! point contact that begins at the next point
