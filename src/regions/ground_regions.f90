@@ -166,26 +166,35 @@ contains
       type(element_gap_t) :: between
       real(wp), allocatable :: gap(:), peak(:), tau(:)
       integer, allocatable :: after(:)           ! candidate before the sample
-      real(wp) :: range(2), ends(2), rounding
+      real(wp) :: range(2), at(0:most_samples), value(0:most_samples), rounding, bend
       integer :: c, i, n, round, first_contact, last_contact, found
       allocate (gap((most_samples + 1) * (1 + rounds(problem, contact)) * problem%ground%chain%n))
       allocate (peak(size(gap)), tau(size(gap)), after(size(gap)))
+      rounding = rounding_steps * epsilon(rounding) * maxval(abs(state%u(1:2, :)))
       n = 0
       do round = 0, rounds(problem, contact)
          do c = 1, problem%ground%chain%n
             if (.not. part_of_range(problem, state, contact, c, round, from, to, range)) cycle
             between = told_gap(problem, state, c)
-            do i = 0, between%samples
-               if (i == 0 .and. n > 0) cycle
-               n = n + 1
-               ends = range(1) + (range(2) - range(1)) * [i - 1, i] / between%samples
-               gap(n) = gap_value(problem, between, ends(2))
-               peak(n) = gap(n)
-               tau(n) = ends(2)
-               after(n) = c
-               ! Largest gap between this sample and the previous one, if it exceeds both.
-               if (i > 0) call gap_extreme(problem, between, .true., ends(1), ends(2), peak(n), tau(n))
-            end do
+            associate (last => between%samples)
+               do i = 0, last
+                  at(i) = range(1) + (range(2) - range(1)) * i / last
+                  value(i) = gap_value(problem, between, at(i))
+               end do
+               bend = maxval(abs(value(:last - 2) - 2.0_wp * value(1:last - 1) + value(2:last)))
+               do i = merge(1, 0, n > 0), last
+                  n = n + 1
+                  gap(n) = value(i)
+                  peak(n) = value(i)
+                  tau(n) = at(i)
+                  after(n) = c
+                  if (i == 0) cycle
+                  peak(n) = max(value(i - 1), value(i))
+                  ! The gap can exceed both samples by more than rounding only where they differ by less than it bends.
+                  if (bend > max(abs(value(i) - value(i - 1)), rounding)) &
+                     & call gap_extreme(problem, between, .true., at(i - 1), at(i), peak(n), tau(n))
+               end do
+            end associate
          end do
       end do
       opening = -huge(1.0_wp)
@@ -195,7 +204,6 @@ contains
       opening = minval(gap(:n))
       found = 0
       ! A maximum within rounding of an end of contact is not counted.
-      rounding = rounding_steps * epsilon(rounding) * maxval(abs(state%u(1:2, :)))
       first_contact = findloc(gap(:n) < -rounding, .true., 1)
       last_contact = findloc(gap(:n) < -rounding, .true., 1, back=.true.)
       do i = first_contact + 1, last_contact
