@@ -95,6 +95,18 @@ def test_pipe_lifted_off_its_hinge_and_laid_down_again(elements):
     dr.assert_close(gained[0].load_factor, 0.8, relative=1e-5)
 
 
+def test_a_long_pipe_lifted_by_little():
+    """Lifted by h = q s^4/(24 EI) at its end it is suspended over s, less than a thousandth of it. What still lies does not move, however
+    long it is: increments are those of a short pipe."""
+    length, height = 1000.0, 0.01
+    text = pipe([(0.0, 0.0), (length, 0.0)], [("LINE", "0., 0., 1., 0.\n")], "1, 1\n2, 2\n",
+                [weight(1.0), f"*BOUNDARY\n2, 2, 2, {height}\n"], elements=", 100")
+    run = dr.run_deck(dr.changed(text, ("GE8", "GE4")))
+    assert run.results.n_points <= 40
+    lying, = run.results.contact.regions(run.results.n_points)
+    dr.assert_close(length - lying.end, (24.0 * height) ** 0.25, relative=1e-3)
+
+
 # Splines ---------------------------------------------------------------------------------------------------------------------------------
 
 @pytest.mark.parametrize("number, close", [(20, 1e-4), (40, 1e-5)])

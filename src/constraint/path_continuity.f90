@@ -8,7 +8,7 @@
 !>
 !> Displacements are measured in the metric of path_control, load changes relative to the faster of the load rates at both ends: the
 !> test depends neither on units, mesh nor strategy. Nodes that move with touchdown points are included, because they and the
-!> tangent (path_control) move smoothly.
+!> tangent (path_control) move smoothly; the line contact behind such a node has no weight, however long it is (free_weights).
 module path_continuity
    use kinds, only: wp, pi
    use model, only: method_cylindrical, method_load, method_linearised
@@ -100,9 +100,10 @@ contains
       !! response to a small load is proportional to the load, and the chord is used instead of the tangent
       type(relation_t) :: relation
       real(wp), dimension(3, size(from%u, 2)) :: chord, first, last
-      real(wp) :: length, rise, rates(2), faster, unknown
+      real(wp) :: length, rise, rates(2), faster, unknown, weight(size(from%u, 2))
       chord = chord_between(problem, from, to)
-      length = sqrt(metric(problem, chord, chord))
+      weight = free_weights(problem, from)
+      length = sqrt(product_of(chord, chord))
       if (length <= no_motion) return
       rise = (to%load_factor - from%load_factor) / length
       chord = chord / length
@@ -114,15 +115,15 @@ contains
       else
          call seen(before, first, rates(1), from)
       end if
-      if (.not. (metric(problem, first, first) > 0.0_wp .and. metric(problem, last, last) > 0.0_wp)) return
+      if (.not. (product_of(first, first) > 0.0_wp .and. product_of(last, last) > 0.0_wp)) return
       ! If displacements change by rounding only, tangents are meaningless, and the chord is the location error of an event.
       if (length <= problem%model%step(problem%step)%locate_tolerance .and. stands_still(rates(1), length * rise) .and. &
          & stands_still(rates(2), length * rise)) return
       relation%comparable = .true.
+      relation%length = length * sqrt(metric(problem, chord, chord))
       relation%turn = angle_between(problem, first, last)
       chord = chord - 0.5_wp * (first + last)
-      relation%distance = sqrt(metric(problem, chord, chord))
-      relation%length = length
+      relation%distance = sqrt(product_of(chord, chord))
       relation%load = max(rise - maxval(rates), minval(rates) - rise) - &
          & problem%model%step(problem%step)%tolerance * max(abs(from%load_factor), abs(to%load_factor)) / length
       relation%load = max(relation%load, 0.0_wp) / max(maxval(abs(rates)), tiny(1.0_wp))
@@ -149,13 +150,43 @@ contains
          type(state_t), intent(in) :: there     !! the state of that tangent
          real(wp) :: norm
          u = seen_from(problem, from, there, heading%u)
-         norm = sqrt(metric(problem, u, u))
+         norm = sqrt(product_of(u, u))
          rate = heading%load
          if (.not. norm > 0.0_wp) return
          u = u / norm
          rate = heading%load / norm
       end subroutine seen
+
+      !> Inner product of displacements with these weights.
+      pure real(wp) function product_of(a, b)
+         real(wp), intent(in) :: a(:, :), b(:, :)
+         product_of = sum(weight * (a(1, :) * b(1, :) + a(2, :) * b(2, :)))
+      end function product_of
    end function relate
+
+   !> Weights of the nodes in the metric, without the halves of line contacts beside a touchdown point: as soon as that point goes
+   !> on along the rod, such a half would count as lifted with all its length, by the small gap at the point's last place.
+   pure function free_weights(problem, state) result(weight)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp) :: weight(size(problem%weight))  !! (nodes)
+      integer :: e, i, other
+      weight = problem%weight
+      if (.not. problem%moves_nodes()) return
+      weight = 0.0_wp
+      do e = 1, problem%model%mesh%n_elements
+         do i = 1, 2
+            associate (node => problem%model%mesh%node(i, e))
+               other = problem%beside(i, node)
+               if (problem%conforms(e) > 0 .and. other > 0) then
+                  if (problem%conforms(other) == 0) cycle
+               end if
+               weight(node) = weight(node) + 0.5_wp * state%geometry%element(e)%length
+            end associate
+         end do
+      end do
+      weight = weight / (sum(state%geometry%element%length) * problem%size**2)
+   end function free_weights
 
    !> True if two points can be neighbours on one path, or cannot be compared.
    pure logical function same_path(relation)
