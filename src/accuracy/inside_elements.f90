@@ -7,8 +7,7 @@ module inside_elements
    use linear_system, only: system_t
    use state_functional, only: functional_t, inner_place_t
    use deck_nodes, only: place_defect
-   use rod_profile, only: profile_t
-   use state_transfer, only: point_displacement
+   use state_transfer, only: kept_t, point_displacement
    implicit none
    private
    public :: inside_t, look_inside
@@ -33,7 +32,7 @@ contains
       type(state_t), intent(in) :: start         !! the same point as a state of the enriched problem
       type(system_t), intent(in) :: at_start     !! system of the enriched problem, assembled there
       type(inside_t) :: inside
-      type(profile_t) :: own, enriched
+      type(kept_t) :: own, enriched
       real(wp) :: largest
       integer :: i, j
       allocate (inside%element(0))
@@ -56,7 +55,7 @@ contains
          type(inner_place_t), intent(in) :: place
          real(wp), intent(in) :: tau             !! position in the element, 0 to 1
          real(wp), dimension(3) :: u, v, defect
-         call place_defect(finer, start, at_start, place%element, tau, enriched, defect)
+         call place_defect(finer, start, at_start, place%element, tau, enriched%profile, defect)
          call point_displacement(problem, state, place%element, tau, own, u)
          call point_displacement(finer, start, place%element, tau, enriched, v)
          difference = dot_product(place%weight, defect + v - u)

@@ -12,7 +12,7 @@ module balance
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use section_forces, only: end_forces
    use span_forces, only: span_totals, end_force
-   use conforming_span, only: conforming_forces, rolled_t, rolled, density_samples
+   use conforming_span, only: lying_t, conforming_forces, rolled_t, rolled, density_samples
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_t, new_profile, mend_ends, profile_doubt
@@ -153,6 +153,7 @@ contains
          real(wp) :: totals(3, size(problem%model%contact)), moment, push, gap, normal(2), bend, local(3), &
             & x(2), angle, density, tau, counted(2)
          type(rolled_t) :: roll
+         type(lying_t) :: kept
          real(wp), allocatable :: gaps(:), place(:, :)
          integer :: c, e, i, mesh_node
          call span_totals(problem, state, middle, totals, moment)
@@ -181,7 +182,7 @@ contains
             if (problem%conforms(e) == 0) cycle
             do i = 0, density_samples
                tau = real(i, wp) / density_samples
-               call conforming_forces(problem, state, e, tau, local, x, angle, density)
+               call conforming_forces(problem, state, e, tau, local, x, angle, density, kept)
                call note_worst(accuracy%tension, (-density * problem%size - line_slack * scale) / max(accuracy%reaction, &
                   & least_reaction * scale), at, element=problem%model%mesh%element_label(e))
             end do

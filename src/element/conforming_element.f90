@@ -27,7 +27,7 @@ module conforming_element
    use obstacle_track, only: track_t, track_at, track_between
    implicit none
    private
-   public :: conforming_size, conforming_columns, conforming_evaluate, conforming_resultants
+   public :: conforming_size, conforming_columns, conforming_evaluate, conforming_output_t, new_output, conforming_resultants
 
    integer, parameter :: conforming_columns = 4 !! columns of the update operator: sigma at both ends, residual, load factor
 
@@ -40,6 +40,17 @@ module conforming_element
       real(wp) :: run_by_sigma = 0.0_wp, run_by_p = 0.0_wp, run_by_load = 0.0_wp
       real(wp) :: pull_by_sigma = 0.0_wp, pull_by_load = 0.0_wp
    end type section_t
+
+   !> Dense output of an element: the polynomials of sigma and P, and what the section at a place needs.
+   type :: conforming_output_t
+      private
+      real(wp) :: sense = 1.0_wp, offset = 0.0_wp !! as in conforming_evaluate
+      type(ge_stiffness_t) :: compliance
+      type(ge_load_t) :: load
+      type(track_t) :: near                 !! a point of the element's piece of the track
+      real(wp) :: sigma = 0.0_wp, p = 0.0_wp !! at the first end
+      real(wp) :: run(max_stages) = 0.0_wp, pull(max_stages) = 0.0_wp !! sigma' and P' at the stages, times the element's length
+   end type conforming_output_t
 
    ! Columns of the local linearisation before condensation.
    integer, parameter :: by_sigma = 1, by_p = 2, by_residual = 3, by_load = 4, n_by = 4
@@ -179,13 +190,9 @@ contains
       fl(2) = -sense * (dtail(by_p) * ends(4) + dtail(by_load))
    end subroutine conforming_evaluate
 
-   !> Dense output of the collocation inside an element. Resultants as in ge_element: n' = -q - p J r' - f, m' = -r' x n, N positive
-   !> in tension, Q along the normal to the left of the rod. N and M follow from sigma and P at the place,
-   !>   Q = -M'/(1 + e),   M' = EI (k' (1 + e)^2 + o k N'/EA - k0'),   N' = -o k M' - q_t,
-   !> and the reaction from equilibrium along the normal, with Q' from the derivatives of these equations.
-   pure subroutine conforming_resultants(tab, h, sense, bend, obstacle, offset, first, last, compliance, load, z, tau, k0, sigma, &
-      & n, q, m, density)
-      type(tableau_t), intent(in) :: tab
+   !> Dense output of an element, from the arguments of conforming_evaluate.
+   pure type(conforming_output_t) function new_output(h, sense, bend, obstacle, offset, first, last, compliance, load, z) &
+      & result(output)
       real(wp), intent(in) :: h, sense
       real(wp), intent(in) :: bend(:)          !! (stages)
       type(obstacle_t), intent(in) :: obstacle
@@ -194,50 +201,67 @@ contains
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: z(:)
+      type(section_t) :: at
+      integer :: i, s
+      s = size(bend)
+      output%sense = sense
+      output%offset = offset
+      output%compliance = compliance
+      output%load = load
+      output%near = track_between(obstacle, offset, first, last)
+      output%sigma = first%sigma
+      output%p = z(1)
+      do i = 1, s
+         at = section_at(track_at(obstacle, offset, first%sigma + z(1 + s + i), output%near), sense, bend(i), compliance, load, &
+            & z(1 + i))
+         output%run(i) = h * (sense * at%stretch)
+         output%pull(i) = h * at%pull
+      end do
+   end function new_output
+
+   !> Resultants inside an element. As in ge_element: n' = -q - p J r' - f, m' = -r' x n, N positive in tension, Q along the normal
+   !> to the left of the rod. N and M follow from sigma and P at the place,
+   !>   Q = -M'/(1 + e),   M' = EI (k' (1 + e)^2 + o k N'/EA - k0'),   N' = -o k M' - q_t,
+   !> and the reaction from equilibrium along the normal, with Q' from the derivatives of these equations.
+   pure subroutine conforming_resultants(output, tab, obstacle, tau, k0, here, n, q, m, density)
+      type(conforming_output_t), intent(in) :: output
+      type(tableau_t), intent(in) :: tab
+      type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
       real(wp), intent(in) :: k0(0:2)          !! stress-free curvature at the place, and its first two derivatives by the
       !! stress-free length
-      real(wp), intent(out) :: sigma           !! arc length along the track, less that of the first end
+      type(track_t), intent(out) :: here       !! the track at the place
       real(wp), intent(out) :: n, q, m         !! N, Q and M at the place
       real(wp), intent(out), optional :: density !! reaction of the obstacle per unit stress-free length, positive when it pushes
       type(section_t) :: at
-      type(track_t) :: near, here
-      real(wp) :: basis(max_stages), p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2)
-      integer :: i, s
-      s = tab%stages
-      near = track_between(obstacle, offset, first, last)
+      real(wp) :: basis(max_stages), ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2)
       call stage_basis(tab, tau, basis)
-      sigma = 0.0_wp
-      p = z(1)
-      do i = 1, s
-         at = section_at(track_at(obstacle, offset, first%sigma + z(1 + s + i), near), sense, bend(i), compliance, load, z(1 + i))
-         sigma = sigma + (h * basis(i)) * (sense * at%stretch)
-         p = p + (h * basis(i)) * at%pull
-      end do
-      here = track_at(obstacle, offset, first%sigma + sigma, near)
-      at = section_at(here, sense, k0(0), compliance, load, p)
-      n = at%n
-      m = at%m
+      associate (sense => output%sense, compliance => output%compliance, load => output%load, s => tab%stages)
+         here = track_at(obstacle, output%offset, output%sigma + dot_product(basis(:s), output%run(:s)), output%near)
+         at = section_at(here, sense, k0(0), compliance, load, output%p + dot_product(basis(:s), output%pull(:s)))
+         n = at%n
+         m = at%m
 
-      ! M' after substitution of N'; k1 is (o k)'.
-      ei = 1.0_wp / compliance%bending
-      normal = [-here%tangent(2), here%tangent(1)]
-      along = sense * dot_product(load%line, here%tangent)
-      across = sense * dot_product(load%line, normal)
-      d = 1.0_wp + ei * here%curvature**2 * compliance%axial
-      k1 = here%curvature_rate * at%stretch
-      m1 = ei * (k1 * at%stretch - sense * here%curvature * along * compliance%axial - k0(1)) / d
-      n1 = -sense * here%curvature * m1 - along
-      q = -m1 / at%stretch
-      if (.not. present(density)) return
-      ! With (o k)' = k' (1 + e) and q_t' = o k (1 + e) q_n:
-      !   M'' = EI (o k'' (1 + e)^3 + 3 k' (1 + e) e' + o k N''/EA - k0''),   N'' = -k' (1 + e) M' - o k M'' - q_t'
-      stretch1 = n1 * compliance%axial
-      k2 = sense * here%curvature_second * at%stretch**2
-      m2 = ei * (k2 * at%stretch + 3 * k1 * stretch1 - k0(2) - (compliance%axial * sense * here%curvature) * &
-         & (k1 * m1 + sense * here%curvature * at%stretch * across)) / d
-      q1 = -m2 / at%stretch + m1 * stretch1 / at%stretch**2
-      density = -sense * (q1 + n * sense * here%curvature * at%stretch + across + load%pressure * at%stretch)
+         ! M' after substitution of N'; k1 is (o k)'.
+         ei = 1.0_wp / compliance%bending
+         normal = [-here%tangent(2), here%tangent(1)]
+         along = sense * dot_product(load%line, here%tangent)
+         across = sense * dot_product(load%line, normal)
+         d = 1.0_wp + ei * here%curvature**2 * compliance%axial
+         k1 = here%curvature_rate * at%stretch
+         m1 = ei * (k1 * at%stretch - sense * here%curvature * along * compliance%axial - k0(1)) / d
+         n1 = -sense * here%curvature * m1 - along
+         q = -m1 / at%stretch
+         if (.not. present(density)) return
+         ! With (o k)' = k' (1 + e) and q_t' = o k (1 + e) q_n:
+         !   M'' = EI (o k'' (1 + e)^3 + 3 k' (1 + e) e' + o k N''/EA - k0''),   N'' = -k' (1 + e) M' - o k M'' - q_t'
+         stretch1 = n1 * compliance%axial
+         k2 = sense * here%curvature_second * at%stretch**2
+         m2 = ei * (k2 * at%stretch + 3 * k1 * stretch1 - k0(2) - (compliance%axial * sense * here%curvature) * &
+            & (k1 * m1 + sense * here%curvature * at%stretch * across)) / d
+         q1 = -m2 / at%stretch + m1 * stretch1 / at%stretch**2
+         density = -sense * (q1 + n * sense * here%curvature * at%stretch + across + load%pressure * at%stretch)
+      end associate
    end subroutine conforming_resultants
 
    !> N, M and the right-hand sides of sigma' and P' with their derivatives, at a place `at` of the track for a given P.

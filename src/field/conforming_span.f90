@@ -12,10 +12,10 @@ module conforming_span
    use obstacle_track, only: track_t, track_foot, track_at, track_ahead, track_between, across_joint, joint_shares
    use ge_element, only: ge_load_t, ge_columns, ge_end_forces
    use inner_forces, only: inner_forces_t
-   use conforming_element, only: conforming_evaluate, conforming_resultants, conforming_size
+   use conforming_element, only: conforming_evaluate, conforming_output_t, new_output, conforming_resultants, conforming_size
    implicit none
    private
-   public :: evaluate_conforming, conforming_forces, conforming_point, conforming_displacement, &
+   public :: evaluate_conforming, lying_t, conforming_forces, conforming_point, conforming_displacement, &
       & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, &
       & rolled_t, rolled, excess_curvature, excess_rate, node_track, track_joints, track_sense, rod_angle, bend_at, ge_end, &
       & density_samples
@@ -26,6 +26,14 @@ module conforming_span
 
    integer, parameter :: density_samples = 4 !! number of equal parts of an element, or of its smooth parts, at whose ends the
    !! density of the contact force is sampled
+
+   !> A conforming element in one state, kept for its further places.
+   type :: lying_t
+      private
+      integer :: element = 0          !! 0: undefined
+      real(wp) :: sense = 1.0_wp      !! see track_sense
+      type(conforming_output_t) :: output
+   end type lying_t
 
    !> Position of a point contact's force relative to the contact node, if the node is a segment boundary and the force is beside
    !> it.
@@ -422,7 +430,7 @@ contains
 
    !> Section forces (N, Q, M) in the axes of the section inside a conforming element, place and tangent angle, and the obstacle's
    !> force per unit stress-free length.
-   pure subroutine conforming_forces(problem, state, e, tau, local, place, angle, density)
+   pure subroutine conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
@@ -430,35 +438,49 @@ contains
       real(wp), intent(out) :: local(3)
       real(wp), intent(out) :: place(2), angle      !! deformed; tangent angle in (-pi, pi]
       real(wp), intent(out), optional :: density
-      type(track_t) :: track(2), here
-      real(wp) :: sense, offset, sigma
-      integer :: c(2), s, i
+      type(lying_t), intent(inout), optional :: kept !! of the same state, or undefined; computed again only if the element changes
+      type(lying_t) :: here
+      type(track_t) :: track
+      if (present(kept)) here = kept
+      if (here%element /= e) here = lying(problem, state, e)
+      if (present(kept)) kept = here
+      associate (obstacle => problem%candidates%obstacle(problem%conforms(e)), tab => problem%tableau(problem%model%mesh%stages(e)))
+         call conforming_resultants(here%output, tab, problem%model%obstacle(obstacle), tau, bend_at(problem, state, e, tau), &
+            & track, local(1), local(2), local(3), density)
+         place = track%place + obstacle_shift(problem, state, obstacle)
+      end associate
+      angle = atan2(here%sense * track%tangent(2), here%sense * track%tangent(1))
+   end subroutine conforming_forces
+
+   !> A conforming element's dense output.
+   pure type(lying_t) function lying(problem, state, e)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      type(track_t) :: track(2)
+      integer :: c(2), i
       c = [problem%conforms(e), problem%candidates%neighbour(2, problem%conforms(e))]
-      s = problem%model%mesh%stages(e)
       do i = 1, 2
          track(i) = node_track(problem, state, c(i))
       end do
-      sense = track_sense(problem, state, c(1), track(1))
-      offset = -candidate_offset(problem, state, problem%candidates, c(1))
-      associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c(1))))
-         call conforming_resultants(problem%tableau(s), state%geometry%element(e)%length, sense, stage_bends(problem, state, e), &
-            & obstacle, offset, track(1), track(2), problem%compliance(e), element_load(problem, state, e), &
-            & state%z(:conforming_size(s), e), tau, bend_at(problem, state, e, tau), sigma, local(1), local(2), local(3), density)
-         here = track_at(obstacle, offset, track(1)%sigma + sigma, track_between(obstacle, offset, track(1), track(2)))
-         place = here%place + obstacle_shift(problem, state, problem%candidates%obstacle(c(1)))
-         angle = atan2(sense * here%tangent(2), sense * here%tangent(1))
-      end associate
-   end subroutine conforming_forces
+      lying%element = e
+      lying%sense = track_sense(problem, state, c(1), track(1))
+      lying%output = new_output(state%geometry%element(e)%length, lying%sense, stage_bends(problem, state, e), &
+         & problem%model%obstacle(problem%candidates%obstacle(c(1))), -candidate_offset(problem, state, problem%candidates, c(1)), &
+         & track(1), track(2), problem%compliance(e), element_load(problem, state, e), &
+         & state%z(:conforming_size(problem%model%mesh%stages(e)), e))
+   end function lying
 
    !> Displacements and rotation inside a conforming element, and (n_x, n_y, m).
-   pure subroutine conforming_point(problem, state, e, tau, u, resultant)
+   pure subroutine conforming_point(problem, state, e, tau, kept, u, resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
+      type(lying_t), intent(inout) :: kept          !! as in conforming_forces, also in the following procedures
       real(wp), intent(out) :: u(3), resultant(3)
       real(wp) :: local(3), place(2), angle, x(2), home, speed, s, near
-      call conforming_forces(problem, state, e, tau, local, place, angle)
+      call conforming_forces(problem, state, e, tau, local, place, angle, kept=kept)
       associate (curve => problem%model%curve(problem%model%mesh%curve(e)), g => state%geometry%element(e))
          s = curve_abscissa(curve, problem%model%imperfection, g%s(1), tau * g%length)
          call curve_point(curve, problem%model%imperfection, s, x, home, speed)
@@ -472,25 +494,29 @@ contains
    end subroutine conforming_point
 
    !> Displacements and rotation inside a conforming element.
-   pure function conforming_displacement(problem, state, e, tau) result(u)
+   pure subroutine conforming_displacement(problem, state, e, tau, kept, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      real(wp) :: u(3), resultant(3)
-      call conforming_point(problem, state, e, tau, u, resultant)
-   end function conforming_displacement
+      type(lying_t), intent(inout) :: kept
+      real(wp), intent(out) :: u(3)
+      real(wp) :: resultant(3)
+      call conforming_point(problem, state, e, tau, kept, u, resultant)
+   end subroutine conforming_displacement
 
    !> (n_x, n_y, m) inside a conforming element.
-   pure function conforming_resultant(problem, state, e, tau) result(resultant)
+   pure subroutine conforming_resultant(problem, state, e, tau, kept, resultant)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      real(wp) :: resultant(3), local(3), place(2), angle
-      call conforming_forces(problem, state, e, tau, local, place, angle)
+      type(lying_t), intent(inout) :: kept
+      real(wp), intent(out) :: resultant(3)
+      real(wp) :: local(3), place(2), angle
+      call conforming_forces(problem, state, e, tau, local, place, angle, kept=kept)
       resultant = [cos(angle) * local(1) - sin(angle) * local(2), sin(angle) * local(1) + cos(angle) * local(2), local(3)]
-   end function conforming_resultant
+   end subroutine conforming_resultant
 
    !> First guess of a conforming element's stored unknowns from fields at its first end and its stages; neither places nor forces
    !> need fit the track.

@@ -11,7 +11,7 @@
 module rod_profile
    use kinds, only: wp, pi
    use small_dense, only: solve_small
-   use conforming_span, only: conforming_displacement
+   use conforming_span, only: lying_t, conforming_displacement
    use node_rates, only: rod_derivatives, rotation_rates
    use problem, only: problem_t
    use element_families, only: collocates, follows_curves
@@ -77,6 +77,7 @@ contains
       type(profile_t) :: profile
       real(wp) :: home(2, max_stages), powers(max_stages + 1, max_stages + 1), value(3, max_stages + 1), tau, u(3), d(2), axis(2)
       type(ge_load_t) :: load
+      type(lying_t) :: kept
       integer :: s, j, k
       logical :: singular
       s = problem%model%mesh%stages(e)
@@ -106,7 +107,7 @@ contains
                tau = 1.0_wp
                u = state%u(:, node(2))
             else
-               u = conforming_displacement(problem, state, e, tau)
+               call conforming_displacement(problem, state, e, tau, kept, u)
             end if
             d = 0.0_wp
             if (profile%curved) d = deviation(problem, profile, tau)

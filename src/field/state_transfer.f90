@@ -12,7 +12,7 @@ module state_transfer
    use rod_profile, only: profile_t, new_profile, keep_profile, mend_rotation, mended_displacement, profile_place, &
       & profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
-   use conforming_span, only: conforming_forces, conforming_displacement, conforming_resultant, conforming_point, &
+   use conforming_span, only: lying_t, conforming_forces, conforming_displacement, conforming_resultant, conforming_point, &
       & conforming_guess
    use gauss_tableau, only: max_stages
    use node_rates, only: resultants_on_ground
@@ -20,13 +20,14 @@ module state_transfer
    use ge_element, only: ge_load_t, ge_between, ge_directions
    implicit none
    private
-   public :: find_point, point_displacement, carried, carried_field, carry_to, carry_stored, move_nodes, displacements_at, &
+   public :: find_point, kept_t, point_displacement, carried, carried_field, carry_to, carry_stored, move_nodes, displacements_at, &
       & field_at, see_from
 
-   !> Element data of the last place, reused if the next place is in the same element.
+   !> Element data of the last place, reused if the next place of the same state is in the same element.
    type :: kept_t
       integer :: along = 0                      !! index of the element in problem%along
       type(profile_t) :: profile                !! dense output of an element
+      type(lying_t) :: lying                    !! dense output of a conforming element
       integer :: directed = 0                   !! element to which `rho` belongs; 0: none
       real(wp) :: rho(2, max_stages) = 0.0_wp   !! directions of the cross sections at the element's stages
    end type kept_t
@@ -134,21 +135,18 @@ contains
       real(wp), intent(in) :: field(:, :)       !! (3, nodes of `from`)
       type(state_t), intent(in) :: there        !! `state` on the mesh of `to`
       real(wp) :: new(3, to%model%mesh%n_nodes)
-      type(profile_t) :: profile
-      integer :: d, e, i, j, node, near
+      type(kept_t) :: kept
+      integer :: d, e, i, j, node
       real(wp) :: tau
       new = 0.0_wp
-      near = 0
       do d = 1, size(to%mesh_node)
          if (to%mesh_node(d) > 0) new(:, to%mesh_node(d)) = field(:, from%mesh_node(d))
       end do
       do j = 1, size(to%element_first)
          do i = to%element_first(j), to%element_last(j) - 1
             node = to%model%mesh%node(2, to%along(i))
-            call find_point(from, state, j, node_coordinate(to, there%geometry, node), e, tau, near)
-            if (tau > 0.0_wp .and. tau < 1.0_wp .and. from%conforms(e) == 0 .and. e /= profile%element) &
-               & profile = new_profile(from, state, e)
-            new(:, node) = point_rate(from, state, field, e, profile, tau)
+            call find_point(from, state, j, node_coordinate(to, there%geometry, node), e, tau, kept%along)
+            call point_rate(from, state, field, e, kept, tau, new(:, node))
          end do
       end do
    end function carried_field
@@ -189,7 +187,7 @@ contains
             if (i < to%element_last(j)) then
                node = to%model%mesh%node(2, e)
                call find_point(from, state, j, node_coordinate(to, new%geometry, node), old, tau, kept%along)
-               call continuous_displacement(from, state, old, tau, kept%profile, new%u(:, node))
+               call continuous_displacement(from, state, old, tau, kept, new%u(:, node))
             end if
             call carry_resultants(from, state, to, e, range(:, e), kept, new)
          end do
@@ -254,38 +252,38 @@ contains
    end subroutine find_ranges
 
    !> Displacements and rotation at a place of an element; at a node exactly the node's values.
-   pure subroutine point_displacement(problem, state, e, tau, profile, u)
+   pure subroutine point_displacement(problem, state, e, tau, kept, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(profile_t), intent(inout) :: profile !! kept for the next place, see keep_profile
+      type(kept_t), intent(inout) :: kept       !! data of the same state
       real(wp), intent(out) :: u(3)
       if (tau <= 0.0_wp) then
          u = state%u(:, problem%model%mesh%node(1, e))
       else if (tau >= 1.0_wp) then
          u = state%u(:, problem%model%mesh%node(2, e))
       else if (problem%conforms(e) > 0) then
-         u = conforming_displacement(problem, state, e, tau)
+         call conforming_displacement(problem, state, e, tau, kept%lying, u)
       else
-         call keep_profile(problem, state, e, profile)
-         u = profile_displacement(problem, profile, tau)
+         call keep_profile(problem, state, e, kept%profile)
+         u = profile_displacement(problem, kept%profile, tau)
       end if
    end subroutine point_displacement
 
    !> Displacements and rotation at a place of an element, continuous at nodes. Out of equilibrium the element's polynomial misses
    !> the second node; the difference is distributed linearly along the element, so that a node that moves into either neighbouring
    !> element finds the same value. Meshes of contact spans are transferred without this correction.
-   pure subroutine continuous_displacement(problem, state, e, tau, profile, u)
+   pure subroutine continuous_displacement(problem, state, e, tau, kept, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
-      type(profile_t), intent(inout) :: profile !! kept for the next place
+      type(kept_t), intent(inout) :: kept       !! data of the same state
       real(wp), intent(out) :: u(3)
-      call point_displacement(problem, state, e, tau, profile, u)
+      call point_displacement(problem, state, e, tau, kept, u)
       if (tau <= 0.0_wp .or. tau >= 1.0_wp .or. problem%has_spans()) return
-      u = u + tau * (state%u(:, problem%model%mesh%node(2, e)) - profile_displacement(problem, profile, 1.0_wp))
+      u = u + tau * (state%u(:, problem%model%mesh%node(2, e)) - profile_displacement(problem, kept%profile, 1.0_wp))
    end subroutine continuous_displacement
 
    !> Transfer of one element's stored section forces. If contact forces act at the ends of the element, the section forces jump
@@ -321,9 +319,9 @@ contains
                ! For a conforming element only P = N + kappa M is used (see conforming_element), which does not jump at contact
                ! forces.
                if (from%conforms(old) > 0 .and. tau > 0.0_wp .and. tau < 1.0_wp) then
-                  call conforming_point(from, state, old, tau, u(:, i), resultant(:, i))
+                  call conforming_point(from, state, old, tau, kept%lying, u(:, i), resultant(:, i))
                else
-                  call point_displacement(from, state, old, tau, kept%profile, u(:, i))
+                  call point_displacement(from, state, old, tau, kept, u(:, i))
                   call find_resultant(from, state, old, tau, kept, resultant(:, i))
                end if
                call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2, i), home(3, i), speed)
@@ -358,7 +356,7 @@ contains
       type(ge_load_t) :: load
       real(wp) :: span(2), told(3)
       if (problem%conforms(e) > 0) then
-         resultant = conforming_resultant(problem, state, e, tau)
+         call conforming_resultant(problem, state, e, tau, kept%lying, resultant)
          return
       end if
       load = element_load(problem, state, e)
@@ -414,10 +412,9 @@ contains
       real(wp), intent(out), optional :: u(:, :)  !! (3, nodes)
       real(wp), intent(in), optional :: field(:, :) !! (3, nodes) at the state's nodes
       real(wp), intent(out), optional :: moved(:, :) !! transferred `field`; required with `field`
-      type(profile_t) :: profile
-      integer :: node, e, near
+      type(kept_t) :: kept
+      integer :: node, e
       real(wp) :: tau
-      near = 0
       do node = 1, problem%model%mesh%n_nodes
          if (stays(problem, state%geometry, geometry, node)) then
             if (present(u)) u(:, node) = state%u(:, node)
@@ -425,20 +422,19 @@ contains
             cycle
          end if
          call find_point(problem, state, problem%rod_segment(problem%beside(1, node)), node_coordinate(problem, geometry, &
-            & node), e, &
-            & tau, near)
-         if (tau > 0.0_wp .and. tau < 1.0_wp .and. problem%conforms(e) == 0 .and. e /= profile%element) then
-            profile = new_profile(problem, state, e)
-            if (present(u) .and. is_smooth(e)) call mend_rotation(problem, state, profile)
+            & node), e, tau, kept%along)
+         if (tau > 0.0_wp .and. tau < 1.0_wp .and. problem%conforms(e) == 0 .and. e /= kept%profile%element) then
+            kept%profile = new_profile(problem, state, e)
+            if (present(u) .and. is_smooth(e)) call mend_rotation(problem, state, kept%profile)
          end if
          if (present(u)) then
             if (tau > 0.0_wp .and. tau < 1.0_wp .and. is_smooth(e)) then
-               u(:, node) = mended_displacement(problem, profile, tau)
+               u(:, node) = mended_displacement(problem, kept%profile, tau)
             else
-               call continuous_displacement(problem, state, e, tau, profile, u(:, node))
+               call continuous_displacement(problem, state, e, tau, kept, u(:, node))
             end if
          end if
-         if (present(field)) moved(:, node) = point_rate(problem, state, field, e, profile, tau)
+         if (present(field)) call point_rate(problem, state, field, e, kept, tau, moved(:, node))
       end do
 
    contains
@@ -466,14 +462,14 @@ contains
    !> end as the cubic with the values and slopes at both ends; the relative rotation rotates the tangent, and the extension rate is
    !> constant. The error of displacement rates is O(h^4), that of the rotation rate (slope of the cubic) O(h^3), and O(h^2) times
    !> the variation of the extension rate.
-   pure function point_rate(problem, state, field, e, profile, tau) result(rate)
+   pure subroutine point_rate(problem, state, field, e, kept, tau, rate)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: field(:, :)       !! (3, nodes)
       integer, intent(in) :: e
-      type(profile_t), intent(in) :: profile    !! profile of element `e`; not used for conforming elements and at ends
+      type(kept_t), intent(inout) :: kept       !! data of the same state
       real(wp), intent(in) :: tau
-      real(wp) :: rate(3)
+      real(wp), intent(out) :: rate(3)
       real(wp) :: x(2, 2), tangent(2, 2), value(2), slope(2, 2), chord(2), place(2), bow(2), local(3), angle, speed, turn, even
       associate (node => problem%model%mesh%node(:, e), g => state%geometry%element(e))
          if (tau <= 0.0_wp .or. tau >= 1.0_wp) then
@@ -481,10 +477,11 @@ contains
             return
          end if
          if (problem%conforms(e) > 0) then
-            call conforming_forces(problem, state, e, tau, local, place, angle)
+            call conforming_forces(problem, state, e, tau, local, place, angle, kept=kept%lying)
          else
-            place = profile_place(problem, profile, tau)
-            angle = profile_angle(problem, state, profile, tau)
+            call keep_profile(problem, state, e, kept%profile)
+            place = profile_place(problem, kept%profile, tau)
+            angle = profile_angle(problem, state, kept%profile, tau)
          end if
          x(:, 1) = node_position(state, node(1))
          x(:, 2) = node_position(state, node(2))
@@ -522,5 +519,5 @@ contains
          real(wp) :: across(2)
          across = [-d(2), d(1)]
       end function across
-   end function point_rate
+   end subroutine point_rate
 end module state_transfer

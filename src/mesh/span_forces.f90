@@ -6,7 +6,7 @@ module span_forces
    use rod_state, only: state_t, candidate_gap, node_position, element_load
    use ge_element, only: ge_load_t
    use section_forces, only: end_forces
-   use conforming_span, only: conforming_forces, rolled_t, rolled, track_joints
+   use conforming_span, only: lying_t, conforming_forces, rolled_t, rolled, track_joints
    use touchdown_points, only: point_force
    use breakpoint_forces, only: breakpoint_force
    use state_transfer, only: find_point
@@ -60,6 +60,7 @@ contains
       real(wp), intent(out) :: share(:), density(:) !! (deck's nodes of the contact)
       real(wp) :: sums(problem%deck%mesh%n_nodes), densities(problem%deck%mesh%n_nodes), local(3), x(2), angle, push, at, tau, &
          & start, length, from, to
+      type(lying_t) :: kept
       integer :: c, e, i, j
       sums = 0.0_wp
       densities = 0.0_wp
@@ -88,7 +89,7 @@ contains
                if (.not. to > from) cycle
                do i = 1, tab%stages
                   at = from + tab%c(i) * (to - from)
-                  call conforming_forces(problem, state, e, (at - start) / length, local, x, angle, push)
+                  call conforming_forces(problem, state, e, (at - start) / length, local, x, angle, push, kept)
                   call add(problem%rod_segment(e), at, push * tab%b(i) * g%length * (to - from) / length)
                end do
             end do
@@ -103,7 +104,7 @@ contains
             call find_point(problem, state, j, problem%layout%node_at(node), e, tau)
             if (problem%conforms(e) == 0) cycle
             if (problem%candidates%contact(problem%conforms(e)) /= contact) cycle
-            call conforming_forces(problem, state, e, tau, local, x, angle, density(i))
+            call conforming_forces(problem, state, e, tau, local, x, angle, density(i), kept)
          end associate
       end do
 
@@ -191,6 +192,7 @@ contains
       real(wp), allocatable :: part(:)
       real(wp) :: weight
       type(ge_load_t) :: load
+      type(lying_t) :: kept
       integer :: i, k
       load = element_load(problem, state, e)
       call end_forces(problem, state, e, ends(:, 1), ends(:, 2))
@@ -209,7 +211,8 @@ contains
          do k = 2, size(part)
             do i = 1, tab%stages
                weight = tab%b(i) * (part(k) - part(k - 1)) * length
-               call conforming_forces(problem, state, e, part(k - 1) + tab%c(i) * (part(k) - part(k - 1)), local, x, angle, density)
+               call conforming_forces(problem, state, e, part(k - 1) + tab%c(i) * (part(k) - part(k - 1)), local, x, angle, &
+                  & density, kept)
                force(3) = force(3) + weight * density
                x = x - middle
                moment = moment - weight * (x(1) * load%line(2) - x(2) * load%line(1))

@@ -7,7 +7,7 @@ module span_pushes
    use rod_state, only: state_t, candidate_gap, node_position
    use span_forces, only: end_force, cut_force
    use span_regions, only: chain_coordinate, lengths_before
-   use conforming_span, only: conforming_forces, rolled_t, rolled, track_joints, node_track, track_sense, density_samples
+   use conforming_span, only: lying_t, conforming_forces, rolled_t, rolled, track_joints, node_track, track_sense, density_samples
    implicit none
    private
    public :: point_pushes, line_pushes
@@ -55,6 +55,7 @@ contains
       real(wp), allocatable :: list(:, :)   !! (6, samples)
       real(wp), allocatable :: part(:), before(:)
       real(wp) :: local(3), place(2), angle, density, sense, tau, at
+      type(lying_t) :: kept
       integer :: c, e, k, i, n
       allocate (list(6, 8))
       n = 0
@@ -70,7 +71,7 @@ contains
             do i = 0, density_samples
                tau = min(max(real(i, wp) / density_samples, inside), 1.0_wp - inside)
                tau = part(k - 1) + tau * (part(k) - part(k - 1))
-               call conforming_forces(problem, state, e, tau, local, place, angle, density)
+               call conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
                at = chain_coordinate(problem, state, c, 2, before) + tau * state%geometry%element(e)%length
                ! The free side is on the left of the obstacle's track.
                call add(list, n, problem%candidates%contact(c), at, place, sense * density * [-sin(angle), cos(angle)])

@@ -7,7 +7,7 @@ module conforming_rod
    use inner_forces, only: inner_forces_t, clear_forces
    use gauss_tableau, only: raised_values
    use ge_element, only: ge_load_t
-   use conforming_span, only: evaluate_conforming, conforming_forces, conforming_resultant
+   use conforming_span, only: evaluate_conforming, lying_t, conforming_forces, conforming_resultant
    implicit none
    private
    public :: conforming_rod_t
@@ -50,8 +50,9 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(out) :: first(3), second(3)
-      first = conforming_resultant(problem, state, e, 0.0_wp)
-      second = conforming_resultant(problem, state, e, 1.0_wp)
+      type(lying_t) :: kept
+      call conforming_resultant(problem, state, e, 0.0_wp, kept, first)
+      call conforming_resultant(problem, state, e, 1.0_wp, kept, second)
    end subroutine end_forces
 
    !> See rod_element.
@@ -89,6 +90,7 @@ contains
       real(wp) :: total(3)
       real(wp) :: x(2, 2), position(2), force(2), local(3), angle
       type(ge_load_t) :: load
+      type(lying_t) :: kept
       integer :: i, s
       load = element_load(problem, state, e)
       total = 0.0_wp
@@ -99,7 +101,7 @@ contains
       s = problem%model%mesh%stages(e)
       associate (h => state%geometry%element(e)%length)
          do i = 1, s
-            call conforming_forces(problem, state, e, problem%tableau(s)%c(i), local, position, angle)
+            call conforming_forces(problem, state, e, problem%tableau(s)%c(i), local, position, angle, kept=kept)
             position = position - middle
             force = h * problem%tableau(s)%b(i) * load%line
             total = total + [force, position(1) * force(2) - position(2) * force(1)]

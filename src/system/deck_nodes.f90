@@ -6,8 +6,8 @@ module deck_nodes
    use rod_state, only: state_t, obstacle_shift
    use obstacle_geometry, only: moved_gap
    use linear_system, only: system_t, to_global
-   use state_transfer, only: find_point, point_displacement
-   use conforming_span, only: conforming_displacement
+   use state_transfer, only: find_point, kept_t, point_displacement
+   use conforming_span, only: lying_t, conforming_displacement
    use section_forces, only: local_forces, inner_local_forces
    use rod_profile, only: profile_t, keep_profile, profile_rate
    implicit none
@@ -42,7 +42,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: nodes(:)
       real(wp) :: u(3, size(nodes))
-      type(profile_t) :: profile
+      type(kept_t) :: kept
       integer :: i, e, mesh_node, near
       real(wp) :: tau
       near = 0
@@ -51,7 +51,7 @@ contains
          if (e == 0) then
             u(:, i) = state%u(:, mesh_node)
          else
-            call point_displacement(problem, state, e, tau, profile, u(:, i))
+            call point_displacement(problem, state, e, tau, kept, u(:, i))
          end if
       end do
    end function deck_displacements
@@ -168,6 +168,7 @@ contains
       real(wp), intent(out) :: rate(3)
       real(wp) :: step, moved(3, 2), part
       type(state_t) :: beside
+      type(lying_t) :: kept
       integer :: way, i
       if (problem%conforms(e) == 0) then
          call keep_profile(problem, state, e, profile)
@@ -189,7 +190,8 @@ contains
          end do
          beside%z(:size(dz), e) = state%z(:size(dz), e) + part * dz
          beside%load_factor = state%load_factor + part * load_change
-         moved(:, way) = conforming_displacement(problem, beside, e, tau)
+         kept = lying_t()
+         call conforming_displacement(problem, beside, e, tau, kept, moved(:, way))
       end do
       rate = (moved(:, 2) - moved(:, 1)) / (2.0_wp * step)
    end subroutine place_rate
