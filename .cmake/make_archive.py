@@ -221,13 +221,13 @@ class Writer:
                 continue
             uses.append(f"   use {module}, only: {name}" if local == name else f"   use {module}, only: {local} => {name}")
         roots = [f"exchange_{self.local(root.split(':')[1], root.split(':')[0])}" for root in ROOTS]
-        layout = hashlib.sha256("\n".join(procedures).encode()).hexdigest()[:16]
+        layout = hashlib.sha256("\n".join(["words", *procedures]).encode()).hexdigest()[:16]
         return "\n".join([
             "!> Made by .cmake/make_archive.py from the definitions of the types; not to be edited.", "module run_archive",
             "   use archive, only: archive_t, archive_one, archive_integers, archive_reals, archive_logicals, &",
             "      & archive_text, archive_flag, archive_number, archive_bounds, archive_begin_shared, archive_end_shared", *uses,
             "   implicit none", "   private", "   public :: archive_layout, " + ", &\n      & ".join(roots), "",
-            "   !> Another one where any type is another one.", f"   character(*), parameter :: archive_layout = '{layout}'", "", "contains", "", *procedures, "end module run_archive", ""])
+            "   !> Another one where any type or the form of the archive is another one.", f"   character(*), parameter :: archive_layout = '{layout}'", "", "contains", "", *procedures, "end module run_archive", ""])
 
 
 def main():

@@ -1,4 +1,4 @@
-!> A sequence of bytes that stores values and returns them in the same order, to the last bit: the state of a run between two
+!> A sequence of words that stores values and returns them in the same order, to the last bit: the state of a run between two
 !> programs.
 !>
 !> The same procedures store and load: in an archive with `loading` they set the values, otherwise they append them. run_archive has
@@ -11,19 +11,18 @@ module archive
    public :: without_zeros, with_zeros
    public :: archive_text, archive_flag, archive_number, archive_bounds, archive_begin_shared, archive_end_shared, archive_reset
 
-   integer, parameter :: integer_bytes = storage_size(1) / 8, real_bytes = storage_size(1.0_wp) / 8
-   integer, parameter :: logical_bytes = storage_size(.true.) / 8
+   integer, parameter :: word_bits = storage_size(1) !! of an integer
+   integer, parameter :: real_words = storage_size(1.0_wp) / word_bits, logical_words = storage_size(.true.) / word_bits
+   integer, parameter :: word_letters = word_bits / storage_size(' ')
 
-   character(1), parameter :: zero = char(0)
-
-   !> A sequence of bytes to which values are appended, or from which they are loaded.
+   !> A sequence of words to which values are appended, or from which they are loaded.
    type :: archive_t
       logical :: loading = .false.             !! true: values are loaded; false: values are stored
-      logical :: damaged = .false.             !! true: more bytes were requested than the archive has
-      integer :: n = 0                         !! number of bytes
-      integer :: at = 0                        !! number of bytes loaded so far
-      character(1), allocatable :: bytes(:)    !! `n` bytes, followed by unused space
-      integer, allocatable :: shared(:, :)     !! (2, blocks) number of bytes before a shared block, and its number of bytes
+      logical :: damaged = .false.             !! true: more words were requested than the archive has
+      integer :: n = 0                         !! number of words
+      integer :: at = 0                        !! number of words loaded so far
+      integer, allocatable :: words(:)         !! `n` words, followed by unused space
+      integer, allocatable :: shared(:, :)     !! (2, blocks) number of words before a shared block, and its number of words
       integer :: n_shared = 0
    end type archive_t
 
@@ -34,61 +33,60 @@ module archive
 
 contains
 
-   !> An archive from which the values in the bytes are loaded.
-   function archive_of(bytes) result(a)
-      character(1), intent(in) :: bytes(:)
+   !> An archive from which the values in the words are loaded.
+   function archive_of(words) result(a)
+      integer, intent(in) :: words(:)
       type(archive_t) :: a
       a%loading = .true.
-      a%n = size(bytes)
-      a%bytes = bytes
+      a%n = size(words)
+      a%words = words
    end function archive_of
 
-   !> Compresses bytes: each sequence of zeros, up to 255, becomes a zero and its length. About half of the bytes of a state are
-   !> zeros.
-   pure function without_zeros(bytes) result(packed)
-      character(1), intent(in) :: bytes(:)
-      character(1), allocatable :: packed(:)
+   !> Compresses words: each sequence of zeros becomes a zero and its length. More than half of the words of a state are zeros.
+   pure function without_zeros(words) result(packed)
+      integer, intent(in), contiguous :: words(:)
+      integer, allocatable :: packed(:)
       integer :: i, n, zeros
-      allocate (packed(2 * size(bytes)))
+      allocate (packed(2 * size(words)))
       n = 0
       i = 1
-      do while (i <= size(bytes))
+      do while (i <= size(words))
          n = n + 1
-         packed(n) = bytes(i)
+         packed(n) = words(i)
          i = i + 1
-         if (packed(n) /= zero) cycle
+         if (packed(n) /= 0) cycle
          zeros = 1
-         do while (i <= size(bytes) .and. zeros < 255)
-            if (bytes(i) /= zero) exit
+         do while (i <= size(words))
+            if (words(i) /= 0) exit
             zeros = zeros + 1
             i = i + 1
          end do
          n = n + 1
-         packed(n) = char(zeros)
+         packed(n) = zeros
       end do
       packed = packed(:n)
    end function without_zeros
 
-   !> Restores the bytes that without_zeros has compressed.
-   pure function with_zeros(packed) result(bytes)
-      character(1), intent(in) :: packed(:)
-      character(1), allocatable :: bytes(:)
+   !> Restores the words that without_zeros has compressed; none if zeros have no length.
+   pure function with_zeros(packed) result(words)
+      integer, intent(in) :: packed(:)
+      integer, allocatable :: words(:)
       integer :: i, n, pass, zeros
       do pass = 1, 2
          n = 0
          i = 1
          do while (i <= size(packed))
             zeros = 1
-            if (packed(i) == zero .and. i < size(packed)) zeros = ichar(packed(i + 1))
-            if (pass == 2) bytes(n + 1:n + zeros) = packed(i)
+            if (packed(i) == 0 .and. i < size(packed)) zeros = max(packed(i + 1), 0)
+            if (pass == 2) words(n + 1:n + zeros) = packed(i)
             n = n + zeros
-            i = i + merge(2, 1, packed(i) == zero)
+            i = i + merge(2, 1, packed(i) == 0)
          end do
-         if (pass == 1) allocate (bytes(n))
+         if (pass == 1) allocate (words(n))
       end do
    end function with_zeros
 
-   !> Discards all bytes behind the first n.
+   !> Discards all words behind the first n.
    subroutine archive_reset(a, n)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: n
@@ -99,29 +97,29 @@ contains
       end do
    end subroutine archive_reset
 
-   !> Appends bytes.
-   subroutine put(a, bytes)
+   !> Appends words.
+   subroutine put(a, words)
       type(archive_t), intent(inout) :: a
-      character(1), intent(in) :: bytes(:)
-      character(1), allocatable :: more(:)
-      if (.not. allocated(a%bytes)) allocate (a%bytes(65536))
-      if (a%n + size(bytes) > size(a%bytes)) then
-         allocate (more(2 * (a%n + size(bytes))))
-         more(:a%n) = a%bytes(:a%n)
-         call move_alloc(more, a%bytes)
+      integer, intent(in), contiguous :: words(:)
+      integer, allocatable :: more(:)
+      if (.not. allocated(a%words)) allocate (a%words(16384))
+      if (a%n + size(words) > size(a%words)) then
+         allocate (more(2 * (a%n + size(words))))
+         more(:a%n) = a%words(:a%n)
+         call move_alloc(more, a%words)
       end if
-      a%bytes(a%n + 1:a%n + size(bytes)) = bytes
-      a%n = a%n + size(bytes)
+      a%words(a%n + 1:a%n + size(words)) = words
+      a%n = a%n + size(words)
    end subroutine put
 
-   !> Position of the next bytes to be loaded. False if the archive has fewer bytes left: it is then marked as damaged.
-   logical function take(a, bytes, first)
+   !> Position of the next words to be loaded. False if the archive has fewer words left: it is then marked as damaged.
+   logical function take(a, words, first)
       type(archive_t), intent(inout) :: a
-      integer, intent(in) :: bytes
+      integer, intent(in) :: words
       integer, intent(out) :: first
       first = a%at + 1
-      take = .not. a%damaged .and. bytes >= 0 .and. a%at <= a%n - bytes
-      if (take) a%at = a%at + bytes
+      take = .not. a%damaged .and. words >= 0 .and. a%at <= a%n - words
+      if (take) a%at = a%at + words
       a%damaged = .not. take
    end function take
 
@@ -132,9 +130,9 @@ contains
       integer, intent(inout) :: x(n)
       integer :: first
       if (.not. a%loading) then
-         call put(a, transfer(x, [zero], n * integer_bytes))
-      else if (take(a, n * integer_bytes, first)) then
-         x = transfer(a%bytes(first:a%at), x, n)
+         call put(a, x)
+      else if (take(a, n, first)) then
+         x = a%words(first:a%at)
       end if
    end subroutine archive_integers
 
@@ -145,9 +143,9 @@ contains
       real(wp), intent(inout) :: x(n)
       integer :: first
       if (.not. a%loading) then
-         call put(a, transfer(x, [zero], n * real_bytes))
-      else if (take(a, n * real_bytes, first)) then
-         x = transfer(a%bytes(first:a%at), x, n)
+         call put(a, transfer(x, [1], n * real_words))
+      else if (take(a, n * real_words, first)) then
+         x = transfer(a%words(first:a%at), x, n)
       end if
    end subroutine archive_reals
 
@@ -158,22 +156,22 @@ contains
       logical, intent(inout) :: x(n)
       integer :: first
       if (.not. a%loading) then
-         call put(a, transfer(x, [zero], n * logical_bytes))
-      else if (take(a, n * logical_bytes, first)) then
-         x = transfer(a%bytes(first:a%at), x, n)
+         call put(a, transfer(x, [1], n * logical_words))
+      else if (take(a, n * logical_words, first)) then
+         x = transfer(a%words(first:a%at), x, n)
       end if
    end subroutine archive_logicals
 
+   !> Stores or loads a text, filled up to whole words.
    subroutine one_text(a, x)
       type(archive_t), intent(inout) :: a
       character(*), intent(inout) :: x
-      integer :: first, i
+      integer :: first, words
+      words = (len(x) + word_letters - 1) / word_letters
       if (.not. a%loading) then
-         call put(a, transfer(x, [zero], len(x)))
-      else if (take(a, len(x), first)) then
-         do i = 1, len(x)
-            x(i:i) = a%bytes(first + i - 1)
-         end do
+         call put(a, transfer(x//repeat(' ', word_letters), [1], words))
+      else if (take(a, words, first)) then
+         x = transfer(a%words(first:a%at), repeat(' ', words * word_letters))
       end if
    end subroutine one_text
 
@@ -214,7 +212,7 @@ contains
       call one_integer(a, length)
       if (a%loading) then
          if (allocated(x)) deallocate (x)
-         if (a%damaged .or. length > a%n) length = -1
+         if (a%damaged .or. length > a%n * word_letters) length = -1
          if (length >= 0) allocate (character(length) :: x)
       end if
       if (length >= 0) call one_text(a, x)
@@ -273,11 +271,11 @@ contains
          if (mark > 0) a%at = mark
          return
       end if
-      first = mark + integer_bytes
+      first = mark + 1
       length = a%n - first
       do k = 1, a%n_shared
          if (a%shared(2, k) /= length .or. a%shared(1, k) >= first) cycle
-         if (any(a%bytes(a%shared(1, k) + 1:a%shared(1, k) + length) /= a%bytes(first + 1:a%n))) cycle
+         if (any(a%words(a%shared(1, k) + 1:a%shared(1, k) + length) /= a%words(first + 1:a%n))) cycle
          reference = a%shared(1, k)
          call archive_reset(a, mark)
          call one_integer(a, reference)

@@ -154,6 +154,7 @@ contains
             & x(2), angle, density, tau, counted(2)
          type(rolled_t) :: roll
          type(lying_t) :: kept
+         type(profile_t) :: profile
          real(wp), allocatable :: gaps(:), place(:, :)
          integer :: c, e, i, mesh_node
          call span_totals(problem, state, middle, totals, moment)
@@ -199,7 +200,7 @@ contains
                   if (present(touches_in) .and. e > 0) then
                      if (e == touches_in) cycle
                   end if
-                  if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_doubt(e, tau)
+                  if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_doubt(e, tau, profile)
                   call note_worst(accuracy%penetration, -gaps(i) / problem%size, at, node=problem%deck%mesh%node_label(node(i)))
                end do
             end associate
@@ -226,12 +227,14 @@ contains
       end function least_push
 
       !> Interpolation error of the position between nodes; a penetration within this error is not counted.
-      real(wp) function place_doubt(e, tau) result(doubt)
+      real(wp) function place_doubt(e, tau, profile) result(doubt)
          integer, intent(in) :: e
          real(wp), intent(in) :: tau
-         type(profile_t) :: profile
-         profile = new_profile(problem, state, e)
-         if (problem%conforms(e) == 0) call mend_ends(problem, state, profile, 2)
+         type(profile_t), intent(inout) :: profile !! that of the last place, with its ends mended; undefined: none
+         if (profile%element /= e) then
+            profile = new_profile(problem, state, e)
+            if (problem%conforms(e) == 0) call mend_ends(problem, state, profile, 2)
+         end if
          doubt = profile_doubt(profile, tau)
       end function place_doubt
 

@@ -1,9 +1,9 @@
 !> The group /restart of a result file: the checkpoint of a run, from which another run can continue.
 !>
-!>    state    bytes of the checkpoint (path/following/checkpoint), compressed by without_zeros, as integers
+!>    state    words of the checkpoint (path/following/checkpoint), compressed by without_zeros
 !>    rows     numbers of rows, at the checkpoint, of the tables named in the attribute tables; later rows are newer than the
-!>             checkpoint. Three more numbers: branch being followed, branches so far, bytes of the state
-!>    attribute layout: layout of the types of which the bytes consist
+!>             checkpoint. Three more numbers: branch being followed, branches so far, words of the state as written
+!>    attribute layout: layout of the types of which the words consist
 module restart_file
    use hdf5, only: hid_t, hsize_t, h5eset_auto_f, h5f_acc_rdonly_f, h5open_f, h5fopen_f, h5fclose_f, h5dopen_f, h5dread_f, &
       & h5dclose_f, h5dget_space_f, h5sget_simple_extent_npoints_f, h5sclose_f, h5oopen_f, h5oclose_f, &
@@ -19,14 +19,12 @@ module restart_file
    private
    public :: restart_t, write_restart, read_restart
 
-   integer, parameter :: packed = storage_size(1) / 8 !! bytes of an integer
-
    !> Checkpoint of a run in its result file.
    type :: restart_t
       integer :: kind = 0                         !! 0: no checkpoint
       character(:), allocatable :: path           !! name of the file
       character(:), allocatable :: deck           !! text of the deck
-      character(1), allocatable :: state(:)
+      integer, allocatable :: state(:)
       character(:), allocatable :: tables         !! names of the tables, see series_rows
       character(:), allocatable :: written        !! names already in the file
       integer, allocatable :: rows(:)
@@ -40,8 +38,7 @@ contains
    subroutine write_restart(file, restart)
       type(hdf5_file_t), intent(inout) :: file
       type(restart_t), intent(inout) :: restart   !! its kind is reset: the checkpoint is written
-      character(1), allocatable :: bytes(:)
-      integer :: i
+      integer, allocatable :: words(:)
       if (restart%kind == 0) return
       if (.not. allocated(restart%written)) restart%written = ''
       call hdf5_group(file, '/restart')
@@ -51,10 +48,10 @@ contains
          call hdf5_attribute(file, '/restart', 'tables', restart%tables)
          restart%written = restart%tables
       end if
-      bytes = without_zeros(restart%state)
-      call hdf5_overwrite(file, '/restart/rows', [restart%rows, restart%on_branch, restart%branches, size(bytes)], &
-         & 'rows of the tables that belong to the state; the branch that the run stands on, 0: none; branches so far; bytes')
-      call hdf5_overwrite(file, '/restart/state', transfer([bytes, (char(0), i=1, packed)], [1], size(bytes) / packed + 1), &
+      words = without_zeros(restart%state)
+      call hdf5_overwrite(file, '/restart/rows', [restart%rows, restart%on_branch, restart%branches, size(words)], &
+         & 'rows of the tables that belong to the state; the branch that the run stands on, 0: none; branches so far; words')
+      call hdf5_overwrite(file, '/restart/state', words, &
          & 'where the run stands, for unilat --restart; only the version that wrote it can read it')
       restart%kind = 0
    end subroutine write_restart
@@ -67,7 +64,7 @@ contains
       type(error_t), allocatable, intent(out) :: error
       integer(hid_t) :: file, place
       integer, allocatable :: numbers(:)
-      integer :: status, n, bytes
+      integer :: status, n, words
       logical :: exists
       restart%path = path
       call h5open_f(status)
@@ -99,10 +96,10 @@ contains
          restart%rows = numbers(:n - 3)
          restart%on_branch = numbers(n - 2)
          restart%branches = numbers(n - 1)
-         bytes = numbers(n)
+         words = numbers(n)
          call read_integers(file, '/restart/state', numbers)
-         if (bytes > packed * size(numbers)) call fail(error, path//' is damaged: where its run stood is not all there')
-         if (.not. allocated(error)) restart%state = with_zeros(transfer(numbers, [' '], bytes))
+         if (words /= size(numbers)) call fail(error, path//' is damaged: where its run stood is not all there')
+         if (.not. allocated(error)) restart%state = with_zeros(numbers)
          restart%kind = 1
       end if
       call h5fclose_f(file, status)

@@ -124,12 +124,12 @@ contains
    end function results_due
 
    !> Stores a checkpoint, with all rows up to it, for the next flush, and flushes if it is due.
-   subroutine results_state(results, bytes, error)
+   subroutine results_state(results, words, error)
       type(results_t), intent(inout) :: results
-      character(1), intent(in) :: bytes(:)
+      integer, intent(in), contiguous :: words(:)
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
       results%standing%kind = 1
-      results%standing%state = bytes
+      results%standing%state = words
       call series_rows(results%set, results%standing%tables, results%standing%rows)
       results%standing%on_branch = merge(results%n_branches, 0, results%current == 1)
       results%standing%branches = results%n_branches

@@ -94,12 +94,12 @@ contains
    end function state_is_due
 
    !> Takes a checkpoint of the run.
-   subroutine record_state(self, bytes, error)
+   subroutine record_state(self, words, error)
       class(run_recorder_t), intent(inout) :: self
-      character(1), intent(in) :: bytes(:)
+      integer, intent(in), contiguous :: words(:)
       type(error_t), allocatable, intent(out) :: error
       call timing_start(phase_output)
-      call results_state(self%results, bytes, error)
+      call results_state(self%results, words, error)
       call timing_stop(phase_output)
    end subroutine record_state
 end module run_recorder

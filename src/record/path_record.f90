@@ -164,10 +164,10 @@ module path_record
       end function want_state
 
       !> Receives a checkpoint: the state of the run with all records up to now, from which another program run can continue.
-      subroutine take_state(self, bytes, error)
+      subroutine take_state(self, words, error)
          import :: recorder_t, error_t
          class(recorder_t), intent(inout) :: self
-         character(1), intent(in) :: bytes(:)
+         integer, intent(in), contiguous :: words(:)
          type(error_t), allocatable, intent(out) :: error
       end subroutine take_state
    end interface

@@ -42,11 +42,11 @@ contains
       type(critical_points_t), pointer :: left
       type(branch_start_t) :: start
       type(error_t), allocatable :: error
-      integer :: number_in_file(0:size(step%branch)), b, first, first_branch, bytes, this
+      integer :: number_in_file(0:size(step%branch)), b, first, first_branch, words, this
 
       first = numbered
       first_branch = 1
-      bytes = before%n
+      words = before%n
       number_in_file = 0
       if (standing%kind == on_branch) then
          call exchange_branch(standing%archive, first_branch, first, own, found)
@@ -61,7 +61,7 @@ contains
          left => own
          if (step%branch(b)%of > 0) left => found(step%branch(b)%of)
          this = b
-         call archive_reset(before, bytes)
+         call archive_reset(before, words)
          call exchange_branch(before, this, first, own, found)
          if (standing%from > 0) then
             call follow_branch(former, b, left, start, numbered, before, standing, found(b), recorder, outcome)

@@ -1,4 +1,4 @@
-!> Checkpoint: the state of a run between two points as bytes, and the reverse. A run restarted from a checkpoint has the same
+!> Checkpoint: the state of a run between two points as words, and the reverse. A run restarted from a checkpoint has the same
 !> results to the last bit.
 !>
 !> A checkpoint contains everything on which the further path depends: problem with its mesh, state, factors, control, counters of
@@ -107,7 +107,7 @@ contains
       if (.not. (now .or. recorder%wants_state())) return
       n = run%frame%n
       call exchange_path(run%frame, problem, run, attempt, outcome)
-      call recorder%state(run%frame%bytes(:run%frame%n), error)
+      call recorder%state(run%frame%words(:run%frame%n), error)
       call archive_reset(run%frame, n)
       if (allocated(error) .and. .not. allocated(outcome%why)) outcome%why = error%message
    end subroutine keep_standing

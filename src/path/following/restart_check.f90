@@ -47,10 +47,10 @@ contains
       call exchange_model_t(a, bare)
    end function structure
 
-   !> True if two archives have the same bytes.
+   !> True if two archives have the same words.
    logical function same(a, b)
       type(archive_t), intent(in) :: a, b
       same = a%n == b%n
-      if (same) same = all(a%bytes(:a%n) == b%bytes(:b%n))
+      if (same) same = all(a%words(:a%n) == b%words(:b%n))
    end function same
 end module restart_check

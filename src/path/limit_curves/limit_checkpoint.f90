@@ -30,7 +30,7 @@ contains
       if (frame%n == 0 .or. .not. (now .or. recorder%wants_state())) return
       n = frame%n
       call exchange(frame, own, walk, outcome)
-      call recorder%state(frame%bytes(:frame%n), error)
+      call recorder%state(frame%words(:frame%n), error)
       call archive_reset(frame, n)
       if (allocated(error) .and. .not. allocated(outcome%why)) outcome%why = error%message
    end subroutine keep_walk
