@@ -24,7 +24,7 @@ module rod_profile
    implicit none
    private
    public :: profile_t, new_profile, keep_profile, mend_ends, mend_rotation, mended_by, profile_place, profile_displacement, &
-      & profile_look, mended_displacement, profile_angle, profile_rate, profile_error, profile_doubt, mended_error, &
+      & profile_look, mended_displacement, profile_angle, home_angle, profile_rate, profile_error, profile_doubt, mended_error, &
       & element_place
 
    !> Dense output of one element in one state. Coefficients of polynomials are those of tau^0, tau^1, ...

@@ -3,7 +3,7 @@ module ge_rod
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, node_position, element_displacement, element_load
-   use rod_profile, only: new_profile, profile_angle
+   use rod_profile, only: home_angle
    use rod_element, only: rod_element_t
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
@@ -78,7 +78,7 @@ contains
             & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), tau, &
             & span, rotation, resultant)
       end associate
-      angle = profile_angle(problem, state, new_profile(problem, state, e), tau)
+      angle = home_angle(problem, state%geometry%element(e), e, tau) + rotation
       local = [cos(angle) * resultant(1) + sin(angle) * resultant(2), cos(angle) * resultant(2) - sin(angle) * resultant(1), &
          & resultant(3)]
    end function local_forces
