@@ -289,24 +289,21 @@ contains
          & 'the counts')
    end subroutine write_performance
 
-   !> Writes every worst value and its place as attributes.
+   !> Writes the worst values of all checks and their places, a row each.
    subroutine write_accuracy(file, accuracy)
       type(hdf5_file_t), intent(inout) :: file
       type(accuracy_t), intent(in) :: accuracy
       type(check_t), allocatable :: check(:)
-      character(:), allocatable :: dataset
-      integer :: i
-      call hdf5_group(file, '/accuracy')
       check = checks_of(accuracy)
-      do i = 1, size(check)
-         dataset = '/accuracy/'//trim(check(i)%name)
-         call hdf5_write(file, dataset, check(i)%worst%value, '1', check(i)%description)
-         associate (at => check(i)%worst%at)
-            call hdf5_attribute(file, dataset, [character(7) :: 'branch', 'step', 'point', 'node', 'element'], &
-               & [at%branch, at%step, at%point, at%node, at%element])
-            call hdf5_attribute(file, dataset, 'load_factor', at%load_factor)
-         end associate
-      end do
+      call hdf5_group(file, '/accuracy')
+      call hdf5_write(file, '/accuracy/check', check%name, '1', 'what was checked')
+      call hdf5_write(file, '/accuracy/description', check%description, '1', 'what its value is')
+      call hdf5_write(file, '/accuracy/value', check%worst%value, '1', 'worst value of all points')
+      call hdf5_write(file, '/accuracy/load_factor', check%worst%at%load_factor, '1', 'load factor where it is worst')
+      associate (at => check%worst%at)
+         call hdf5_write(file, '/accuracy/place', transpose(reshape([at%branch, at%step, at%point, at%node, at%element], &
+            & [size(check), 5])), '1', 'where it is worst: branch, step, point; label of a node or an element, 0: none')
+      end associate
    end subroutine write_accuracy
 
    !> A count as an integer of the file; a larger value is replaced by the largest integer.

@@ -56,7 +56,7 @@ module run_accuracy
    type :: check_t
       character(15) :: name = ''              !! name of the check in the result file
       character(38) :: head = ''              !! heading of the check in the listing
-      character(:), allocatable :: description
+      character(200) :: description = ''
       type(worst_t) :: worst
       logical :: of_contact = .false.         !! true: structures without contact do not need it
       logical :: if_found = .false.           !! true: it is of interest only if some point has a value

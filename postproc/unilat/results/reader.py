@@ -80,7 +80,14 @@ def _read(file: h5py.File, filename: str) -> Results:
         buckling={name: _buckling(name, item, filename) for name, item in file.get("buckling", {}).items()},
         limit_curves={name: _limit_curve(name, item, filename) for name, item in file.get("limit_curve", {}).items()},
         performance={name: _column(item).values.tolist() for name, item in file.get("performance", {}).items()},
-        accuracy={name: scalar(item[()]) for name, item in file.get("accuracy", {}).items()})
+        accuracy=_accuracy(file.get("accuracy", {})))
+
+
+def _accuracy(group) -> dict[str, float]:
+    """Worst values by the names of the checks, which early files have as datasets of their own."""
+    if "check" in group:
+        return {text(name): float(value) for name, value in zip(group["check"][()], group["value"][()])}
+    return {name: scalar(item[()]) for name, item in group.items()}
 
 
 def _in_units(path: dict, units: Units) -> dict:
