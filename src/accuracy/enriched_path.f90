@@ -9,6 +9,7 @@ module enriched_path
    use contact_set, only: contact_step_t, solve_contact_step
    use touchdown_points, only: move_touchdown_points, touchdown_travel
    use path_control, only: control_t, control_row, follow_nodes
+   use state_transfer, only: kept_t
    use path_continuity, only: path_tangent_t, path_tangent_at
    use state_functional, only: functional_t
    use reaction_functional, only: new_support_functional
@@ -210,13 +211,14 @@ contains
       type(contact_step_t), intent(out) :: step
       type(control_t) :: seen
       type(state_t) :: origin
+      type(kept_t) :: kept(1)
       real(wp) :: rhs
       seen = path%control
       seen%increment = increment + path%away
       associate (problem => path%problem)
          if (problem%moves_nodes()) then
             origin = path%base
-            call follow_nodes(problem, path%base, path%control, point%state, origin, seen)
+            call follow_nodes(problem, path%base, path%control, point%state, kept, origin, seen)
             call control_row(problem, seen, origin, point%state, point%system, rhs)
          else
             call control_row(problem, seen, path%base, point%state, point%system, rhs)

@@ -22,7 +22,7 @@ module path_control
       & method_minimum_residual, method_variable_load, method_generalised, method_largest, quantity_displacement
    use problem, only: problem_t
    use rod_state, only: state_t
-   use state_transfer, only: displacements_at, field_at, see_from
+   use state_transfer, only: kept_t, displacements_at, field_at, see_from
    use linear_system, only: system_t
    use bordered_system, only: set_path_row, linear_functional, solve_bordered, all_to_global
    use state_functional, only: functional_t, new_load_functional
@@ -340,17 +340,18 @@ contains
    end function displacement_between
 
    !> Transfers start and control of an increment to the nodes of an iterate.
-   subroutine follow_nodes(problem, start, control, state, origin, seen)
+   subroutine follow_nodes(problem, start, control, state, kept, origin, seen)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
       type(control_t), intent(in) :: control
       type(state_t), intent(in) :: state
+      type(kept_t), intent(inout) :: kept(:)      !! data of the start, see see_from
       type(state_t), intent(inout) :: origin      !! the start: its displacements become those at the iterate's nodes
       type(control_t), intent(inout) :: seen      !! the control: its tangents are transferred, too
       if (allocated(control%tangent)) then
-         call see_from(problem, start, state%geometry, u=origin%u, field=control%tangent, moved=seen%tangent)
+         call see_from(problem, start, state%geometry, kept, origin%u, control%tangent, seen%tangent)
       else
-         origin%u = displacements_at(problem, start, state%geometry)
+         call see_from(problem, start, state%geometry, kept, origin%u)
       end if
       if (allocated(control%previous)) seen%previous = field_at(problem, start, control%previous, state%geometry)
       if (control%method == method_displacement) seen%watched = watched_displacement(problem, start, control%monitor)

@@ -388,7 +388,8 @@ contains
       type(state_t), intent(in) :: state
       type(geometry_t), intent(in) :: geometry
       real(wp) :: u(3, problem%model%mesh%n_nodes)
-      call see_from(problem, state, geometry, u=u)
+      type(kept_t) :: kept(1)
+      call see_from(problem, state, geometry, kept, u=u)
    end function displacements_at
 
    !> A field of displacement rates, given at the state's nodes, at the material points of another geometry's nodes.
@@ -398,23 +399,26 @@ contains
       real(wp), intent(in) :: field(:, :)       !! (3, nodes) in x, in y, rotation
       type(geometry_t), intent(in) :: geometry
       real(wp) :: moved(3, problem%model%mesh%n_nodes)
-      call see_from(problem, state, geometry, field=field, moved=moved)
+      type(kept_t) :: kept(1)
+      call see_from(problem, state, geometry, kept, field=field, moved=moved)
    end function field_at
 
    !> Displacements of a state, a rate field, or both, at the material points of another geometry's nodes.
    !>
    !> The state must be in equilibrium: near nodes of contact spans the displacements follow from curvature and rate of curvature.
    !> The polynomial's error is O(h^s); on a coarse mesh nodes that move along the rod would show this error as a motion of the rod.
-   pure subroutine see_from(problem, state, geometry, u, field, moved)
+   pure subroutine see_from(problem, state, geometry, kept, u, field, moved)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(geometry_t), intent(in) :: geometry
+      type(kept_t), intent(inout) :: kept(:)      !! (any, at least 1) data of the state: with one for each element, an element is
+      !! computed once for all geometries from which the same fields are seen
       real(wp), intent(out), optional :: u(:, :)  !! (3, nodes)
       real(wp), intent(in), optional :: field(:, :) !! (3, nodes) at the state's nodes
       real(wp), intent(out), optional :: moved(:, :) !! transferred `field`; required with `field`
-      type(kept_t) :: kept
-      integer :: node, e
+      integer :: node, e, near
       real(wp) :: tau
+      near = 0
       do node = 1, problem%model%mesh%n_nodes
          if (stays(problem, state%geometry, geometry, node)) then
             if (present(u)) u(:, node) = state%u(:, node)
@@ -422,19 +426,21 @@ contains
             cycle
          end if
          call find_point(problem, state, problem%rod_segment(problem%beside(1, node)), node_coordinate(problem, geometry, &
-            & node), e, tau, kept%along)
-         if (tau > 0.0_wp .and. tau < 1.0_wp .and. problem%conforms(e) == 0 .and. e /= kept%profile%element) then
-            kept%profile = new_profile(problem, state, e)
-            if (present(u) .and. is_smooth(e)) call mend_rotation(problem, state, kept%profile)
-         end if
-         if (present(u)) then
-            if (tau > 0.0_wp .and. tau < 1.0_wp .and. is_smooth(e)) then
-               u(:, node) = mended_displacement(problem, kept%profile, tau)
-            else
-               call continuous_displacement(problem, state, e, tau, kept, u(:, node))
+            & node), e, tau, near)
+         associate (here => kept(1 + modulo(e - 1, size(kept))))
+            if (tau > 0.0_wp .and. tau < 1.0_wp .and. problem%conforms(e) == 0 .and. e /= here%profile%element) then
+               here%profile = new_profile(problem, state, e)
+               if (present(u) .and. is_smooth(e)) call mend_rotation(problem, state, here%profile)
             end if
-         end if
-         if (present(field)) call point_rate(problem, state, field, e, kept, tau, moved(:, node))
+            if (present(u)) then
+               if (tau > 0.0_wp .and. tau < 1.0_wp .and. is_smooth(e)) then
+                  u(:, node) = mended_displacement(problem, here%profile, tau)
+               else
+                  call continuous_displacement(problem, state, e, tau, here, u(:, node))
+               end if
+            end if
+            if (present(field)) call point_rate(problem, state, field, e, here, tau, moved(:, node))
+         end associate
       end do
 
    contains

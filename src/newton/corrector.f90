@@ -6,6 +6,7 @@ module corrector
    use linear_system, only: system_t
    use bordered_system, only: linearise
    use path_control, only: control_t, control_row, follow_nodes
+   use state_transfer, only: kept_t
    use contact_set, only: contact_step_t
    use increment_report, only: increment_t
    use converged_state, only: contact_holds
@@ -76,6 +77,7 @@ contains
       real(wp) :: rhs
       type(state_t) :: origin
       type(control_t) :: seen
+      type(kept_t) :: kept(1)
       call linearise(problem, state, base, system)
       if (.not. system%ok) then
          report%message = 'the tangent is singular'
@@ -83,7 +85,7 @@ contains
       end if
       origin = base
       seen = control
-      if (problem%moves_nodes()) call follow_nodes(problem, base, control, state, origin, seen)
+      if (problem%moves_nodes()) call follow_nodes(problem, base, control, state, kept, origin, seen)
       call control_row(problem, seen, origin, state, system, rhs)
       call iterate(problem, base, control, state, system, rhs, keep_contact, huge(1), report, far_off)
    end subroutine correct

@@ -9,6 +9,7 @@ module newton_iteration
    use linear_system, only: system_t, assemble
    use bordered_system, only: factor_system, apply_increment
    use path_control, only: control_t, control_row, control_error, held_within, is_arc_length, metric, follow_nodes
+   use state_transfer, only: kept_t
    use contact_set, only: contact_step_t, solve_contact_step
    use foundation_limits, only: why_too_stiff
    use step_search, only: shorten_step, step_work
@@ -39,6 +40,7 @@ module newton_iteration
       ! Start and control, transferred to the iterate's nodes.
       type(state_t) :: origin
       type(control_t) :: control
+      type(kept_t), allocatable :: kept(:)     !! (elements) data of the start; (1) if no node moves
       ! The last step.
       integer :: number = 0                    !! number of the iteration
       type(contact_step_t) :: step
@@ -145,6 +147,7 @@ contains
          & newton%at_length = large_correction
       newton%origin = start
       newton%control = given
+      allocate (newton%kept(merge(problem%model%mesh%n_elements, 1, problem%moves_nodes())))
       newton%searching = any(searches(problem, state))
       newton%told_again = size(problem%mark) == 0
       allocate (newton%corrections(0))
@@ -215,7 +218,7 @@ contains
          ! Touchdown points that are far off move by about a tenth of a span in each iteration as long as the span is much too long,
          ! because its moment falls with the square of its length. The iteration limit counts from the last such movement.
          if (newton%seeking .and. newton%gone > far) newton%last_change = newton%number
-         call follow_nodes(problem, start, given, state, newton%origin, newton%control)
+         call follow_nodes(problem, start, given, state, newton%kept, newton%origin, newton%control)
          assembled = .false.
       end if
       if (.not. assembled) call assemble(problem, state, newton%origin, system)
