@@ -27,7 +27,8 @@ module conforming_element
    use obstacle_track, only: track_t, track_at, track_between
    implicit none
    private
-   public :: conforming_size, conforming_columns, conforming_evaluate, conforming_output_t, new_output, conforming_resultants
+   public :: conforming_size, conforming_columns, conforming_evaluate, conforming_output_t, new_output, output_at, &
+      & conforming_resultants
 
    integer, parameter :: conforming_columns = 4 !! columns of the update operator: sigma at both ends, residual, load factor
 
@@ -219,6 +220,20 @@ contains
       end do
    end function new_output
 
+   !> Track and force P at a place of an element.
+   pure subroutine output_at(output, tab, obstacle, tau, here, p)
+      type(conforming_output_t), intent(in) :: output
+      type(tableau_t), intent(in) :: tab
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: tau              !! 0 to 1 of the stress-free length
+      type(track_t), intent(out) :: here
+      real(wp), intent(out) :: p
+      real(wp) :: basis(max_stages)
+      call stage_basis(tab, tau, basis)
+      here = track_at(obstacle, output%offset, output%sigma + dot_product(basis(:tab%stages), output%run(:tab%stages)), output%near)
+      p = output%p + dot_product(basis(:tab%stages), output%pull(:tab%stages))
+   end subroutine output_at
+
    !> Resultants inside an element. As in ge_element: n' = -q - p J r' - f, m' = -r' x n, N positive in tension, Q along the normal
    !> to the left of the rod. N and M follow from sigma and P at the place,
    !>   Q = -M'/(1 + e),   M' = EI (k' (1 + e)^2 + o k N'/EA - k0'),   N' = -o k M' - q_t,
@@ -234,11 +249,10 @@ contains
       real(wp), intent(out) :: n, q, m         !! N, Q and M at the place
       real(wp), intent(out), optional :: density !! reaction of the obstacle per unit stress-free length, positive when it pushes
       type(section_t) :: at
-      real(wp) :: basis(max_stages), ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2)
-      call stage_basis(tab, tau, basis)
-      associate (sense => output%sense, compliance => output%compliance, load => output%load, s => tab%stages)
-         here = track_at(obstacle, output%offset, output%sigma + dot_product(basis(:s), output%run(:s)), output%near)
-         at = section_at(here, sense, k0(0), compliance, load, output%p + dot_product(basis(:s), output%pull(:s)))
+      real(wp) :: p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2)
+      call output_at(output, tab, obstacle, tau, here, p)
+      associate (sense => output%sense, compliance => output%compliance, load => output%load)
+         at = section_at(here, sense, k0(0), compliance, load, p)
          n = at%n
          m = at%m
 

@@ -12,13 +12,13 @@ module conforming_span
    use obstacle_track, only: track_t, track_foot, track_at, track_ahead, track_between, across_joint, joint_shares
    use ge_element, only: ge_load_t, ge_columns, ge_end_forces
    use inner_forces, only: inner_forces_t
-   use conforming_element, only: conforming_evaluate, conforming_output_t, new_output, conforming_resultants, conforming_size
+   use conforming_element, only: conforming_evaluate, conforming_output_t, new_output, output_at, conforming_resultants, &
+      & conforming_size
    implicit none
    private
-   public :: evaluate_conforming, lying_t, conforming_forces, conforming_point, conforming_displacement, &
-      & conforming_resultant, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, &
-      & rolled_t, rolled, excess_curvature, excess_rate, node_track, track_joints, track_sense, rod_angle, bend_at, ge_end, &
-      & density_samples
+   public :: evaluate_conforming, lying_t, conforming_forces, conforming_displacement, conforming_resultant, conforming_track, &
+      & track_below, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, rolled_t, &
+      & rolled, excess_curvature, excess_rate, node_track, track_joints, track_sense, rod_angle, bend_at, ge_end, density_samples
 
    !> Bound of (relative curvature times structure's size) below which a point contact is osculating; smaller values are rounding or
    !> residuals of Newton's method.
@@ -471,14 +471,14 @@ contains
          & state%z(:conforming_size(problem%model%mesh%stages(e)), e))
    end function lying
 
-   !> Displacements and rotation inside a conforming element, and (n_x, n_y, m).
-   pure subroutine conforming_point(problem, state, e, tau, kept, u, resultant)
+   !> Displacements and rotation inside a conforming element.
+   pure subroutine conforming_displacement(problem, state, e, tau, kept, u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
       type(lying_t), intent(inout) :: kept          !! as in conforming_forces, also in the following procedures
-      real(wp), intent(out) :: u(3), resultant(3)
+      real(wp), intent(out) :: u(3)
       real(wp) :: local(3), place(2), angle, x(2), home, speed, s, near
       call conforming_forces(problem, state, e, tau, local, place, angle, kept=kept)
       associate (curve => problem%model%curve(problem%model%mesh%curve(e)), g => state%geometry%element(e))
@@ -490,19 +490,6 @@ contains
       near = 0.5_wp * sum(state%u(3, problem%model%mesh%node(:, e)))
       u(3) = angle - home
       u(3) = u(3) - 2.0_wp * pi * anint((u(3) - near) / (2.0_wp * pi))
-      resultant = [cos(angle) * local(1) - sin(angle) * local(2), sin(angle) * local(1) + cos(angle) * local(2), local(3)]
-   end subroutine conforming_point
-
-   !> Displacements and rotation inside a conforming element.
-   pure subroutine conforming_displacement(problem, state, e, tau, kept, u)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e
-      real(wp), intent(in) :: tau
-      type(lying_t), intent(inout) :: kept
-      real(wp), intent(out) :: u(3)
-      real(wp) :: resultant(3)
-      call conforming_point(problem, state, e, tau, kept, u, resultant)
    end subroutine conforming_displacement
 
    !> (n_x, n_y, m) inside a conforming element.
@@ -518,32 +505,53 @@ contains
       resultant = [cos(angle) * local(1) - sin(angle) * local(2), sin(angle) * local(1) + cos(angle) * local(2), local(3)]
    end subroutine conforming_resultant
 
-   !> First guess of a conforming element's stored unknowns from fields at its first end and its stages; neither places nor forces
-   !> need fit the track.
-   pure function conforming_guess(problem, state, e, u, resultant, home) result(z)
+   !> Track and force P (see conforming_element) inside a conforming element.
+   pure subroutine conforming_track(problem, state, e, tau, kept, track, force)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      type(lying_t), intent(inout) :: kept
+      type(track_t), intent(out) :: track
+      real(wp), intent(out) :: force
+      if (kept%element /= e) kept = lying(problem, state, e)
+      call output_at(kept%output, problem%tableau(problem%model%mesh%stages(e)), &
+         & problem%model%obstacle(problem%candidates%obstacle(problem%conforms(e))), tau, track, force)
+   end subroutine conforming_track
+
+   !> Track and force P at a place of a rod that is to lie down there; neither place nor forces need fit the track.
+   pure subroutine track_below(problem, state, e, place, angle, resultant, track, force)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e                      !! conforming element
+      real(wp), intent(in) :: place(2), angle       !! deformed place and tangent angle of the rod
+      real(wp), intent(in) :: resultant(3)          !! n_x, n_y, m
+      type(track_t), intent(out) :: track
+      real(wp), intent(out) :: force
+      real(wp) :: t(2)
+      associate (c => problem%conforms(e), o => problem%candidates%obstacle(problem%conforms(e)))
+         track = track_foot(problem%model%obstacle(o), -candidate_offset(problem, state, problem%candidates, c), &
+            & place - obstacle_shift(problem, state, o))
+      end associate
+      t = [cos(angle), sin(angle)]
+      force = dot_product(t, resultant(1:2)) + sign(1.0_wp, dot_product(t, track%tangent)) * track%curvature * resultant(3)
+   end subroutine track_below
+
+   !> First guess of a conforming element's stored unknowns from track and force P at its first end and its stages.
+   pure function conforming_guess(problem, state, e, track, force) result(z)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state            !! state with the element's new geometry
       integer, intent(in) :: e
-      real(wp), intent(in) :: u(:, 0:)              !! (3, stages) displacements and rotation, first end at index 0
-      real(wp), intent(in) :: resultant(:, 0:)      !! (3, stages) n_x, n_y, m
-      real(wp), intent(in) :: home(:, 0:)           !! (3, stages) stress-free place and angle
-      real(wp) :: z(1 + 2 * ubound(u, 2))
-      type(track_t) :: track(0:ubound(u, 2))
-      real(wp) :: offset, angle, force
-      integer :: c, s, i
-      c = problem%conforms(e)
-      s = ubound(u, 2)
-      offset = -candidate_offset(problem, state, problem%candidates, c)
-      associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c)))
-         do i = 0, s
-            track(i) = track_foot(obstacle, offset, home(1:2, i) + u(1:2, i) - &
-               & obstacle_shift(problem, state, problem%candidates%obstacle(c)))
-            angle = home(3, i) + u(3, i)
-            force = cos(angle) * resultant(1, i) + sin(angle) * resultant(2, i) + sign(1.0_wp, &
-               & dot_product([cos(angle), sin(angle)], track(i)%tangent)) * track(i)%curvature * resultant(3, i)
-            if (i == 0) z(1) = force
-            if (i > 0) z(1 + i) = force
-            if (i > 0) z(1 + s + i) = track_ahead(obstacle, offset, track(0), track(i))
+      type(track_t), intent(in) :: track(0:)        !! (stages), first end at index 0
+      real(wp), intent(in) :: force(0:)             !! (stages)
+      real(wp) :: z(1 + 2 * ubound(force, 1))
+      integer :: i, s
+      s = ubound(force, 1)
+      z(:s + 1) = force
+      associate (c => problem%conforms(e))
+         do i = 1, s
+            z(1 + s + i) = track_ahead(problem%model%obstacle(problem%candidates%obstacle(c)), &
+               & -candidate_offset(problem, state, problem%candidates, c), track(0), track(i))
          end do
       end associate
    end function conforming_guess

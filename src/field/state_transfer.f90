@@ -12,8 +12,9 @@ module state_transfer
    use rod_profile, only: profile_t, new_profile, keep_profile, mend_rotation, mended_displacement, profile_place, &
       & profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
-   use conforming_span, only: lying_t, conforming_forces, conforming_displacement, conforming_resultant, conforming_point, &
-      & conforming_guess
+   use conforming_span, only: lying_t, conforming_forces, conforming_displacement, conforming_resultant, conforming_track, &
+      & track_below, conforming_guess
+   use obstacle_track, only: track_t
    use gauss_tableau, only: max_stages
    use node_rates, only: resultants_on_ground
    use force_law, only: segment_unknown
@@ -297,7 +298,8 @@ contains
       !! forces are not used
       type(kept_t), intent(inout) :: kept       !! data of the state of `from`
       type(state_t), intent(inout) :: new
-      real(wp) :: at(2), tau, end, resultant(3, 0:max_stages), s, u(3, 0:max_stages), home(3, 0:max_stages), speed
+      real(wp) :: at(2), tau, end, resultant(3, 0:max_stages), s, u(3), home(3), speed, force(0:max_stages)
+      type(track_t) :: track(0:max_stages)
       integer :: old, i, stages
       logical :: same
       associate (g => new%geometry%element(e), mesh => to%model%mesh, n => to%z_size(e), j => to%rod_segment(e))
@@ -318,13 +320,14 @@ contains
             if (to%conforms(e) > 0) then
                ! For a conforming element only P = N + kappa M is used (see conforming_element), which does not jump at contact
                ! forces.
-               if (from%conforms(old) > 0 .and. tau > 0.0_wp .and. tau < 1.0_wp) then
-                  call conforming_point(from, state, old, tau, kept%lying, u(:, i), resultant(:, i))
+               if (lies_there(old)) then
+                  call conforming_track(from, state, old, tau, kept%lying, track(i), force(i))
                else
-                  call point_displacement(from, state, old, tau, kept, u(:, i))
+                  call point_displacement(from, state, old, tau, kept, u)
                   call find_resultant(from, state, old, tau, kept, resultant(:, i))
+                  call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2), home(3), speed)
+                  call track_below(to, new, e, home(1:2) + u(1:2), home(3) + u(3), resultant(:, i), track(i), force(i))
                end if
-               call curve_point(to%model%curve(mesh%curve(e)), to%model%imperfection, s, home(1:2, i), home(3, i), speed)
                cycle
             else if (old < range(1) .or. old > range(2)) then
                ! Beyond the allowed range of elements the polynomial of the last element is continued.
@@ -336,13 +339,23 @@ contains
             call find_resultant(from, state, old, tau, kept, resultant(:, i))
          end do
          if (to%conforms(e) > 0) then
-            new%z(:1 + 2 * stages, e) = conforming_guess(to, new, e, u(:, :stages), resultant(:, :stages), home(:, :stages))
+            new%z(:1 + 2 * stages, e) = conforming_guess(to, new, e, track(:stages), force(:stages))
             return
          end if
          new%z(:3, e) = resultant(:, 0)
          new%z(4:3 + stages, e) = resultant(3, 1:stages)
          if (n > 3 + stages) new%z(4 + stages:3 + 3 * stages, e) = reshape(resultant(1:2, 1:stages), [2 * stages])
       end associate
+
+   contains
+
+      !> True for an element of `from` that conforms to the obstacle to which the new element conforms.
+      pure logical function lies_there(element)
+         integer, intent(in) :: element
+         lies_there = from%conforms(element) > 0
+         if (lies_there) lies_there = from%candidates%obstacle(from%conforms(element)) == &
+            & to%candidates%obstacle(to%conforms(e))
+      end function lies_there
    end subroutine carry_resultants
 
    !> (n_x, n_y, m) at a place of a GE element.
