@@ -79,6 +79,39 @@ v, ABOVE, 0.012
 DISPLACEMENT, REACTION, GAP
 *END STEP
 """
+ARCH = """*HEADING, JOB=deck
+Shallow arch with its first buckling mode as imperfection: limit load over the amplitude
+*NODE
+1, -0.5, 0.
+2, 0.5, 0.
+*ARC, ELSET=ARCH, TYPE=GE4, DIRECTION=CLOCKWISE
+1, 2, 0., -1.2, {elements}
+*BEAM SECTION, ELSET=ARCH, SECTION=STIFFNESS
+3600., 1.
+*BOUNDARY
+1, PINNED
+2, PINNED
+*STEP, NAME=MODES
+*BUCKLE
+2
+*DLOAD
+ARCH, PY, -1.
+*END STEP
+*STEP
+*STATIC, METHOD=CYLINDRICAL
+0.5, 1E-9, 0.02
+*IMPERFECTION, SHAPE=MODE, ELSET=ARCH, STEP=MODES
+1, 0.002
+*DLOAD
+ARCH, PY, -1.
+*LIMIT CURVE, NAME=SMALLER, PARAMETER=IMPERFECTION, ELSET=ARCH
+-0.1, 0.7
+*STOP
+LOAD, ABOVE, 40.
+*FIELD OUTPUT
+DISPLACEMENT, SECTION FORCES
+*END STEP
+"""
 
 
 def instructions(deck: str, folder) -> dict[str, int]:
@@ -98,7 +131,7 @@ def instructions(deck: str, folder) -> dict[str, int]:
     return counts
 
 
-@pytest.mark.parametrize("deck", [WINKLER, RING], ids=["winkler", "ring"])
+@pytest.mark.parametrize("deck", [WINKLER, RING, ARCH], ids=["winkler", "ring", "arch"])
 def test_every_procedure_is_linear(deck, tmp_path):
     few, many = (instructions(deck.format(elements=elements), tmp_path) for elements in ELEMENTS)
     least = SHARE * sum(many.values())

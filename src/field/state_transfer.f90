@@ -320,7 +320,7 @@ contains
             if (to%conforms(e) > 0) then
                ! For a conforming element only P = N + kappa M is used (see conforming_element), which does not jump at contact
                ! forces.
-               if (lies_there(old)) then
+               if (tau > 0.0_wp .and. tau < 1.0_wp .and. lies_there(old)) then
                   call conforming_track(from, state, old, tau, kept%lying, track(i), force(i))
                else
                   call point_displacement(from, state, old, tau, kept, u)

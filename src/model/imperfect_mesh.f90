@@ -141,14 +141,15 @@ contains
       type(model_t), intent(in) :: model
       type(error_t), allocatable, intent(out) :: error
       real(wp), parameter :: apart = 1.0e-9_wp
-      real(wp) :: x(2), angle, speed
+      real(wp) :: x(2), angle, speed, largest
       integer :: e, i
       associate (mesh => model%mesh)
+         largest = maxval(abs(mesh%x))
          do e = 1, mesh%n_elements
             if (mesh%curve(e) == 0) cycle
             do i = 1, 2
                call curve_point(model%curve(mesh%curve(e)), model%imperfection, mesh%s(i, e), x, angle, speed)
-               if (norm2(x - mesh%x(:, mesh%node(i, e))) <= apart * maxval(abs(mesh%x))) cycle
+               if (norm2(x - mesh%x(:, mesh%node(i, e))) <= apart * largest) cycle
                call fail(error, 'the chains that meet in node '//to_text(mesh%node_label(mesh%node(i, e)))// &
                   & ' move it to different places: give SHAPE=MODE for all of them')
                return
