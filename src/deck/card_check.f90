@@ -6,10 +6,10 @@ module card_check
    use kinds, only: wp
    use text, only: plural, nearest_word, word_at, word_index
    use printable_text, only: quoted
-   use diagnostics, only: diagnostics_t, place_t
+   use diagnostics, only: place_t
    use card_spec, only: card_spec_t, item_t, find_card, find_item, in_model, in_step, outside_step, kind_flag
    use card_table, only: all_cards, cards_of
-   use deck_cards, only: deck_t, text_at, complain, given_parameter, field_given, field_place, whole_line
+   use deck_cards, only: deck_t
    use foreign_words, only: foreign_card, foreign_parameter, foreign_field
    use item_values, only: convert, value_error, choices, with_commas, foreign
    implicit none
@@ -32,9 +32,8 @@ module card_check
 contains
 
    !> Checks all cards and fills in their spec, layout, step and soundness, and the converted values.
-   subroutine check_cards(deck, diagnostics)
-      class(deck_t), intent(inout) :: deck               !! as split; receives the entries of the table that it needs
-      type(diagnostics_t), intent(inout) :: diagnostics  !! receives the errors
+   subroutine check_cards(deck)
+      class(deck_t), intent(inout) :: deck               !! as split; receives the entries of the table that it needs, and errors
       type(reading_t) :: reading
       integer :: card
       deck%spec = cards_of(keys_of(deck))
@@ -45,19 +44,17 @@ contains
          if (.not. deck%card(card)%sound .and. deck%card(card)%keyword == '') cycle
          deck%card(card)%spec = find_card(deck%spec, deck%card(card)%keyword)
          if (deck%card(card)%spec == 0) then
-            call report_unknown(deck, diagnostics, card)
+            call report_unknown(deck, card)
             cycle
          end if
          deck%card(card)%keyword = deck%spec(deck%card(card)%spec)%keyword
-         call check_position(deck, diagnostics, card, reading)
-         call check_parameters(deck, diagnostics, card)
+         call check_position(deck, card, reading)
+         call check_parameters(deck, card)
          ! The parameters select the layout of the data lines. After a bad parameter the lines are checked only if the card has one
          ! layout.
-         if (deck%card(card)%sound .or. size(deck%spec(deck%card(card)%spec)%layout) == 1) &
-            call check_lines(deck, diagnostics, card)
+         if (deck%card(card)%sound .or. size(deck%spec(deck%card(card)%spec)%layout) == 1) call check_lines(deck, card)
       end do
-      if (reading%open) call complain(deck, diagnostics, reading%open_card, deck%card(reading%open_card)%place, &
-         'its *END STEP is missing')
+      if (reading%open) call deck%complain(reading%open_card, deck%card(reading%open_card)%place, 'its *END STEP is missing')
    end subroutine check_cards
 
    !> Keywords of the cards of a deck and of the cards `always`, between bars, each once.
@@ -71,14 +68,13 @@ contains
       end do
    end function keys_of
 
-   subroutine report_unknown(deck, diagnostics, card)
+   subroutine report_unknown(deck, card)
       class(deck_t), intent(inout) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card
       character(:), allocatable :: typed
       deck%card(card)%sound = .false.
-      typed = text_at(deck, deck%card(card)%place)
-      call diagnostics%add(deck%card(card)%place, 'unknown keyword '//quoted(typed)//known_card(all_cards(), typed(2:)))
+      typed = deck%text_at(deck%card(card)%place)
+      call deck%diagnostics%add(deck%card(card)%place, 'unknown keyword '//quoted(typed)//known_card(all_cards(), typed(2:)))
    end subroutine report_unknown
 
    !> Suggestion for a keyword that is not in the table, to be appended to a message.
@@ -105,9 +101,8 @@ contains
    end function known_card
 
    !> Checks that the card is in the right part of the deck, and opens and closes steps.
-   subroutine check_position(deck, diagnostics, card, reading)
+   subroutine check_position(deck, card, reading)
       class(deck_t), intent(inout) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card
       type(reading_t), intent(inout) :: reading
       character(:), allocatable :: wrong
@@ -140,13 +135,12 @@ contains
       end associate
       if (wrong == '') return
       deck%card(card)%sound = .false.
-      call complain(deck, diagnostics, card, deck%card(card)%place, wrong)
+      call deck%complain(card, deck%card(card)%place, wrong)
    end subroutine check_position
 
    !> Checks and converts the given parameters, then those that are missing.
-   subroutine check_parameters(deck, diagnostics, card)
+   subroutine check_parameters(deck, card)
       class(deck_t), intent(inout) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card
       character(:), allocatable :: wrong
       type(place_t) :: place
@@ -156,13 +150,13 @@ contains
             call check_parameter(deck, card, p, place, wrong)
             if (wrong == '') cycle
             deck%card(card)%sound = .false.
-            call complain(deck, diagnostics, card, place, wrong)
+            call deck%complain(card, place, wrong)
             ! An unknown name on a continuation line: the comma above it was superfluous, and the line is most likely a data line.
             if (deck%parameter(p)%item == 0 .and. place%line > deck%card(card)%place%line) exit
          end do
          if (.not. deck%card(card)%sound) return
          do p = 1, size(spec%parameter)
-            call check_presence(deck, diagnostics, card, p, spec%parameter(p))
+            call check_presence(deck, card, p, spec%parameter(p))
          end do
       end associate
    end subroutine check_parameters
@@ -176,7 +170,7 @@ contains
       character(:), allocatable :: name
       logical :: right
       place = deck%parameter(p)%name
-      name = text_at(deck, place)
+      name = deck%text_at(place)
       wrong = ''
       associate (spec => deck%spec(deck%card(card)%spec), parameter => deck%parameter(p))
          parameter%item = find_item(spec%parameter, name)
@@ -195,17 +189,16 @@ contains
                wrong = item%name//' needs a value: '//item%name//'='
             else
                place = parameter%value
-               call convert(item, text_at(deck, place), parameter%number, right)
-               if (.not. right) wrong = value_error(item, text_at(deck, place))
+               call convert(item, deck%text_at(place), parameter%number, right)
+               if (.not. right) wrong = value_error(item, deck%text_at(place))
             end if
          end associate
       end associate
    end subroutine check_parameter
 
    !> Checks that a parameter is given if it is required, and not given if its condition is not satisfied.
-   subroutine check_presence(deck, diagnostics, card, i, item)
+   subroutine check_presence(deck, card, i, item)
       class(deck_t), intent(inout) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card, i       ! card; position of the parameter in the table
       type(item_t), intent(in) :: item     ! the parameter
       type(place_t) :: place
@@ -213,16 +206,16 @@ contains
       if (index(item%only, '=') > 0) then
          if (given_word(deck, card, item%only(:index(item%only, '=') - 1)) == '') return ! that parameter is reported already
       end if
-      p = given_parameter(deck, card, i)
+      p = deck%given_parameter(card, i)
       if (p > 0 .and. .not. holds(deck, card, item%only)) then
          place = deck%parameter(p)%name
          place%last = max(place%last, deck%parameter(p)%value%last)
-         call complain(deck, diagnostics, card, place, item%name//' goes with '//with_commas(item%only)//' only')
+         call deck%complain(card, place, item%name//' goes with '//with_commas(item%only)//' only')
       else if (item%required .and. p == 0 .and. holds(deck, card, item%only)) then
          if (item%only == '') then
-            call complain(deck, diagnostics, card, deck%card(card)%place, 'parameter '//item%name//' is missing')
+            call deck%complain(card, deck%card(card)%place, 'parameter '//item%name//' is missing')
          else
-            call complain(deck, diagnostics, card, deck%card(card)%place, 'parameter '//item%name// &
+            call deck%complain(card, deck%card(card)%place, 'parameter '//item%name// &
                ' is missing; required with '//with_commas(item%only))
          end if
       else
@@ -242,7 +235,7 @@ contains
       associate (spec => deck%spec(deck%card(card)%spec))
          i = find_item(spec%parameter, name)
          if (i == 0) return
-         p = given_parameter(deck, card, i)
+         p = deck%given_parameter(card, i)
          if (p == 0) word = spec%parameter(i)%default
          if (p > 0) word = word_at(spec%parameter(i)%words, nint(deck%parameter(p)%number))
       end associate
@@ -259,7 +252,7 @@ contains
       if (condition == '') return
       equals = index(condition, '=')
       if (equals == 0) then
-         holds = given_parameter(deck, card, find_item(deck%spec(deck%card(card)%spec)%parameter, condition)) > 0
+         holds = deck%given_parameter(card, find_item(deck%spec(deck%card(card)%spec)%parameter, condition)) > 0
       else
          word = given_word(deck, card, condition(:equals - 1))
          holds = .false.
@@ -270,26 +263,21 @@ contains
    pure function unknown_parameter(spec, name) result(string)
       type(card_spec_t), intent(in) :: spec
       character(*), intent(in) :: name
-      character(:), allocatable :: string, words
-      integer :: i
+      character(:), allocatable :: string
       string = foreign_parameter(spec%keyword, name)
       if (string /= '') then
-         string = 'unknown parameter '//quoted(name)//foreign//string
-         return
+         string = foreign//string
+      else if (size(spec%parameter) == 0) then
+         string = '; the card has none'
+      else
+         string = '; '//choices(names_of(spec%parameter), name)
       end if
-      string = 'unknown parameter '//quoted(name)//'; the card has none'
-      if (size(spec%parameter) == 0) return
-      words = spec%parameter(1)%name
-      do i = 2, size(spec%parameter)
-         words = words//'|'//spec%parameter(i)%name
-      end do
-      string = 'unknown parameter '//quoted(name)//'; '//choices(words, name)
+      string = 'unknown parameter '//quoted(name)//string
    end function unknown_parameter
 
    !> Determines the layout that applies, and checks number and fields of the data lines.
-   subroutine check_lines(deck, diagnostics, card)
+   subroutine check_lines(deck, card)
       class(deck_t), intent(inout) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card
       integer :: first, last, l, i
       type(place_t) :: place
@@ -298,7 +286,7 @@ contains
       associate (spec => deck%spec(deck%card(card)%spec))
          if (size(spec%layout) == 0) then
             if (last < first) return
-            call complain(deck, diagnostics, card, whole_line(deck, first), 'takes no data lines')
+            call deck%complain(card, deck%whole_line(first), 'takes no data lines')
             deck%data_line(first:last)%sound = .false.
             return
          end if
@@ -310,24 +298,22 @@ contains
             if (last - first + 1 < layout%least) then
                deck%card(card)%sound = .false.
                place = deck%card(card)%place
-               call complain(deck, diagnostics, card, place, 'a data line is missing: '//field_names(layout%field))
+               call deck%complain(card, place, 'a data line is missing: '//with_commas(names_of(layout%field)))
             else if (last - first + 1 > layout%most) then
-               call complain(deck, diagnostics, card, whole_line(deck, first + layout%most), &
-                  'takes '//plural(layout%most, 'data line')//' only')
+               call deck%complain(card, deck%whole_line(first + layout%most), 'takes '//plural(layout%most, 'data line')//' only')
                deck%data_line(first + layout%most:last)%sound = .false.
                last = first + layout%most - 1
             end if
             do l = first, merge(first - 1, last, spec%free_text)
-               call check_fields(deck, diagnostics, card, l, layout%field, layout%last_repeats)
+               call check_fields(deck, card, l, layout%field, layout%last_repeats)
             end do
          end associate
       end associate
    end subroutine check_lines
 
    !> Checks and converts the fields of a data line.
-   subroutine check_fields(deck, diagnostics, card, line, item, last_repeats)
+   subroutine check_fields(deck, card, line, item, last_repeats)
       class(deck_t), intent(inout) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
       integer, intent(in) :: card, line
       type(item_t), intent(in) :: item(:)
       logical, intent(in) :: last_repeats
@@ -339,33 +325,33 @@ contains
          i = f
          if (last_repeats) i = min(f, size(item))
          if (i > size(item)) then
-            wrong = 'a field too many; the line reads: '//field_names(item)
+            wrong = 'a field too many; the line reads: '//with_commas(names_of(item))
             if (foreign_field(deck%card(card)%keyword, f) /= '') wrong = wrong//'; '//foreign_field(deck%card(card)%keyword, f)
-         else if (.not. field_given(deck, line, f)) then
+         else if (.not. deck%field_given(line, f)) then
             if (.not. item(i)%required) cycle
-            wrong = item(i)%name//' is missing; the line reads: '//field_names(item)
+            wrong = item(i)%name//' is missing; the line reads: '//with_commas(names_of(item))
          else
-            place = field_place(deck, line, f)
+            place = deck%field_place(line, f)
             before = deck%source%first(place%line) - 1
             call convert(item(i), deck%source%text(before + place%first:before + place%last), &
                deck%number(deck%data_line(line)%first_field + f - 1), right)
             if (right) cycle
-            wrong = value_error(item(i), text_at(deck, place))
+            wrong = value_error(item(i), deck%text_at(place))
          end if
          deck%data_line(line)%sound = .false.
-         call complain(deck, diagnostics, card, field_place(deck, line, f), wrong)
+         call deck%complain(card, deck%field_place(line, f), wrong)
          if (i > size(item)) return
       end do
    end subroutine check_fields
 
-   pure function field_names(item) result(string)
+   !> Names of parameters or fields, between bars.
+   pure function names_of(item) result(string)
       type(item_t), intent(in) :: item(:)
       character(:), allocatable :: string
       integer :: i
-      string = ''
-      do i = 1, size(item)
-         if (i > 1) string = string//', '
-         string = string//item(i)%name
+      string = item(1)%name
+      do i = 2, size(item)
+         string = string//'|'//item(i)%name
       end do
-   end function field_names
+   end function names_of
 end module card_check

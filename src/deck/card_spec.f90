@@ -45,6 +45,7 @@ module card_spec
    character(*), parameter :: bound_words(0:*) = [character(26) :: '', 'positive', 'zero or positive', 'other than zero', &
       'positive and below 1', 'above -1 and at most 0.5']
 
+   integer, parameter :: most_cards = 100 !! room of the table
    integer, parameter :: many_lines = huge(1)
    integer, parameter :: usual_most = 1000000000 !! largest magnitude of an integer by default; twice this value is still an integer
 
@@ -87,7 +88,8 @@ module card_spec
 
    !> The table while it is being made: it receives only the cards that are wanted, for a run needs few of them.
    type :: table_t
-      type(card_spec_t), allocatable :: card(:)
+      integer :: n = 0
+      type(card_spec_t) :: card(most_cards)   !! the first n are in use
       character(:), allocatable :: wanted     !! keys of the wanted cards between bars, with a bar at both ends; '': all cards
       logical :: skips = .false.              !! true: the last card is not wanted, and its parameters and fields are passed over
    end type table_t
@@ -126,19 +128,12 @@ contains
       character(*), intent(in) :: meaning
       logical, intent(in), optional :: once, free_text !! default false
       character(*), intent(in), optional :: follows  !! default ''
-      type(card_spec_t), allocatable :: longer(:)
       character(:), allocatable :: key
-      integer :: n, i
       key = squeeze(keyword)
       table%skips = table%wanted /= '' .and. index(table%wanted, '|'//key//'|') == 0
       if (table%skips) return
-      n = size(table%card) + 1
-      allocate (longer(n))
-      do i = 1, n - 1
-         call move_card(table%card(i), longer(i))  ! moved, not copied: copies of the whole table for every card take long
-      end do
-      call move_alloc(longer, table%card)
-      associate (card => table%card(n))
+      table%n = table%n + 1
+      associate (card => table%card(table%n))
          card%keyword = keyword
          card%key = key
          card%where = where
@@ -150,21 +145,6 @@ contains
       end associate
    end subroutine add_card
 
-   !> Moves the contents of one card to another; the first is empty afterwards.
-   pure subroutine move_card(from, to)
-      type(card_spec_t), intent(inout) :: from
-      type(card_spec_t), intent(inout) :: to
-      call move_alloc(from%keyword, to%keyword)
-      call move_alloc(from%key, to%key)
-      to%where = from%where
-      to%once = from%once
-      call move_alloc(from%follows, to%follows)
-      to%free_text = from%free_text
-      call move_alloc(from%meaning, to%meaning)
-      call move_alloc(from%parameter, to%parameter)
-      call move_alloc(from%layout, to%layout)
-   end subroutine move_card
-
    !> Adds a parameter to the last card of a table. It is required unless it has a default or is optional.
    pure subroutine add_parameter(table, name, kind, meaning, default, words, only, optional, bound, former, most)
       type(table_t), intent(inout) :: table
@@ -175,7 +155,7 @@ contains
       logical, intent(in), optional :: optional                !! true: may be left out
       integer, intent(in), optional :: bound, most
       if (table%skips) return
-      associate (card => table%card(size(table%card)))
+      associate (card => table%card(table%n))
          call add_item(card%parameter, name, kind, meaning, default, words, optional, bound)
          associate (item => card%parameter(size(card%parameter)))
             item%only = text_of(only)
@@ -191,25 +171,15 @@ contains
       character(*), intent(in), optional :: when     !! this and the following arguments: components of layout_t
       integer, intent(in), optional :: least, most
       logical, intent(in), optional :: last_repeats
-      type(layout_t), allocatable :: longer(:)
-      integer :: n, i
+      type(layout_t) :: layout
       if (table%skips) return
-      associate (card => table%card(size(table%card)))
-         n = size(card%layout) + 1
-         allocate (longer(n))
-         do i = 1, n - 1
-            longer(i)%last_repeats = card%layout(i)%last_repeats
-            longer(i)%least = card%layout(i)%least
-            longer(i)%most = card%layout(i)%most
-            call move_alloc(card%layout(i)%when, longer(i)%when)
-            call move_alloc(card%layout(i)%field, longer(i)%field)
-         end do
-         longer(n)%when = text_of(when)
-         if (present(least)) longer(n)%least = least
-         if (present(most)) longer(n)%most = most
-         if (present(last_repeats)) longer(n)%last_repeats = last_repeats
-         allocate (longer(n)%field(0))
-         call move_alloc(longer, card%layout)
+      layout%when = text_of(when)
+      if (present(least)) layout%least = least
+      if (present(most)) layout%most = most
+      if (present(last_repeats)) layout%last_repeats = last_repeats
+      allocate (layout%field(0))
+      associate (card => table%card(table%n))
+         card%layout = [card%layout, layout]
       end associate
    end subroutine add_layout
 
@@ -223,7 +193,7 @@ contains
       logical, intent(in), optional :: optional                !! true: may be left out
       integer, intent(in), optional :: bound, times_field
       if (table%skips) return
-      associate (card => table%card(size(table%card)))
+      associate (card => table%card(table%n))
          associate (layout => card%layout(size(card%layout)))
             call add_item(layout%field, name, kind, meaning, default, words, optional, bound)
             associate (item => layout%field(size(layout%field)))
@@ -252,25 +222,27 @@ contains
       character(*), intent(in), optional :: default, words
       logical, intent(in), optional :: optional
       integer, intent(in), optional :: bound
+      type(item_t) :: item
       type(item_t), allocatable :: longer(:)
       integer :: n, i
-      n = size(items) + 1
-      allocate (longer(n))
-      do i = 1, n - 1
+      item%name = name
+      item%kind = kind
+      item%meaning = meaning
+      item%default = text_of(default)
+      item%words = text_of(words)
+      item%former = ''
+      item%only = ''
+      item%unit = ''
+      item%required = .not. present(default)
+      if (present(optional)) item%required = item%required .and. .not. optional
+      if (present(bound)) item%bound = bound
+      n = size(items)
+      allocate (longer(n + 1))
+      do i = 1, n
          call move_item(items(i), longer(i))
       end do
+      longer(n + 1) = item
       call move_alloc(longer, items)
-      items(n)%name = name
-      items(n)%kind = kind
-      items(n)%meaning = meaning
-      items(n)%default = text_of(default)
-      items(n)%words = text_of(words)
-      items(n)%former = ''
-      items(n)%only = ''
-      items(n)%unit = ''
-      items(n)%required = .not. present(default)
-      if (present(optional)) items(n)%required = items(n)%required .and. .not. optional
-      if (present(bound)) items(n)%bound = bound
    end subroutine add_item
 
    !> Moves the contents of one item to another; the first is empty afterwards.

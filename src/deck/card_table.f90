@@ -30,7 +30,6 @@ contains
       type(card_spec_t), allocatable :: table(:)
       type(table_t) :: t
       t%wanted = keys
-      allocate (t%card(0))
       call mesh_cards(t)
       call generator_cards(t)
       call imperfection_card(t)
@@ -40,7 +39,7 @@ contains
       call support_cards(t)
       call joint_cards(t)
       call add_step_cards(t)
-      call move_alloc(t%card, table)
+      table = t%card(:t%n)
    end function cards_of
 
    pure subroutine mesh_cards(t)

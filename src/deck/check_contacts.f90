@@ -13,7 +13,7 @@ module check_contacts
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t, new_candidates
    use surface_patches, only: patches_t, new_patches, couples, first_overlap
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t, position_t
    use deck_names, only: node_words
    implicit none
    private
@@ -32,7 +32,7 @@ contains
       type(geometry_t) :: geometry
       type(candidates_t) :: list
       type(patches_t) :: patches
-      type(cursor_t) :: at, last
+      type(position_t) :: last
       character(:), allocatable :: problem, found
       integer :: contact, i
       if (.not. any(couples(model%obstacle))) return
@@ -44,15 +44,18 @@ contains
       patches = new_patches(model, list, geometry)
       ! The error is reported at the last card concerned.
       contact = 0
-      do while (deck%next_card(at, 'CONTACT'))
+      do while (deck%next_card('CONTACT'))
          contact = contact + 1
          if (.not. couples(model%obstacle(model%contact(contact)%obstacle))) cycle
          found = contact_problem(model, list, patches, model%contact(contact)%obstacle)
          if (found == '') cycle
          problem = found
-         last = at
+         last = deck%at
       end do
-      if (last%card > 0) call deck%wrong(last, 'NSET', problem)
+      if (last%card == 0) return
+      deck%at = last
+      call deck%wrong('NSET', problem)
+      call deck%rewind()
    end subroutine check_ground_candidates
 
    !> Reason why an obstacle with coupled ground cannot carry its candidates; '' if it can.
@@ -86,25 +89,23 @@ contains
    subroutine check_contact_of_tied_nodes(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
-      type(cursor_t) :: at
       integer :: contact
       contact = 0
-      do while (deck%next_card(at, 'CONTACT'))
+      do while (deck%next_card('CONTACT'))
          contact = contact + 1
-         call check_tied_nodes(deck, at, 'NSET', model, model%contact(contact))
+         call check_tied_nodes(deck, 'NSET', model, model%contact(contact))
       end do
-      do while (deck%next_card(at, 'GAP'))
-         do while (deck%next_line(at))
+      do while (deck%next_card('GAP'))
+         do while (deck%next_line())
             contact = contact + 1
-            call check_tied_nodes(deck, at, 'node or set', model, model%contact(contact))
+            call check_tied_nodes(deck, 'node or set', model, model%contact(contact))
          end do
       end do
    end subroutine check_contact_of_tied_nodes
 
    !> Reports the first node of a contact at which contact is impossible.
-   subroutine check_tied_nodes(deck, at, name, model, contact)
+   subroutine check_tied_nodes(deck, name, model, contact)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       character(*), intent(in) :: name                  ! name of the item that names the nodes
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
@@ -124,7 +125,7 @@ contains
                why = 'cannot touch a rigid obstacle: let the node that it follows touch it, give the obstacle a '// &
                   'foundation, or take a stiff rod instead of the joint'
             end if
-            call deck%wrong(at, name, node_words(model%mesh, contact%node(i))//' follows another one and '//why)
+            call deck%wrong(name, node_words(model%mesh, contact%node(i))//' follows another one and '//why)
             return
          end do
       end associate

@@ -3,12 +3,12 @@
 !> A line of the deck travels like this. `deck_assembly` replaces *INCLUDE and ${...}; `deck_cards` splits the text into cards,
 !> parameters and fields, each with its place. `card_check` compares each card with its entry in `card_table`, and `item_values`
 !> converts each value once: words become their position in the table, all others numbers. From here on no reader converts or
-!> checks a single value. A reader visits the cards of one keyword, and their data lines, with a cursor:
+!> checks a single value. A reader visits the cards of one keyword, and their data lines; `deck%at` is the place where it is:
 !>
-!>    do while (deck%next_card(at, 'CLOAD'))
-!>       do while (deck%next_line(at))
-!>          nodes = deck%nodes(at, 'node or set')
-!>          magnitude = deck%real(at, 'magnitude')
+!>    do while (deck%next_card('CLOAD'))
+!>       do while (deck%next_line())
+!>          nodes = deck%nodes('node or set')
+!>          magnitude = deck%real('magnitude')
 !>
 !> Cards and lines with errors are passed over. Parameters and fields have the names of the card table, which also has their
 !> defaults. Names and labels that an item refers to are resolved here, too, with one message for each kind of definition. A
@@ -19,12 +19,12 @@ module checked_deck
    use lookup, only: name_list_t
    use printable_text, only: quoted
    use item_values, only: choices
-   use card_values, only: card_values_t, cursor_t
+   use card_values, only: card_values_t, position_t
    use model, only: mesh_t
    use deck_names, only: deck_names_t, labels_t, definitions_t, node_words
    implicit none
    private
-   public :: checked_deck_t, cursor_t
+   public :: checked_deck_t, position_t
 
    !> A deck that is being read.
    type, extends(card_values_t) :: checked_deck_t
@@ -36,72 +36,66 @@ module checked_deck
 contains
 
    !> The nodes that a label or a set names; none, and an error is added, if they are not defined.
-   function nodes(self, at, name)
+   function nodes(self, name)
       class(checked_deck_t), intent(inout) :: self
-      type(cursor_t), intent(in) :: at
       character(*), intent(in) :: name       !! of the parameter or field in the card table
       integer, allocatable :: nodes(:)       !! node indices
-      nodes = self%members(at, name, 'node')
+      nodes = self%members(name, 'node')
    end function nodes
 
    !> The elements that a label or a set names; none, and an error is added, if they are not defined.
-   function elements(self, at, name)
+   function elements(self, name)
       class(checked_deck_t), intent(inout) :: self
-      type(cursor_t), intent(in) :: at
       character(*), intent(in) :: name       !! of the parameter or field in the card table
       integer, allocatable :: elements(:)    !! element indices
-      elements = self%members(at, name, 'element')
+      elements = self%members(name, 'element')
    end function elements
 
    !> The node that a label names; 0, and an error is added, if it is not defined.
-   integer function node(self, at, name)
+   integer function node(self, name)
       class(checked_deck_t), intent(inout) :: self
-      type(cursor_t), intent(in) :: at
       character(*), intent(in) :: name       !! of the field in the card table
-      node = self%names%node%find(self%integer(at, name))
-      if (node == 0) call undefined_label(self, at, name, 1, self%names%node)
+      node = self%names%node%find(self%integer(name))
+      if (node == 0) call undefined_label(self, name, 1, self%names%node)
    end function node
 
    !> The nodes or elements that a label or a set names; none, and an error is added, if they are not defined.
-   function members(self, at, name, what, nth)
+   function members(self, name, what, nth)
       class(checked_deck_t), intent(inout) :: self
-      type(cursor_t), intent(in) :: at
       character(*), intent(in) :: name       !! of the parameter or field in the card table
       character(*), intent(in) :: what       !! 'node' or 'element'
       integer, intent(in), optional :: nth   !! which one of a field that repeats; default 1
       integer, allocatable :: members(:)     !! indices
       if (what == 'node') then
-         members = members_of(self, at, name, nth, self%names%node, self%names%element)
+         members = members_of(self, name, nth, self%names%node, self%names%element)
       else
-         members = members_of(self, at, name, nth, self%names%element, self%names%node)
+         members = members_of(self, name, nth, self%names%element, self%names%node)
       end if
    end function members
 
-   function members_of(self, at, name, nth, labels, others) result(members)
+   function members_of(self, name, nth, labels, others) result(members)
       class(checked_deck_t), intent(inout) :: self
-      type(cursor_t), intent(in) :: at
       character(*), intent(in) :: name
       integer, intent(in), optional :: nth
       type(labels_t), intent(in) :: labels, others
       integer, allocatable :: members(:)
       integer :: label, i
       allocate (members(0))
-      label = nint(self%real(at, name, nth))
+      label = nint(self%real(name, nth))
       if (label == 0) then
-         i = labels%set_names%find(self%text(at, name, nth))
+         i = labels%set_names%find(self%text(name, nth))
          if (i > 0) members = labels%members(i)
-         if (i == 0) call undefined_set(self, at, name, nth, labels, others)
+         if (i == 0) call undefined_set(self, name, nth, labels, others)
       else
          i = labels%find(label)
          if (i > 0) members = [i]
-         if (i == 0) call undefined_label(self, at, name, nth, labels)
+         if (i == 0) call undefined_label(self, name, nth, labels)
       end if
    end function members_of
 
    !> Adds the error about a label that is not defined, unless its definition may have an error.
-   subroutine undefined_label(self, at, name, nth, labels)
+   subroutine undefined_label(self, name, nth, labels)
       class(checked_deck_t), intent(inout) :: self
-      type(cursor_t), intent(in) :: at
       character(*), intent(in) :: name
       integer, intent(in), optional :: nth
       type(labels_t), intent(in) :: labels
@@ -109,20 +103,19 @@ contains
       if (self%names%mesh_incomplete) return
       range = ' (there are no '//trim(labels%what)//'s)'
       if (labels%n > 0) range = ' (labels run from '//to_text(labels%least)//' to '//to_text(labels%greatest)//')'
-      call self%wrong(at, name, trim(labels%what)//' '//to_text(nint(self%real(at, name, nth)))//' is not defined'// &
+      call self%wrong(name, trim(labels%what)//' '//to_text(nint(self%real(name, nth)))//' is not defined'// &
          trim(merge(' above this line', '                ', self%names%above_only))//range, nth)
    end subroutine undefined_label
 
    !> Adds the error about a set that is not defined, unless its definition may have an error.
-   subroutine undefined_set(self, at, name, nth, labels, others)
+   subroutine undefined_set(self, name, nth, labels, others)
       class(checked_deck_t), intent(inout) :: self
-      type(cursor_t), intent(in) :: at
       character(*), intent(in) :: name
       integer, intent(in), optional :: nth
       type(labels_t), intent(in) :: labels, others ! kind of the set, and the other kind
       character(:), allocatable :: set, message
       if (self%names%mesh_incomplete) return
-      set = self%text(at, name, nth)
+      set = self%text(name, nth)
       message = trim(labels%what)//' set '//quoted(set)//' is not defined'// &
          trim(merge(' above this line', '                ', self%names%above_only))
       if (others%set_names%find(set) > 0) then
@@ -130,13 +123,12 @@ contains
       else
          message = message//suggestion(labels%set_names, set)
       end if
-      call self%wrong(at, name, message, nth)
+      call self%wrong(name, message, nth)
    end subroutine undefined_set
 
    !> False, and an error is added, if one of the nodes belongs to no element.
-   logical function on_elements(self, at, name, mesh, nodes, consequence)
+   logical function on_elements(self, name, mesh, nodes, consequence)
       class(checked_deck_t), intent(inout) :: self
-      type(cursor_t), intent(in) :: at
       character(*), intent(in) :: name       !! of the parameter or field that names the nodes
       type(mesh_t), intent(in) :: mesh
       integer, intent(in) :: nodes(:)        !! node indices
@@ -149,73 +141,69 @@ contains
          if (on_elements) cycle
          message = node_words(mesh, nodes(i))//' belongs to no element'
          if (present(consequence)) message = message//consequence
-         call self%wrong(at, name, message)
+         call self%wrong(name, message)
          return
       end do
    end function on_elements
 
    !> Position in a list of the definition that a value names; 0, and an error is added, if it is missing.
-   integer function named(self, at, name, list, what, nth, also) result(position)
+   integer function named(self, name, list, what, nth, also) result(position)
       class(checked_deck_t), intent(inout) :: self
-      type(cursor_t), intent(in) :: at
       character(*), intent(in) :: name       !! of the parameter or field in the card table
       class(name_list_t), intent(in) :: list
       character(*), intent(in) :: what       !! 'material' and so on, for the message
       integer, intent(in), optional :: nth   !! which one of a field that repeats; default 1
       character(*), intent(in), optional :: also !! another word allowed at this place, which the message then names
       character(:), allocatable :: typed, message
-      typed = self%text(at, name, nth)
+      typed = self%text(name, nth)
       position = list%find(typed)
       if (position > 0 .or. list%incomplete) return
       message = what//' '//quoted(typed)//' is not defined'
       if (present(also)) then
          if (nearest_word(also, typed) /= '') then
-            call self%wrong(at, name, message//'; did you mean '//also//'?', nth)
+            call self%wrong(name, message//'; did you mean '//also//'?', nth)
             return
          end if
       end if
-      call self%wrong(at, name, message//suggestion(list, typed), nth)
+      call self%wrong(name, message//suggestion(list, typed), nth)
    end function named
 
    !> The obstacle that a value names. An error is added if it is not defined, or if no contact names it.
-   subroutine touched_obstacle(self, at, name, obstacle, ok)
+   subroutine touched_obstacle(self, name, obstacle, ok)
       class(checked_deck_t), intent(inout) :: self !! with the contacts
-      type(cursor_t), intent(in) :: at
       character(*), intent(in) :: name       !! of the parameter or field in the card table
       integer, intent(out) :: obstacle       !! 0: not defined
       logical, intent(out) :: ok             !! true: defined, and a contact with it exists or may be missing because of an error
-      obstacle = self%named(at, name, self%names%obstacle, 'obstacle')
+      obstacle = self%named(name, self%names%obstacle, 'obstacle')
       ok = obstacle > 0
       if (.not. ok) return
       ok = self%names%contacts_incomplete .or. self%names%touched(obstacle)
-      if (.not. ok) call self%wrong(at, name, 'no *CONTACT names obstacle '//trim(self%names%obstacle%name(obstacle)))
+      if (.not. ok) call self%wrong(name, 'no *CONTACT names obstacle '//trim(self%names%obstacle%name(obstacle)))
    end subroutine touched_obstacle
 
    !> Reads a quantity of the path: LOAD or a monitor. An error is added if there is no such monitor.
-   subroutine quantity(self, at, name, monitor, ok)
+   subroutine quantity(self, name, monitor, ok)
       class(checked_deck_t), intent(inout) :: self
-      type(cursor_t), intent(in) :: at
       character(*), intent(in) :: name       !! of the field in the card table
       integer, intent(out) :: monitor        !! 0: the load factor
       logical, intent(out) :: ok             !! false: not defined
       monitor = 0
-      ok = same_name(self%text(at, name), 'LOAD')
+      ok = same_name(self%text(name), 'LOAD')
       if (ok) return
-      monitor = self%named(at, name, self%names%monitor, 'monitor', also='LOAD')
+      monitor = self%named(name, self%names%monitor, 'monitor', also='LOAD')
       ok = monitor > 0
    end subroutine quantity
 
    !> Defines the name of a card (its parameter NAME, or a default); an error is added if the name is in use.
-   subroutine define(self, at, list, name, ok)
+   subroutine define(self, list, name, ok)
       class(checked_deck_t), intent(inout) :: self
-      type(cursor_t), intent(in) :: at
       class(definitions_t), intent(inout) :: list
       character(*), intent(in) :: name       !! the name
       logical, intent(out) :: ok             !! false: in use
       integer :: position, earlier
-      call list%define(trim(name), at%card_at, position, earlier)
+      call list%define(trim(name), self%at%card_at, position, earlier)
       ok = earlier == 0
-      if (.not. ok) call self%wrong(at, 'NAME', 'the name '//trim(name)//' was used in '//self%source%line_words(earlier))
+      if (.not. ok) call self%wrong('NAME', 'the name '//trim(name)//' was used in '//self%source%line_words(earlier))
    end subroutine define
 
    !> "; did you mean X?" or the names that are defined, if these are few; '' if there are none.

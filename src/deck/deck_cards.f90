@@ -10,7 +10,7 @@ module deck_cards
    use card_spec, only: card_spec_t
    implicit none
    private
-   public :: deck_t, split_deck, text_at, complain, line_end, given_parameter, field_given, field_place, whole_line
+   public :: deck_t, split_deck, line_end
 
    !> A parameter of a card as the deck gives it.
    type :: parameter_t
@@ -45,25 +45,29 @@ module deck_cards
    type :: deck_t
       type(deck_source_t) :: source
       integer :: n_cards = 0, n_parameters = 0, n_lines = 0, n_fields = 0
-      type(card_t), allocatable :: card(:)
+      type(card_t), allocatable :: card(:)      !! this and the following arrays: the first n_... are in use
       type(parameter_t), allocatable :: parameter(:)
       type(data_line_t), allocatable :: data_line(:)
       type(place_t), allocatable :: field(:)
       real(wp), allocatable :: number(:)        !! converted values of the fields, see item_values
       type(card_spec_t), allocatable :: spec(:) !! the part of the table that the deck needs
+      type(diagnostics_t) :: diagnostics        !! errors found so far
+   contains
+      procedure :: text_at, complain, given_parameter, field_given, field_place, whole_line
    end type deck_t
 
 contains
 
    !> Splits a deck.
-   subroutine split_deck(source, deck, diagnostics)
-      type(deck_source_t), intent(in) :: source           !! the text
-      type(deck_t), intent(out) :: deck                   !! its cards
-      type(diagnostics_t), intent(inout) :: diagnostics   !! receives lines that are no cards
-      integer :: line, first
+   subroutine split_deck(source, deck)
+      type(deck_source_t), intent(in) :: source !! the text
+      class(deck_t), intent(inout) :: deck      !! a new one; receives the cards, and errors about lines that are no cards
+      integer :: line, first, commas
       logical :: astray
       deck%source = source
-      allocate (deck%card(64), deck%parameter(64), deck%data_line(1024), deck%field(4096))
+      commas = occurrences(source%text, ',')
+      allocate (deck%card(occurrences(source%text, '*')), deck%parameter(commas))
+      allocate (deck%data_line(source%n_lines), deck%field(source%n_lines + commas))
       astray = .false.
       line = 0
       do while (line < source%n_lines)
@@ -71,35 +75,45 @@ contains
          first = first_letter(source%text(source%first(line):source%last(line)))
          if (first == 0) cycle
          if (letter_at(source, line, first) == '*') then
-            call split_keyword_line(deck, diagnostics, line, first)
+            call split_keyword_line(deck, line, first)
          else if (deck%n_cards > 0) then
             call split_data_line(deck, line)
          else if (.not. astray) then
-            call diagnostics%add(place_t(line, first, line_end(source, line)), &
+            call deck%diagnostics%add(place_t(line, first, line_end(source, line)), &
                'data before the first keyword; a deck begins with a keyword such as *HEADING')
             astray = .true.
          end if
       end do
    end subroutine split_deck
 
+   !> How often a letter occurs in a text.
+   pure integer function occurrences(string, letter)
+      character(*), intent(in) :: string
+      character(1), intent(in) :: letter
+      integer :: i
+      occurrences = 0
+      do i = 1, len(string)
+         if (string(i:i) == letter) occurrences = occurrences + 1
+      end do
+   end function occurrences
+
    !> The text at a place; '' if it is empty.
-   pure function text_at(deck, place) result(string)
-      class(deck_t), intent(in) :: deck
+   pure function text_at(self, place) result(string)
+      class(deck_t), intent(in) :: self
       type(place_t), intent(in) :: place !! inside one line of the deck
       character(:), allocatable :: string
       integer :: before
-      before = deck%source%first(place%line) - 1
-      string = deck%source%text(before + place%first:before + place%last)
+      before = self%source%first(place%line) - 1
+      string = self%source%text(before + place%first:before + place%last)
    end function text_at
 
    !> Adds an error, with the card's keyword in front of the message.
-   pure subroutine complain(deck, diagnostics, card, place, message)
-      class(deck_t), intent(in) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
+   pure subroutine complain(self, card, place, message)
+      class(deck_t), intent(inout) :: self
       integer, intent(in) :: card         !! index of the card
       type(place_t), intent(in) :: place  !! place to be marked
       character(*), intent(in) :: message !! one line
-      call diagnostics%add(place, '*'//deck%card(card)%keyword//': '//message)
+      call self%diagnostics%add(place, '*'//self%card(card)%keyword//': '//message)
    end subroutine complain
 
    !> Column of the last character of a line that is not blank, 0 for a blank line.
@@ -114,49 +128,49 @@ contains
       line_end = 0
    end function line_end
 
-   !> Position in deck%parameter of a parameter of a checked card; 0: not given.
-   pure integer function given_parameter(deck, card, item) result(p)
-      class(deck_t), intent(in) :: deck
+   !> Position in self%parameter of a parameter of a checked card; 0: not given.
+   pure integer function given_parameter(self, card, item) result(p)
+      class(deck_t), intent(in) :: self
       integer, intent(in) :: card !! index of the card
       integer, intent(in) :: item !! position of the parameter in the card's entry of the table
-      do p = deck%card(card)%first_parameter, deck%card(card)%last_parameter
-         if (deck%parameter(p)%item == item) return
+      do p = self%card(card)%first_parameter, self%card(card)%last_parameter
+         if (self%parameter(p)%item == item) return
       end do
       p = 0
    end function given_parameter
 
    !> True if a field is present and not empty.
-   pure logical function field_given(deck, line, field)
-      class(deck_t), intent(in) :: deck
+   pure logical function field_given(self, line, field)
+      class(deck_t), intent(in) :: self
       integer, intent(in) :: line  !! index of the data line
       integer, intent(in) :: field !! from 1
       integer :: i
       field_given = .false.
-      if (field > deck%data_line(line)%n_fields) return
-      i = deck%data_line(line)%first_field + field - 1
-      field_given = deck%field(i)%last >= deck%field(i)%first
+      if (field > self%data_line(line)%n_fields) return
+      i = self%data_line(line)%first_field + field - 1
+      field_given = self%field(i)%last >= self%field(i)%first
    end function field_given
 
    !> Place of a field; behind the end of the line if it is missing.
-   pure type(place_t) function field_place(deck, line, field) result(place)
-      class(deck_t), intent(in) :: deck
+   pure type(place_t) function field_place(self, line, field) result(place)
+      class(deck_t), intent(in) :: self
       integer, intent(in) :: line  !! index of the data line
       integer, intent(in) :: field !! from 1
-      if (field <= deck%data_line(line)%n_fields) then
-         place = deck%field(deck%data_line(line)%first_field + field - 1)
+      if (field <= self%data_line(line)%n_fields) then
+         place = self%field(self%data_line(line)%first_field + field - 1)
       else
-         place%line = deck%data_line(line)%line
-         place%first = line_end(deck%source, place%line) + 1
+         place%line = self%data_line(line)%line
+         place%first = line_end(self%source, place%line) + 1
          place%last = place%first
       end if
    end function field_place
 
    !> Place of a whole data line.
-   pure type(place_t) function whole_line(deck, line) result(place)
-      class(deck_t), intent(in) :: deck
+   pure type(place_t) function whole_line(self, line) result(place)
+      class(deck_t), intent(in) :: self
       integer, intent(in) :: line !! index of the data line
-      place = field_place(deck, line, 1)
-      place%last = line_end(deck%source, place%line)
+      place = self%field_place(line, 1)
+      place%last = line_end(self%source, place%line)
    end function whole_line
 
    pure character(1) function letter_at(source, line, column)
@@ -193,9 +207,8 @@ contains
    end function next_comma
 
    !> Splits a keyword line and its parameters; `line` becomes the last line of the keyword.
-   subroutine split_keyword_line(deck, diagnostics, line, first)
-      type(deck_t), intent(inout) :: deck
-      type(diagnostics_t), intent(inout) :: diagnostics
+   subroutine split_keyword_line(deck, line, first)
+      class(deck_t), intent(inout) :: deck
       integer, intent(inout) :: line
       integer, intent(in) :: first                         ! column of the star
       type(place_t) :: place
@@ -205,7 +218,7 @@ contains
       call new_card(deck, place)
       if (place%last == place%first) then
          deck%card(deck%n_cards)%sound = .false.
-         call diagnostics%add(place, 'a keyword is missing after the star')
+         call deck%diagnostics%add(place, 'a keyword is missing after the star')
       end if
       length = line_end(deck%source, line)
       do while (comma <= length)
@@ -213,9 +226,7 @@ contains
             ! The comma ends the line: the card continues in the next line that is not a comment.
             next = next_line(deck%source, line)
             if (next == 0) then
-               deck%card(deck%n_cards)%sound = .false.
-               call complain(deck, diagnostics, deck%n_cards, place_t(line, comma, comma), &
-                  'a parameter must follow the last comma')
+               call missing('a parameter must follow the last comma')
                return
             end if
             line = next
@@ -226,13 +237,19 @@ contains
          comma = next_comma(deck%source, line, place%first)
          place = trimmed(deck%source, line, place%first, comma - 1)
          if (place%last < place%first) then
-            deck%card(deck%n_cards)%sound = .false.
-            call complain(deck, diagnostics, deck%n_cards, place_t(line, comma, comma), &
-               'a parameter is missing before the comma')
+            call missing('a parameter is missing before the comma')
          else
             call split_parameter(deck, place)
          end if
       end do
+
+   contains
+
+      subroutine missing(message)
+         character(*), intent(in) :: message
+         deck%card(deck%n_cards)%sound = .false.
+         call deck%complain(deck%n_cards, place_t(line, comma, comma), message)
+      end subroutine missing
    end subroutine split_keyword_line
 
    !> The line on which a keyword line continues; 0 if another card or the end follows.
@@ -251,87 +268,59 @@ contains
 
    !> Splits NAME or NAME=value.
    subroutine split_parameter(deck, place)
-      type(deck_t), intent(inout) :: deck
+      class(deck_t), intent(inout) :: deck
       type(place_t), intent(in) :: place
-      type(parameter_t), allocatable :: more(:)
-      type(parameter_t) :: parameter
       integer :: equals
-      equals = index(text_at(deck, place), '=')
-      parameter%has_value = equals > 0
-      if (parameter%has_value) then
-         equals = place%first + equals - 1
-         parameter%name = trimmed(deck%source, place%line, place%first, equals - 1)
-         parameter%value = trimmed(deck%source, place%line, equals + 1, place%last)
-      else
-         parameter%name = place
-         parameter%value = place_t(place%line, place%last + 1, place%last)
-      end if
-      if (deck%n_parameters == size(deck%parameter)) then
-         allocate (more(2 * deck%n_parameters))
-         more(:deck%n_parameters) = deck%parameter
-         call move_alloc(more, deck%parameter)
-      end if
       deck%n_parameters = deck%n_parameters + 1
-      deck%parameter(deck%n_parameters) = parameter
       deck%card(deck%n_cards)%last_parameter = deck%n_parameters
+      equals = index(deck%text_at(place), '=')
+      associate (parameter => deck%parameter(deck%n_parameters))
+         parameter%has_value = equals > 0
+         if (parameter%has_value) then
+            equals = place%first + equals - 1
+            parameter%name = trimmed(deck%source, place%line, place%first, equals - 1)
+            parameter%value = trimmed(deck%source, place%line, equals + 1, place%last)
+         else
+            parameter%name = place
+            parameter%value = place_t(place%line, place%last + 1, place%last)
+         end if
+      end associate
    end subroutine split_parameter
 
    subroutine new_card(deck, place)
-      type(deck_t), intent(inout) :: deck
+      class(deck_t), intent(inout) :: deck
       type(place_t), intent(in) :: place
-      type(card_t), allocatable :: more(:)
-      type(place_t) :: name
-      integer :: n
-      n = deck%n_cards
-      if (n == size(deck%card)) then
-         allocate (more(2 * n))
-         more(:n) = deck%card
-         call move_alloc(more, deck%card)
-      end if
-      n = n + 1
-      deck%n_cards = n
-      name = place
-      name%first = place%first + 1
-      deck%card(n)%keyword = squeeze(text_at(deck, name))
-      deck%card(n)%place = place
-      deck%card(n)%first_parameter = deck%n_parameters + 1
-      deck%card(n)%last_parameter = deck%n_parameters
-      deck%card(n)%first_line = deck%n_lines + 1
-      deck%card(n)%last_line = deck%n_lines
+      deck%n_cards = deck%n_cards + 1
+      associate (card => deck%card(deck%n_cards))
+         card%keyword = squeeze(deck%text_at(place_t(place%line, place%first + 1, place%last)))
+         card%place = place
+         card%first_parameter = deck%n_parameters + 1
+         card%last_parameter = deck%n_parameters
+         card%first_line = deck%n_lines + 1
+         card%last_line = deck%n_lines
+      end associate
    end subroutine new_card
 
    !> Splits a data line into its fields between commas; a comma at the end of the line begins no field.
    subroutine split_data_line(deck, line)
-      type(deck_t), intent(inout) :: deck
+      class(deck_t), intent(inout) :: deck
       integer, intent(in) :: line
-      type(data_line_t), allocatable :: more_lines(:)
-      type(place_t), allocatable :: more_fields(:)
-      integer :: n, comma, from, length
-      n = deck%n_lines
-      if (n == size(deck%data_line)) then
-         allocate (more_lines(2 * n))
-         more_lines(:n) = deck%data_line
-         call move_alloc(more_lines, deck%data_line)
-      end if
-      n = n + 1
-      deck%n_lines = n
-      deck%card(deck%n_cards)%last_line = n
-      deck%data_line(n)%card = deck%n_cards
-      deck%data_line(n)%line = line
-      deck%data_line(n)%first_field = deck%n_fields + 1
-      length = line_end(deck%source, line)
-      from = 1
-      do while (from <= length)
-         comma = next_comma(deck%source, line, from)
-         if (deck%n_fields == size(deck%field)) then
-            allocate (more_fields(2 * deck%n_fields))
-            more_fields(:deck%n_fields) = deck%field
-            call move_alloc(more_fields, deck%field)
-         end if
-         deck%n_fields = deck%n_fields + 1
-         deck%field(deck%n_fields) = trimmed(deck%source, line, from, comma - 1)
-         from = comma + 1
-      end do
-      deck%data_line(n)%n_fields = deck%n_fields - deck%data_line(n)%first_field + 1
+      integer :: comma, from, length
+      deck%n_lines = deck%n_lines + 1
+      deck%card(deck%n_cards)%last_line = deck%n_lines
+      associate (data_line => deck%data_line(deck%n_lines))
+         data_line%card = deck%n_cards
+         data_line%line = line
+         data_line%first_field = deck%n_fields + 1
+         length = line_end(deck%source, line)
+         from = 1
+         do while (from <= length)
+            comma = next_comma(deck%source, line, from)
+            deck%n_fields = deck%n_fields + 1
+            deck%field(deck%n_fields) = trimmed(deck%source, line, from, comma - 1)
+            from = comma + 1
+         end do
+         data_line%n_fields = deck%n_fields - data_line%first_field + 1
+      end associate
    end subroutine split_data_line
 end module deck_cards

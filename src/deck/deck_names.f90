@@ -47,6 +47,8 @@ module deck_names
       logical :: unknown_cards = .false.       !! true: a keyword is not known
       type(labels_t) :: node = labels_t(what='node'), element = labels_t(what='element')
       type(definitions_t) :: material, law, obstacle, monitor, step
+      type(name_list_t) :: pushed_out        !! obstacles that a *CONTACT INTERFERENCE, SHRINK names
+      logical :: has_modes = .false.         !! true: an *IMPERFECTION has SHAPE=MODE
       logical, allocatable :: touched(:)     !! (obstacles) true: a *CONTACT or *GAP names the obstacle (once these cards are read)
       integer, allocatable :: placed_line(:) !! (curves) index of the data line if it omits the number of elements, else 0
       logical, allocatable :: connected(:) !! (nodes) true: the node belongs to an element (once the mesh is read)

@@ -11,7 +11,7 @@ module deck_to_model
    use deck_cards, only: split_deck, line_end
    use card_check, only: check_cards
    use card_values, only: is_listed
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t, position_t
    use read_mesh, only: read_mesh_cards
    use read_imperfections, only: read_imperfection_cards, read_mode_imperfection_cards
    use read_sections, only: read_section_cards
@@ -20,6 +20,7 @@ module deck_to_model
    use read_ties, only: read_tie_cards, order_ties
    use read_obstacles, only: read_foundation_law_cards, read_obstacle_cards
    use read_contact, only: read_contact_cards, choose_contact_points
+   use read_interference, only: note_pushed_out
    use read_gap_supports, only: read_gap_cards
    use read_monitors, only: read_monitor_cards, read_contact_print_cards
    use read_steps, only: read_step_cards
@@ -47,8 +48,8 @@ contains
       if (present(settings)) call assemble_deck(source, settings, diagnostics)
       if (.not. present(settings)) call assemble_deck(source, [character(1) ::], diagnostics)
       if (diagnostics%n > 0) return
-      call split_deck(source, deck%deck_t, deck%diagnostics)
-      call check_cards(deck, deck%diagnostics)
+      call split_deck(source, deck)
+      call check_cards(deck)
       call note_bad_cards(deck)
       call read_model_part(deck, model)
       call read_steps_part(deck, model)
@@ -65,7 +66,7 @@ contains
    subroutine read_model_part(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
-      type(cursor_t), allocatable :: tie_origin(:)
+      type(position_t), allocatable :: tie_origin(:)
       logical :: joints_wrong
       integer :: n                                      ! number of errors before the readers whose errors note_errors counts next
       integer :: i
@@ -88,6 +89,7 @@ contains
       call read_foundation_law_cards(deck, model)
       call read_obstacle_cards(deck, model)
       n = deck%diagnostics%n
+      call note_pushed_out(deck)
       call read_contact_cards(deck, model)
       call read_gap_cards(deck, model)
       call note_errors(deck%names%contacts_incomplete)
@@ -147,16 +149,16 @@ contains
    !> Notes which kinds of definitions may be missing because their cards have errors.
    subroutine note_bad_cards(deck)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t) :: at
       integer :: card
       if (deck%diagnostics%n == 0) return
       deck%names%unknown_cards = deck%n_cards == 0
       do card = 1, deck%n_cards
-         at = deck%at_card(card)
-         if (at%sound .and. deck%lines_sound(at)) cycle
+         deck%at = deck%at_card(card)
+         if (deck%at%sound .and. deck%lines_sound()) cycle
          if (deck%card(card)%spec == 0) deck%names%unknown_cards = .true.
-         call note(at%keyword)
+         call note(deck%at%keyword)
       end do
+      call deck%rewind()
       if (deck%names%unknown_cards) call note('')
 
    contains
@@ -189,17 +191,16 @@ contains
 
    !> Reads title and job name.
    subroutine read_heading(deck, model)
-      type(checked_deck_t), intent(in) :: deck
+      type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
-      type(cursor_t) :: at
       type(growing_text_t) :: title
       model%title = ''
       model%job = ''
-      do while (deck%next_card(at, 'HEADING'))
-         model%job = deck%text(at, 'JOB')
-         do while (deck%next_line(at))
+      do while (deck%next_card('HEADING'))
+         model%job = deck%text('JOB')
+         do while (deck%next_line())
             if (title%n > 0) call title%add(new_line('a'))
-            call title%add(trim(adjustl(deck%source%line(at%line_at))))
+            call title%add(trim(adjustl(deck%source%line(deck%at%line_at))))
          end do
          if (title%n > 0) model%title = title%text(:title%n)
       end do
@@ -207,15 +208,14 @@ contains
 
    !> Reads the names of the units of length and force.
    subroutine read_units(deck, model)
-      type(checked_deck_t), intent(in) :: deck
+      type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
-      type(cursor_t) :: at
       model%length_unit = ''
       model%force_unit = ''
-      do while (deck%next_card(at, 'UNITS'))
-         if (.not. deck%next_line(at)) cycle
-         model%length_unit = deck%text(at, 'length')
-         model%force_unit = deck%text(at, 'force')
+      do while (deck%next_card('UNITS'))
+         if (.not. deck%next_line()) cycle
+         model%length_unit = deck%text('length')
+         model%force_unit = deck%text('force')
       end do
    end subroutine read_units
 end module deck_to_model

@@ -3,7 +3,7 @@ module imperfection_chain
    use kinds, only: wp, pi
    use text, only: to_text
    use model, only: model_t
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t
    use deck_names, only: element_words
    implicit none
    private
@@ -22,9 +22,8 @@ module imperfection_chain
 contains
 
    !> Checks that the elements form one smooth chain of whole curves.
-   subroutine follow_chain(deck, at, model, element, chain, ok)
+   subroutine follow_chain(deck, model, element, chain, ok)
       type(checked_deck_t), intent(inout) :: deck       !! receives the first error, at ELSET
-      type(cursor_t), intent(in) :: at                  !! the *IMPERFECTION
       type(model_t), intent(in) :: model                !! with the mesh, and the imperfections of its curves so far
       integer, intent(in) :: element(:)                 !! in the order of their set
       type(chain_t), intent(out) :: chain
@@ -53,7 +52,7 @@ contains
          end if
       end if
       ok = problem == ''
-      if (.not. ok) call deck%wrong(at, 'ELSET', problem)
+      if (.not. ok) call deck%wrong('ELSET', problem)
    end subroutine follow_chain
 
    !> Reason why an element of a set cannot continue the chain of those before it; '' if it can.

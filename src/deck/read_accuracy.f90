@@ -3,7 +3,7 @@ module read_accuracy
    use kinds, only: wp
    use model, only: model_t, step_t
    use rod_layout, only: layout_t, new_layout
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t
    implicit none
    private
    public :: read_accuracy_cards, check_placed
@@ -21,7 +21,6 @@ contains
    subroutine read_accuracy_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the monitors
       type(model_t), intent(inout) :: model             !! with its steps
-      type(cursor_t) :: at
       integer :: s, k
       logical :: makes_mesh
       makes_mesh = any(model%mesh%placed)
@@ -33,8 +32,8 @@ contains
             step%asked_of_path = step%asked
          end associate
       end do
-      do while (deck%next_card(at, 'ACCURACY'))
-         call read_card(deck, at, makes_mesh, model%step(at%step))
+      do while (deck%next_card('ACCURACY'))
+         call read_card(deck, makes_mesh, model%step(deck%at%step))
       end do
       if (makes_mesh) call balance_iteration(deck, model)
    end subroutine read_accuracy_cards
@@ -43,14 +42,13 @@ contains
    !> Newton's method and by the location of events become a small part of the requested error. Tolerances given by the deck are
    !> kept.
    subroutine balance_iteration(deck, model)
-      type(checked_deck_t), intent(in) :: deck
+      type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
-      type(cursor_t) :: at
       logical :: locate_given(size(model%step))
       integer :: s
       locate_given = .false.
-      do while (deck%next_card(at, 'CONTROLS'))
-         locate_given(at%step) = deck%given(at, 'LOCATE')
+      do while (deck%next_card('CONTROLS'))
+         locate_given(deck%at%step) = deck%given('LOCATE')
       end do
       do s = 1, size(model%step)
          associate (step => model%step(s), finest => min(model%step(s)%asked, model%step(s)%asked_of_path))
@@ -61,30 +59,28 @@ contains
    end subroutine balance_iteration
 
    !> Reads one card.
-   subroutine read_card(deck, at, makes_mesh, step)
+   subroutine read_card(deck, makes_mesh, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(inout) :: at
       logical, intent(in) :: makes_mesh
       type(step_t), intent(inout) :: step
       integer :: monitor
       logical :: ok
-      step%error_bars = deck%word(at, 'POINTS') /= 'NONE'
-      step%bars_everywhere = deck%word(at, 'POINTS') == 'ALL'
-      if (makes_mesh .or. deck%given(at, 'TOLERANCE')) then
-         step%asked = deck%real(at, 'TOLERANCE')
+      step%error_bars = deck%word('POINTS') /= 'NONE'
+      step%bars_everywhere = deck%word('POINTS') == 'ALL'
+      if (makes_mesh .or. deck%given('TOLERANCE')) then
+         step%asked = deck%real('TOLERANCE')
          step%widest_bar = step%asked
       end if
       step%asked_of_path = step%asked
-      if (deck%given(at, 'PATH')) step%asked_of_path = deck%real(at, 'PATH')
-      if (deck%given(at, 'WIDEST')) step%widest_bar = deck%real(at, 'WIDEST')
-      if (deck%given(at, 'PATH') .and. .not. makes_mesh) call deck%wrong(at, 'PATH', &
-         'PATH goes with a number of elements that is left out')
-      if (makes_mesh .and. .not. step%error_bars) call deck%wrong(at, 'POINTS', &
+      if (deck%given('PATH')) step%asked_of_path = deck%real('PATH')
+      if (deck%given('WIDEST')) step%widest_bar = deck%real('WIDEST')
+      if (deck%given('PATH') .and. .not. makes_mesh) call deck%wrong('PATH', 'PATH goes with a number of elements that is left out')
+      if (makes_mesh .and. .not. step%error_bars) call deck%wrong('POINTS', &
          'POINTS must not be NONE where a number of elements is left out')
-      if (at%n_lines == 0) return
+      if (deck%at%n_lines == 0) return
       step%asked_of = [integer ::]
-      do while (deck%next_line(at))
-         call deck%quantity(at, 'monitor', monitor, ok)
+      do while (deck%next_line())
+         call deck%quantity('monitor', monitor, ok)
          if (ok) step%asked_of = [step%asked_of, monitor]
       end do
    end subroutine read_card
@@ -108,10 +104,12 @@ contains
             if (reported(curve)) cycle
             why = why_not(model, e, layout%rod_segment(k)%free)
             reported(curve) = why /= ''
-            if (reported(curve)) call deck%wrong_line(deck%at_line(deck%names%placed_line(curve)), &
-               & 'the number of elements cannot be left out here: '//why)
+            if (.not. reported(curve)) cycle
+            deck%at = deck%at_line(deck%names%placed_line(curve))
+            call deck%wrong_line('the number of elements cannot be left out here: '//why)
          end associate
       end do
+      call deck%rewind()
    end subroutine check_placed
 
    !> Reason why the mesh of a rod segment cannot be made for a tolerance; '' if it can.

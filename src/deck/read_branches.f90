@@ -3,7 +3,7 @@ module read_branches
    use kinds, only: wp
    use text, only: to_text
    use model, only: model_t, step_t, branch_t, method_load, method_displacement
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t
    use deck_names, only: definitions_t
    use read_path_control, only: read_bound
    implicit none
@@ -26,47 +26,45 @@ contains
       type(checked_deck_t), intent(inout) :: deck       !! with the monitors
       type(model_t), intent(inout) :: model             !! with steps and their stops; receives step%branch
       type(branch_names_t) :: known
-      type(cursor_t) :: at
-      do while (deck%next_card(at, 'BRANCH', also_bad=.true.))
-         if (at%step == 0) cycle
-         if (at%step /= known%step) then
-            known = branch_names_t(step=at%step)
+      do while (deck%next_card('BRANCH', also_bad=.true.))
+         if (deck%at%step == 0) cycle
+         if (deck%at%step /= known%step) then
+            known = branch_names_t(step=deck%at%step)
             allocate (known%branch(0), known%two_sides(0))
          end if
          known%n = known%n + 1
-         if (.not. at%sound) then
+         if (.not. deck%at%sound) then
             known%list%incomplete = .true.
          else if (model%step(known%step)%n_modes == 0) then
-            call read_branch(deck, at, known, model%step(known%step))
+            call read_branch(deck, known, model%step(known%step))
          end if
       end do
    end subroutine read_branch_cards
 
-   subroutine read_branch(deck, at, known, step)
+   subroutine read_branch(deck, known, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(inout) :: at
       type(branch_names_t), intent(inout) :: known
       type(step_t), intent(inout) :: step
       type(branch_t) :: branch
       character(:), allocatable :: side
       logical :: ok
       branch%name = 'Branch-'//to_text(known%n)
-      if (deck%given(at, 'NAME')) branch%name = deck%text(at, 'NAME')
-      branch%bifurcation = deck%integer(at, 'BIFURCATION')
-      branch%mode = deck%integer(at, 'MODE')
-      if (deck%given(at, 'OF')) call find_parent(deck, at, known, branch%of) ! before the name of this card is added
-      branch%increment = deck%real(at, 'INCREMENT')
-      if (deck%given(at, 'INCREMENT')) call check_increment(deck, at, branch%increment, step)
+      if (deck%given('NAME')) branch%name = deck%text('NAME')
+      branch%bifurcation = deck%integer('BIFURCATION')
+      branch%mode = deck%integer('MODE')
+      if (deck%given('OF')) call find_parent(deck, known, branch%of) ! before the name of this card is added
+      branch%increment = deck%real('INCREMENT')
+      if (deck%given('INCREMENT')) call check_increment(deck, branch%increment, step)
       branch%max_points = step%max_points
-      if (deck%given(at, 'POINTS')) branch%max_points = deck%integer(at, 'POINTS')
+      if (deck%given('POINTS')) branch%max_points = deck%integer('POINTS')
       allocate (branch%stop(0))
-      do while (deck%next_line(at))
-         call read_bound(deck, at, branch%stop)
+      do while (deck%next_line())
+         call read_bound(deck, branch%stop)
       end do
-      if (at%n_lines == 0) branch%stop = step%stop
-      call deck%define(at, known%list, branch%name, ok)
+      if (deck%at%n_lines == 0) branch%stop = step%stop
+      call deck%define(known%list, branch%name, ok)
       if (.not. ok) return
-      side = deck%word(at, 'SIDE')
+      side = deck%word('SIDE')
       known%branch = [known%branch, size(step%branch) + 1]
       known%two_sides = [known%two_sides, side == 'BOTH']
       if (side /= 'MINUS') then
@@ -80,32 +78,30 @@ contains
    end subroutine read_branch
 
    !> The branch named by OF: a preceding one with a single side.
-   subroutine find_parent(deck, at, known, parent)
+   subroutine find_parent(deck, known, parent)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(branch_names_t), intent(in) :: known
       integer, intent(out) :: parent ! 0: there is none
       integer :: position
       parent = 0
-      position = known%list%find(deck%text(at, 'OF'))
+      position = known%list%find(deck%text('OF'))
       if (position > 0) then
          parent = known%branch(position)
-         if (known%two_sides(position)) call deck%wrong(at, 'OF', 'branch '//deck%text(at, 'OF')// &
+         if (known%two_sides(position)) call deck%wrong('OF', 'branch '//deck%text('OF')// &
             ' has two sides; give it SIDE=PLUS or MINUS')
       else if (.not. known%list%incomplete) then
-         call deck%wrong(at, 'OF', 'branch '//deck%text(at, 'OF')//' is not defined above this line in the step')
+         call deck%wrong('OF', 'branch '//deck%text('OF')//' is not defined above this line in the step')
       end if
    end subroutine find_parent
 
    !> If the step limits arc lengths, the first increment of a branch must be within these limits.
-   subroutine check_increment(deck, at, increment, step)
+   subroutine check_increment(deck, increment, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       real(wp), intent(in) :: increment
       type(step_t), intent(in) :: step
       if (step%method == method_load .or. step%method == method_displacement) return
       if (increment >= step%smallest .and. increment <= step%largest) return
-      call deck%wrong(at, 'INCREMENT', 'INCREMENT must lie between the smallest and the largest arc length of the step: '// &
+      call deck%wrong('INCREMENT', 'INCREMENT must lie between the smallest and the largest arc length of the step: '// &
          to_text(step%smallest)//' to '//to_text(step%largest))
    end subroutine check_increment
 end module read_branches

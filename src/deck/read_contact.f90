@@ -9,7 +9,7 @@ module read_contact
    use obstacle_geometry, only: obstacle_gap
    use obstacle_curve, only: sharpest_turn
    use initial_overlap, only: overlap_of_nodes, overlap_between, deepest_start
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t
    use deck_names, only: node_words, element_words
    use read_interference, only: pushes_out
    implicit none
@@ -22,32 +22,30 @@ contains
    subroutine read_contact_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with mesh and obstacles
       type(model_t), intent(inout) :: model             !! receives contact
-      type(cursor_t) :: at
       type(contact_t) :: contact
       integer :: touched(size(model%obstacle), model%mesh%n_nodes) ! (obstacles, nodes) line of the *CONTACT; 0: none
       allocate (model%contact(0))
       touched = 0
-      do while (deck%next_card(at, 'CONTACT'))
+      do while (deck%next_card('CONTACT'))
          contact = contact_t()
-         contact%obstacle = deck%named(at, 'OBSTACLE', deck%names%obstacle, 'obstacle')
-         contact%node = with_released(model, deck%nodes(at, 'NSET'))
-         contact%gap = deck%real(at, 'GAP')
+         contact%obstacle = deck%named('OBSTACLE', deck%names%obstacle, 'obstacle')
+         contact%node = with_released(model, deck%nodes('NSET'))
+         contact%gap = deck%real('GAP')
          if (contact%obstacle > 0 .and. .not. deck%names%mesh_incomplete) then
-            call check_candidates(deck, at, model, contact, touched(contact%obstacle, :))
-            call check_directions(deck, at, model, contact)
-            if (model%obstacle(contact%obstacle)%bilateral .and. deck%given(at, 'GAP')) call deck%wrong(at, 'GAP', 'obstacle '// &
+            call check_candidates(deck, model, contact, touched(contact%obstacle, :))
+            call check_directions(deck, model, contact)
+            if (model%obstacle(contact%obstacle)%bilateral .and. deck%given('GAP')) call deck%wrong('GAP', 'obstacle '// &
                trim(model%obstacle(contact%obstacle)%name)//' is BILATERAL and holds its candidates where they begin; GAP '// &
                'would have no effect')
-            if (deck%word(at, 'POINTS') /= 'NODES') call read_points(deck, at, model, contact)
+            if (deck%word('POINTS') /= 'NODES') call read_points(deck, model, contact)
          end if
          model%contact = [model%contact, contact]
       end do
    end subroutine read_contact_cards
 
    !> Determines whether the obstacle may push along the rod; an error is added if POINTS=ALONG is impossible.
-   subroutine read_points(deck, at, model, contact)
+   subroutine read_points(deck, model, contact)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       type(contact_t), intent(inout) :: contact         ! receives along, distributed, needs
       character(:), allocatable :: reason
@@ -59,11 +57,11 @@ contains
          else
             reason = distribution_needs(model, contact)
             contact%distributed = reason == ''
-            if (contact%distributed) call check_between(deck, at, model, contact)
+            if (contact%distributed) call check_between(deck, model, contact)
             if (reason /= '' .and. .not. stands_at_nodes(model, contact)) contact%needs = reason
          end if
       end associate
-      if (reason /= '' .and. deck%word(at, 'POINTS') == 'ALONG') call deck%wrong(at, 'POINTS', 'ALONG needs '//reason)
+      if (reason /= '' .and. deck%word('POINTS') == 'ALONG') call deck%wrong('POINTS', 'ALONG needs '//reason)
    end subroutine read_points
 
    !> The given nodes, and the nodes of element ends released at them if the rod beyond belongs to the nodes, too.
@@ -89,54 +87,51 @@ contains
    subroutine choose_contact_points(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model             !! read completely, without errors
-      type(cursor_t) :: at
       character(:), allocatable :: needs
       integer :: contact
       call choose_spans(model)
       contact = 0
-      do while (deck%next_card(at, 'CONTACT'))
+      do while (deck%next_card('CONTACT'))
          contact = contact + 1
          associate (chosen => model%contact(contact))
-            if (deck%word(at, 'POINTS') /= 'ALONG' .or. chosen%along .or. chosen%distributed) cycle
+            if (deck%word('POINTS') /= 'ALONG' .or. chosen%along .or. chosen%distributed) cycle
             needs = 'elements between its nodes'
             if (any(model%step%paper_loop)) needs = 'LOOP=NEWTON in all steps: contact of LOOP=PAPER acts at nodes'
             if (allocated(chosen%needs)) needs = chosen%needs
-            call deck%wrong(at, 'POINTS', 'ALONG needs '//needs)
+            call deck%wrong('POINTS', 'ALONG needs '//needs)
          end associate
       end do
    end subroutine choose_contact_points
 
    !> Checks that the candidates are nodes of elements, not listed twice, and on the free side of the obstacle.
-   subroutine check_candidates(deck, at, model, contact, touched)
+   subroutine check_candidates(deck, model, contact, touched)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       integer, intent(inout) :: touched(:)
       integer :: i
-      if (.not. deck%on_elements(at, 'NSET', model%mesh, contact%node)) return
+      if (.not. deck%on_elements('NSET', model%mesh, contact%node)) return
       do i = 1, size(contact%node)
          associate (node => contact%node(i))
             if (touched(node) > 0) then
-               call deck%wrong(at, 'NSET', node_words(model%mesh, node)//' is a candidate for this obstacle already, from '// &
+               call deck%wrong('NSET', node_words(model%mesh, node)//' is a candidate for this obstacle already, from '// &
                   deck%source%line_words(touched(node)))
                return
             end if
-            touched(node) = at%card_at
+            touched(node) = deck%at%card_at
          end associate
       end do
-      call check_size(deck, at, model, contact, model%obstacle(contact%obstacle))
+      call check_size(deck, model, contact, model%obstacle(contact%obstacle))
       if (model%obstacle(contact%obstacle)%bilateral) return
       if (pushes_out(deck, model%obstacle(contact%obstacle)%name)) return
       ! With errors in obstacles or imperfections the positions of the obstacle or of the nodes may be wrong: no further message.
       if (.not. (deck%names%obstacle%incomplete .or. deck%names%imperfections_incomplete)) &
-         call check_start(deck, at, model, contact, model%obstacle(contact%obstacle))
+         call check_start(deck, model, contact, model%obstacle(contact%obstacle))
    end subroutine check_candidates
 
    !> The structure is stress-free at the start with its imperfections, so no node may begin behind an obstacle.
-   subroutine check_start(deck, at, model, contact, obstacle)
+   subroutine check_start(deck, model, contact, obstacle)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       type(obstacle_t), intent(in) :: obstacle          ! of the contact
@@ -156,13 +151,12 @@ contains
          overlap = node_words(model%mesh, node)//' begins '//rounded(-gap - contact%gap)//' behind the obstacle; check '//hint// &
             & ', or GAP; what is meant to penetrate is pushed out by *CONTACT INTERFERENCE, SHRINK'
       end if
-      call deck%wrong(at, 'NSET', overlap)
+      call deck%wrong('NSET', overlap)
    end subroutine check_start
 
    !> Contact is detected at nodes and along elements: the convex parts of an obstacle must not be smaller than the elements.
-   subroutine check_size(deck, at, model, contact, obstacle)
+   subroutine check_size(deck, model, contact, obstacle)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       type(obstacle_t), intent(in) :: obstacle          ! of the contact
@@ -186,18 +180,17 @@ contains
       ! The deck omits the number of elements: the program makes the mesh, and these elements serve for the output only.
       if (model%mesh%placed(e)) advice = 'give a number of elements, so many that none is as long'
       if (obstacle%kind == obstacle_circle) then
-         call deck%wrong(at, 'NSET', element_words(model%mesh, e)//' is longer than the radius of the obstacle, which could '// &
+         call deck%wrong('NSET', element_words(model%mesh, e)//' is longer than the radius of the obstacle, which could '// &
             'pass between its nodes; '//advice)
       else
-         call deck%wrong(at, 'NSET', 'the obstacle bulges so much within the length of '//element_words(model%mesh, e)// &
+         call deck%wrong('NSET', 'the obstacle bulges so much within the length of '//element_words(model%mesh, e)// &
             ' that it could pass between its nodes; '//advice//', or a smoother obstacle')
       end if
    end subroutine check_size
 
    !> If reactions are distributed, obstacles must not penetrate the stress-free structure between the nodes either.
-   subroutine check_between(deck, at, model, contact)
+   subroutine check_between(deck, model, contact)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       character(:), allocatable :: overlap
@@ -205,20 +198,19 @@ contains
          if (obstacle%bilateral .or. pushes_out(deck, obstacle%name)) return
       end associate
       call overlap_between(model, contact, overlap)
-      if (overlap /= '') call deck%wrong(at, 'NSET', overlap)
+      if (overlap /= '') call deck%wrong('NSET', overlap)
    end subroutine check_between
 
    !> All elements of a contact must have the same direction along the rod: arc lengths and regions count along them.
-   subroutine check_directions(deck, at, model, contact)
+   subroutine check_directions(deck, model, contact)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       type(contact_t), intent(in) :: contact
       integer :: leaving(model%mesh%n_nodes), entering(model%mesh%n_nodes), node
       call count_elements(model, contact, leaving, entering)
       do node = 1, model%mesh%n_nodes
          if (max(leaving(node), entering(node)) /= 2 .or. min(leaving(node), entering(node)) /= 0) cycle
-         call deck%wrong(at, 'NSET', 'two elements run against each other at '//node_words(model%mesh, node)// &
+         call deck%wrong('NSET', 'two elements run against each other at '//node_words(model%mesh, node)// &
             '; along a contact all elements must have one direction')
          return
       end do

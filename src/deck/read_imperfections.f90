@@ -7,7 +7,7 @@ module read_imperfections
    use imperfection_chain, only: chain_t, follow_chain
    use imperfection, only: imperfection_value, nodal_imperfection, random_offsets
    use reference_curve, only: measure_curves
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t, position_t
    use deck_names, only: node_words
    implicit none
    private
@@ -19,20 +19,20 @@ contains
    subroutine read_imperfection_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the mesh
       type(model_t), intent(inout) :: model             !! receives imperfection, curve%imperfection, mesh%x
-      type(cursor_t), allocatable :: origin(:)          ! (imperfections) card of the imperfection
-      type(cursor_t) :: at
+      type(position_t), allocatable :: origin(:)          ! (imperfections) card of the imperfection
       type(chain_t) :: chain
       type(imperfection_t) :: shape
       logical :: ok
       allocate (model%imperfection(0), origin(0))
-      do while (deck%next_card(at, 'IMPERFECTION'))
-         if (at%step > 0 .or. deck%word(at, 'SHAPE') == 'MODE') cycle
-         call follow_chain(deck, at, model, deck%elements(at, 'ELSET'), chain, ok)
-         if (ok) ok = deck%lines_sound(at)
-         if (ok) call read_shape(deck, at, model%mesh, chain, shape, ok)
+      do while (deck%next_card('IMPERFECTION'))
+         if (deck%word('SHAPE') == 'MODE') deck%names%has_modes = .true.
+         if (deck%at%step > 0 .or. deck%word('SHAPE') == 'MODE') cycle
+         call follow_chain(deck, model, deck%elements('ELSET'), chain, ok)
+         if (ok) ok = deck%lines_sound()
+         if (ok) call read_shape(deck, model%mesh, chain, shape, ok)
          if (.not. ok) cycle
          model%imperfection = [model%imperfection, shape]
-         origin = [origin, at]
+         origin = [origin, deck%at]
          call mark_curves(model, chain)
       end do
       call move_nodes(deck, model, origin)
@@ -40,9 +40,8 @@ contains
    end subroutine read_imperfection_cards
 
    !> Reads the data lines, which are all sound.
-   subroutine read_shape(deck, at, mesh, chain, shape, ok)
+   subroutine read_shape(deck, mesh, chain, shape, ok)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(inout) :: at
       type(mesh_t), intent(in) :: mesh
       type(chain_t), intent(in) :: chain
       type(imperfection_t), intent(out) :: shape
@@ -50,35 +49,34 @@ contains
       real(wp), allocatable :: offset(:)
       ok = .true.
       shape%length = chain%knot(size(chain%knot))
-      select case (deck%word(at, 'SHAPE'))
+      select case (deck%word('SHAPE'))
       case ('SINE', 'COSINE')
-         shape%shape = merge(shape_sine, shape_cosine, deck%word(at, 'SHAPE') == 'SINE')
+         shape%shape = merge(shape_sine, shape_cosine, deck%word('SHAPE') == 'SINE')
          allocate (shape%amplitude(0), shape%half_waves(0), shape%phase(0))
-         do while (deck%next_line(at))
-            shape%amplitude = [shape%amplitude, deck%real(at, 'amplitude')]
-            shape%half_waves = [shape%half_waves, deck%real(at, 'half waves')]
-            shape%phase = [shape%phase, deck%real(at, 'phase') * degree]
-            call check_half_waves(deck, at, mesh, chain, ok)
+         do while (deck%next_line())
+            shape%amplitude = [shape%amplitude, deck%real('amplitude')]
+            shape%half_waves = [shape%half_waves, deck%real('half waves')]
+            shape%phase = [shape%phase, deck%real('phase') * degree]
+            call check_half_waves(deck, mesh, chain, ok)
          end do
       case ('CLAMPED')
-         ok = deck%next_line(at)
+         ok = deck%next_line()
          shape%shape = shape_clamped
-         shape%amplitude = [deck%real(at, 'a1'), deck%real(at, 'a2')]
+         shape%amplitude = [deck%real('a1'), deck%real('a2')]
       case ('NODAL')
-         call read_nodal_offsets(deck, at, mesh, chain, offset, ok)
+         call read_nodal_offsets(deck, mesh, chain, offset, ok)
          if (ok) call nodal_imperfection(chain%knot, offset, chain%closed, shape)
       case default
-         ok = deck%next_line(at)
+         ok = deck%next_line()
          allocate (offset(size(chain%node)))
-         call random_offsets(deck%integer(at, 'SEED'), deck%real(at, 'amplitude'), chain%closed, offset)
+         call random_offsets(deck%integer('SEED'), deck%real('amplitude'), chain%closed, offset)
          call nodal_imperfection(chain%knot, offset, chain%closed, shape)
       end select
    end subroutine read_shape
 
    !> Checks the half waves of a line: the mesh must resolve them, and those of a closed chain must fit.
-   subroutine check_half_waves(deck, at, mesh, chain, ok)
+   subroutine check_half_waves(deck, mesh, chain, ok)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(mesh_t), intent(in) :: mesh
       type(chain_t), intent(in) :: chain
       logical, intent(inout) :: ok  ! false after an error
@@ -88,11 +86,11 @@ contains
       ! are omitted, the program may make finer meshes, and a constant is the limit.
       most = sum(max(1, mesh%stages(chain%element)))
       if (any(deck%names%placed_line(mesh%curve(chain%element)) > 0)) most = max(most, most_of_any_mesh)
-      if (deck%real(at, 'half waves') > most) then
-         call deck%wrong(at, 'half waves', deck%text(at, 'half waves')//' half waves are more than '//to_text(most)// &
+      if (deck%real('half waves') > most) then
+         call deck%wrong('half waves', deck%text('half waves')//' half waves are more than '//to_text(most)// &
             ', the most that the elements of the chain can follow')
-      else if (chain%closed .and. abs(modulo(deck%real(at, 'half waves'), 2.0_wp)) > 0.0_wp) then
-         call deck%wrong(at, 'half waves', 'a closed chain needs an even number of half waves')
+      else if (chain%closed .and. abs(modulo(deck%real('half waves'), 2.0_wp)) > 0.0_wp) then
+         call deck%wrong('half waves', 'a closed chain needs an even number of half waves')
       else
          return
       end if
@@ -100,9 +98,8 @@ contains
    end subroutine check_half_waves
 
    !> Reads SHAPE=NODAL: node or set, offset.
-   subroutine read_nodal_offsets(deck, at, mesh, chain, offset, ok)
+   subroutine read_nodal_offsets(deck, mesh, chain, offset, ok)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(inout) :: at
       type(mesh_t), intent(in) :: mesh
       type(chain_t), intent(in) :: chain
       real(wp), allocatable, intent(out) :: offset(:)
@@ -118,8 +115,8 @@ contains
       do i = size(chain%node), 1, -1
          place_in_chain(chain%node(i)) = i
       end do
-      do while (deck%next_line(at))
-         nodes = deck%nodes(at, 'node or set')
+      do while (deck%next_line())
+         nodes = deck%nodes('node or set')
          ok = ok .and. size(nodes) > 0
          do i = 1, size(nodes)
             associate (node => nodes(i))
@@ -127,12 +124,12 @@ contains
                if (given_in(node) > 0) problem = ' has an offset already, from '//deck%source%line_words(given_in(node))
                if (place_in_chain(node) == 0) problem = ' is not on the chain'
                if (problem /= '') then
-                  call deck%wrong(at, 'node or set', node_words(mesh, node)//problem)
+                  call deck%wrong('node or set', node_words(mesh, node)//problem)
                   ok = .false.
                   exit
                end if
-               given_in(node) = at%line_at
-               offset(place_in_chain(node)) = deck%real(at, 'offset')
+               given_in(node) = deck%at%line_at
+               offset(place_in_chain(node)) = deck%real('offset')
             end associate
          end do
       end do
@@ -156,7 +153,7 @@ contains
    subroutine move_nodes(deck, model, origin)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
-      type(cursor_t), intent(in) :: origin(:)    ! (imperfections) card of the imperfection
+      type(position_t), intent(in) :: origin(:)    ! (imperfections) card of the imperfection
       real(wp), parameter :: disagreement = 1.0e-3_wp
       real(wp) :: shift(2, model%mesh%n_nodes), size_of_offset(model%mesh%n_nodes), w, dw, angle, here(2)
       integer :: owner(model%mesh%n_nodes), e, k, node, i
@@ -189,11 +186,13 @@ contains
                if (norm2(here - shift(:, node)) <= disagreement * size_of_offset(node) + &
                   1.0e-12_wp * model%imperfection(i)%length .or. reported(i)) cycle
                reported(i) = .true.
-               call deck%wrong_card(origin(i), node_words(model%mesh, node)//' is moved, but another curve that meets it '// &
+               deck%at = origin(i)
+               call deck%wrong_card(node_words(model%mesh, node)//' is moved, but another curve that meets it '// &
                   'there is not moved with it; the offset must be zero at such a node')
             end do
          end associate
       end do
+      call deck%rewind()
       model%mesh%x = model%mesh%x_nominal + shift
       do e = 1, model%mesh%n_elements
          if (model%mesh%curve(e) > 0) cycle
@@ -205,42 +204,34 @@ contains
    subroutine read_mode_imperfection_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with mesh and steps
       type(model_t), intent(inout) :: model             !! with all other imperfections; receives step%mode_offset
-      type(cursor_t) :: at
       type(chain_t) :: chain
       integer :: s, from_step
       logical :: of_mode, ok
-      do while (deck%next_card(at, 'IMPERFECTION'))
-         s = at%step
-         of_mode = deck%word(at, 'SHAPE') == 'MODE'
-         if (s == 0 .and. of_mode) call deck%wrong(at, 'SHAPE', 'SHAPE=MODE belongs in a step with *STATIC')
-         if (s > 0 .and. .not. of_mode) call deck%wrong(at, 'SHAPE', &
+      do while (deck%next_card('IMPERFECTION'))
+         s = deck%at%step
+         of_mode = deck%word('SHAPE') == 'MODE'
+         if (s == 0 .and. of_mode) call deck%wrong('SHAPE', 'SHAPE=MODE belongs in a step with *STATIC')
+         if (s > 0 .and. .not. of_mode) call deck%wrong('SHAPE', &
             'only SHAPE=MODE may stand in a step; all other shapes belong above the first *STEP')
          if (s == 0 .or. .not. of_mode) cycle
          if (model%step(s)%n_modes > 0) cycle ! reported elsewhere
-         call find_buckling_step(deck, at, from_step)
-         call follow_chain(deck, at, model, deck%elements(at, 'ELSET'), chain, ok)
-         if (ok .and. from_step > 0) call read_modes(deck, at, from_step, model%step(from_step)%n_modes, chain%element, &
+         call find_buckling_step(deck, from_step)
+         call follow_chain(deck, model, deck%elements('ELSET'), chain, ok)
+         if (ok .and. from_step > 0) call read_modes(deck, from_step, model%step(from_step)%n_modes, chain%element, &
             model%step(s)%mode_offset)
       end do
    end subroutine read_mode_imperfection_cards
 
    !> The step named by STEP: an earlier one with *BUCKLE.
-   subroutine find_buckling_step(deck, at, step)
+   subroutine find_buckling_step(deck, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       integer, intent(out) :: step ! 0: none
-      type(cursor_t) :: other
-      logical :: buckles
-      step = deck%named(at, 'STEP', deck%names%step, 'step')
+      step = deck%named('STEP', deck%names%step, 'step')
       if (step == 0) return
-      buckles = deck%names%unknown_cards
-      do while (deck%next_card(other, 'BUCKLE', also_bad=.true.))
-         buckles = buckles .or. other%step == step
-      end do
-      if (step >= at%step) then
-         call deck%wrong(at, 'STEP', 'step '//trim(deck%names%step%name(step))//' does not come before this one')
-      else if (.not. buckles) then
-         call deck%wrong(at, 'STEP', 'step '//trim(deck%names%step%name(step))//' has no *BUCKLE')
+      if (step >= deck%at%step) then
+         call deck%wrong('STEP', 'step '//trim(deck%names%step%name(step))//' does not come before this one')
+      else if (.not. (deck%names%unknown_cards .or. deck%last_card('BUCKLE', step) > 0)) then
+         call deck%wrong('STEP', 'step '//trim(deck%names%step%name(step))//' has no *BUCKLE')
       else
          return
       end if
@@ -248,19 +239,18 @@ contains
    end subroutine find_buckling_step
 
    !> Reads the data lines: mode, amplitude.
-   subroutine read_modes(deck, at, from_step, n_modes, element, mode_offset)
+   subroutine read_modes(deck, from_step, n_modes, element, mode_offset)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(inout) :: at
       integer, intent(in) :: from_step
       integer, intent(in) :: n_modes    ! number of modes of that step; 0: unknown because of an error
       integer, intent(in) :: element(:)
       type(mode_offset_t), allocatable, intent(inout) :: mode_offset(:)
       integer :: mode
-      do while (deck%next_line(at))
-         mode = deck%integer(at, 'mode')
-         if (n_modes > 0 .and. mode > n_modes) call deck%wrong(at, 'mode', 'that step finds '//plural(n_modes, 'mode')//' only')
-         mode_offset = [mode_offset, mode_offset_t(step=from_step, mode=mode, amplitude=deck%real(at, 'amplitude'), &
-            element=element, line=at%card_at)]
+      do while (deck%next_line())
+         mode = deck%integer('mode')
+         if (n_modes > 0 .and. mode > n_modes) call deck%wrong('mode', 'that step finds '//plural(n_modes, 'mode')//' only')
+         mode_offset = [mode_offset, mode_offset_t(step=from_step, mode=mode, amplitude=deck%real('amplitude'), &
+            element=element, line=deck%at%card_at)]
       end do
    end subroutine read_modes
 end module read_imperfections

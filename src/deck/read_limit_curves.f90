@@ -5,7 +5,7 @@ module read_limit_curves
    use model, only: model_t, limit_curve_t, method_load, parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, &
       & parameter_ei, parameter_constant_load
    use obstacle_types, only: ground_half_space
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t
    use deck_names, only: definitions_t
    implicit none
    private
@@ -17,39 +17,37 @@ contains
    subroutine read_limit_curve_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! complete
       type(model_t), intent(inout) :: model             !! complete; receives step%limit_curve
-      type(cursor_t) :: at
       type(limit_curve_t) :: curve
       type(definitions_t) :: known
       integer :: n, s
       real(wp) :: start
       logical :: ok
       n = 0
-      do while (deck%next_card(at, 'LIMIT CURVE', also_bad=.true.))
+      do while (deck%next_card('LIMIT CURVE', also_bad=.true.))
          n = n + 1
-         s = at%step
-         if (s == 0 .or. .not. at%sound) cycle
+         s = deck%at%step
+         if (s == 0 .or. .not. deck%at%sound) cycle
          if (model%step(s)%n_modes > 0) cycle ! reported elsewhere
-         if (model%step(s)%method == method_load) call deck%wrong_card(at, &
+         if (model%step(s)%method == method_load) call deck%wrong_card(&
             'the step has METHOD=LOAD, which ends where it meets a limit point')
          curve = limit_curve_t(name='Curve-'//to_text(n))
          allocate (curve%element(0), curve%at(0))
-         if (deck%given(at, 'NAME')) curve%name = deck%text(at, 'NAME')
-         call deck%define(at, known, curve%name, ok)
-         curve%limit_point = deck%integer(at, 'LIMIT')
-         curve%max_points = deck%integer(at, 'POINTS')
-         curve%logarithmic = deck%word(at, 'SCALE') == 'LOG'
-         curve%to_rigid = deck%given(at, 'RIGID')
-         curve%parameter = deck%integer(at, 'PARAMETER')
-         call find_start(deck, at, model, curve, start, ok)
-         if (deck%next_line(at)) call read_increments(deck, at, start, ok, curve)
+         if (deck%given('NAME')) curve%name = deck%text('NAME')
+         call deck%define(known, curve%name, ok)
+         curve%limit_point = deck%integer('LIMIT')
+         curve%max_points = deck%integer('POINTS')
+         curve%logarithmic = deck%word('SCALE') == 'LOG'
+         curve%to_rigid = deck%given('RIGID')
+         curve%parameter = deck%integer('PARAMETER')
+         call find_start(deck, model, curve, start, ok)
+         if (deck%next_line()) call read_increments(deck, start, ok, curve)
          model%step(s)%limit_curve = [model%step(s)%limit_curve, curve]
       end do
    end subroutine read_limit_curve_cards
 
    !> Reads the obstacle or element set to which the varied parameter belongs, and finds the parameter's present value in the model.
-   subroutine find_start(deck, at, model, curve, start, ok)
+   subroutine find_start(deck, model, curve, start, ok)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       type(limit_curve_t), intent(inout) :: curve
       real(wp), intent(out) :: start ! 1 for factors
@@ -58,30 +56,28 @@ contains
       start = 1.0_wp
       ok = .false.
       touched = .false.
-      if (deck%given(at, 'OBSTACLE')) call deck%touched_obstacle(at, 'OBSTACLE', curve%obstacle, touched)
-      if (deck%given(at, 'ELSET')) then
-         curve%element = deck%elements(at, 'ELSET')
-         curve%set = deck%text(at, 'ELSET')
+      if (deck%given('OBSTACLE')) call deck%touched_obstacle('OBSTACLE', curve%obstacle, touched)
+      if (deck%given('ELSET')) then
+         curve%element = deck%elements('ELSET')
+         curve%set = deck%text('ELSET')
       end if
       select case (curve%parameter)
       case (parameter_modulus)
-         if (curve%obstacle > 0) call find_modulus(deck, at, model, curve%obstacle, start, ok)
+         if (curve%obstacle > 0) call find_modulus(deck, model, curve%obstacle, start, ok)
       case (parameter_gap)
-         if (touched .and. .not. deck%names%contacts_incomplete) call find_gap(deck, at, model, curve%obstacle, start, ok)
+         if (touched .and. .not. deck%names%contacts_incomplete) call find_gap(deck, model, curve%obstacle, start, ok)
       case (parameter_imperfection)
-         if (size(curve%element) > 0) call check_imperfection(deck, at, model, curve%element, ok)
+         if (size(curve%element) > 0) call check_imperfection(deck, model, curve%element, ok)
       case (parameter_ea, parameter_ei)
-         if (size(curve%element) > 0 .and. .not. deck%names%sections_incomplete) &
-            call find_stiffness(deck, at, model, curve, start, ok)
+         if (size(curve%element) > 0 .and. .not. deck%names%sections_incomplete) call find_stiffness(deck, model, curve, start, ok)
       case (parameter_constant_load)
-         call check_constant_load(deck, at, model, ok)
+         call check_constant_load(deck, model, ok)
       end select
    end subroutine find_start
 
    !> Present value of the parameter MODULUS: modulus of a Winkler or Pasternak foundation.
-   subroutine find_modulus(deck, at, model, obstacle, start, ok)
+   subroutine find_modulus(deck, model, obstacle, start, ok)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       integer, intent(in) :: obstacle
       real(wp), intent(out) :: start
@@ -94,15 +90,13 @@ contains
          instead = ' has a law'
          if (ground%rigid) instead = ' is rigid'
          if (ground%ground == ground_half_space) instead = ' is a half-space'
-         call deck%wrong(at, 'OBSTACLE', 'obstacle '//trim(ground%name)//instead// &
-            '; MODULUS needs FOUNDATION=WINKLER or PASTERNAK')
+         call deck%wrong('OBSTACLE', 'obstacle '//trim(ground%name)//instead//'; MODULUS needs FOUNDATION=WINKLER or PASTERNAK')
       end associate
    end subroutine find_modulus
 
    !> Present value of the parameter GAP: all contacts with the obstacle must have the same gap.
-   subroutine find_gap(deck, at, model, obstacle, start, ok)
+   subroutine find_gap(deck, model, obstacle, start, ok)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       integer, intent(in) :: obstacle
       real(wp), intent(out) :: start
@@ -112,10 +106,10 @@ contains
       greatest = maxval(model%contact%gap, mask=model%contact%obstacle == obstacle)
       ok = .false.
       if (model%obstacle(obstacle)%bilateral) then
-         call deck%wrong(at, 'OBSTACLE', trim(model%obstacle(obstacle)%name)// &
+         call deck%wrong('OBSTACLE', trim(model%obstacle(obstacle)%name)// &
             ' is BILATERAL: it holds its candidates where they begin, whatever the gap')
       else if (greatest > start) then
-         call deck%wrong(at, 'OBSTACLE', 'the contacts with '//trim(model%obstacle(obstacle)%name)// &
+         call deck%wrong('OBSTACLE', 'the contacts with '//trim(model%obstacle(obstacle)%name)// &
             ' have different gaps, from '//to_text(start)//' to '//to_text(greatest)//'; a curve needs one gap')
       else
          ok = .true.
@@ -123,9 +117,8 @@ contains
    end subroutine find_gap
 
    !> Present value of the parameter EA or EI: stiffness of the section assigned to the set.
-   subroutine find_stiffness(deck, at, model, curve, start, ok)
+   subroutine find_stiffness(deck, model, curve, start, ok)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       type(limit_curve_t), intent(in) :: curve
       real(wp), intent(out) :: start
@@ -137,9 +130,9 @@ contains
          if (same_name(model%section(i)%name, curve%set)) exit
       end do
       if (i > size(model%section)) then
-         call deck%wrong(at, 'ELSET', 'no *BEAM SECTION names set '//trim(curve%set))
+         call deck%wrong('ELSET', 'no *BEAM SECTION names set '//trim(curve%set))
       else if (curve%parameter == parameter_ea .and. model%section(i)%inextensible) then
-         call deck%wrong(at, 'ELSET', 'the rods of set '//trim(curve%set)//' are INEXTENSIBLE and have no EA')
+         call deck%wrong('ELSET', 'the rods of set '//trim(curve%set)//' are INEXTENSIBLE and have no EA')
       else
          start = merge(model%section(i)%ea, model%section(i)%ei, curve%parameter == parameter_ea)
          ok = .true.
@@ -147,9 +140,8 @@ contains
    end subroutine find_stiffness
 
    !> Parameter IMPERFECTION: the set must be a whole chain with an imperfection, from the model part or as a mode in this step.
-   subroutine check_imperfection(deck, at, model, element, ok)
+   subroutine check_imperfection(deck, model, element, ok)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       integer, intent(in) :: element(:) ! not empty
       logical, intent(out) :: ok
@@ -163,27 +155,26 @@ contains
       end do
       i = owner(element(1))
       ok = i > 0 .and. all(owner(element) == i) .and. count(owner == i) == size(element)
-      associate (mode_offset => model%step(at%step)%mode_offset)
+      associate (mode_offset => model%step(deck%at%step)%mode_offset)
          do i = 1, size(mode_offset)
             if (size(mode_offset(i)%element) == size(element)) ok = ok .or. all(mode_offset(i)%element == element)
          end do
       end associate
-      if (.not. ok) call deck%wrong(at, 'ELSET', 'these are not the elements of an *IMPERFECTION')
+      if (.not. ok) call deck%wrong('ELSET', 'these are not the elements of an *IMPERFECTION')
    end subroutine check_imperfection
 
    !> Parameter CONSTANT LOAD: a previous step must have left a load.
-   subroutine check_constant_load(deck, at, model, ok)
+   subroutine check_constant_load(deck, model, ok)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       logical, intent(out) :: ok
       integer :: s
-      s = at%step
+      s = deck%at%step
       ok = .false.
       if (.not. any(model%step(:s - 1)%n_modes == 0)) then
-         call deck%wrong(at, 'PARAMETER', 'no step with *STATIC stands before this one, so there is no constant load')
+         call deck%wrong('PARAMETER', 'no step with *STATIC stands before this one, so there is no constant load')
       else if (size(model%step(s)%mode_offset) > 0) then
-         call deck%wrong(at, 'PARAMETER', 'the step begins with the stress-free structure (*IMPERFECTION, SHAPE=MODE), so '// &
+         call deck%wrong('PARAMETER', 'the step begins with the stress-free structure (*IMPERFECTION, SHAPE=MODE), so '// &
             'there is no constant load')
       else
          ok = .true.
@@ -191,42 +182,40 @@ contains
    end subroutine check_constant_load
 
    !> Reads the data line: first, last, largest, values for additional points.
-   subroutine read_increments(deck, at, start, start_known, curve)
+   subroutine read_increments(deck, start, start_known, curve)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       real(wp), intent(in) :: start
       logical, intent(in) :: start_known
       type(limit_curve_t), intent(inout) :: curve
       integer :: k
-      curve%increment = deck%real(at, 'first')
-      curve%last = deck%real(at, 'last')
-      curve%largest = deck%real(at, 'largest')
-      if (curve%largest < abs(curve%increment)) call deck%wrong(at, 'largest', &
-         'the largest increment must not be below the first one')
+      curve%increment = deck%real('first')
+      curve%last = deck%real('last')
+      curve%largest = deck%real('largest')
+      if (curve%largest < abs(curve%increment)) call deck%wrong('largest', 'the largest increment must not be below the first one')
       if (curve%last <= 0.0_wp) then
          if (curve%logarithmic) then
-            call deck%wrong(at, 'last', 'SCALE=LOG needs a positive last value')
+            call deck%wrong('last', 'SCALE=LOG needs a positive last value')
             return
          else if (any(curve%parameter == [parameter_modulus, parameter_ea, parameter_ei])) then
-            call deck%wrong(at, 'last', deck%word(at, 'PARAMETER')//' must stay positive')
+            call deck%wrong('last', deck%word('PARAMETER')//' must stay positive')
             return
          end if
       end if
       if (.not. start_known) return
       if (curve%logarithmic .and. start <= 0.0_wp) then
-         call deck%wrong(at, 'SCALE', 'SCALE=LOG needs a positive value to start from, not '//to_text(start))
+         call deck%wrong('SCALE', 'SCALE=LOG needs a positive value to start from, not '//to_text(start))
       else if (.not. abs(curve%last - start) > 0.0_wp) then
-         call deck%wrong(at, 'last', 'the curve would end where it begins, at '//to_text(start))
+         call deck%wrong('last', 'the curve would end where it begins, at '//to_text(start))
       else if (curve%increment * (curve%last - start) < 0.0_wp) then
-         call deck%wrong(at, 'first', 'the first increment leads away from the last value: from '//to_text(start)//' to '// &
+         call deck%wrong('first', 'the first increment leads away from the last value: from '//to_text(start)//' to '// &
             to_text(curve%last))
       else if (curve%to_rigid .and. curve%last < start) then
-         call deck%wrong(at, 'RIGID', 'RIGID goes with a modulus that grows')
+         call deck%wrong('RIGID', 'RIGID goes with a modulus that grows')
       end if
-      do k = 1, deck%count(at, 'value')
-         associate (value => deck%real(at, 'value', k))
+      do k = 1, deck%count('value')
+         associate (value => deck%real('value', k))
             curve%at = [curve%at, value]
-            if ((value - start) * (value - curve%last) >= 0.0_wp) call deck%wrong(at, 'value', to_text(value)// &
+            if ((value - start) * (value - curve%last) >= 0.0_wp) call deck%wrong('value', to_text(value)// &
                ' does not lie between '//to_text(start)//' and '//to_text(curve%last), k)
          end associate
       end do

@@ -6,7 +6,7 @@ module read_loads
    use point_load, only: point_load_t
    use pole_load, only: pole_load_t
    use item_values, only: component_dof
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t
    use deck_names, only: node_words, element_words
    use read_obstacles, only: read_motion
    use read_interference, only: read_interference_line
@@ -24,7 +24,6 @@ contains
    subroutine read_load_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the mesh and obstacles
       type(model_t), intent(inout) :: model             !! with sections, supports and contacts; receives step%load
-      type(cursor_t) :: at
       integer :: s
       integer :: prescribed_in(3, model%mesh%n_nodes)   ! (3, nodes) line of the deck, for the step being read
       integer :: shrunk_in(size(model%obstacle))        ! (obstacles) line of the deck, for the steps since the last stress-free
@@ -35,29 +34,30 @@ contains
       prescribed_in = 0
       shrunk_in = 0
       s = 0
-      do while (deck%next_card(at, load_cards//'|BOUNDARY'))
-         if (at%step == 0) cycle
-         do while (s < at%step)
+      do while (deck%next_card(load_cards//'|BOUNDARY'))
+         if (deck%at%step == 0) cycle
+         do while (s < deck%at%step)
             s = s + 1
             prescribed_in = 0
-            if (begins_anew(deck, s)) shrunk_in = 0
+            ! A step with modes as imperfections starts from the stress-free structure.
+            if (deck%last_card('IMPERFECTION', s) > 0) shrunk_in = 0
          end do
-         do while (deck%next_line(at))
-            select case (at%keyword)
+         do while (deck%next_line())
+            select case (deck%at%keyword)
             case ('CLOAD')
-               call read_node_load(deck, at, model%mesh, model%step(s)%load)
+               call read_node_load(deck, model%mesh, model%step(s)%load)
             case ('POLE LOAD')
-               call read_pole_load(deck, at, model%mesh, model%step(s)%load)
+               call read_pole_load(deck, model%mesh, model%step(s)%load)
             case ('DLOAD')
-               call read_element_load(deck, at, model, model%step(s)%load)
+               call read_element_load(deck, model, model%step(s)%load)
             case ('TEMPERATURE')
-               call read_temperature(deck, at, model, model%step(s)%load)
+               call read_temperature(deck, model, model%step(s)%load)
             case ('OBSTACLE MOTION')
-               call read_motion(deck, at, model%step(s)%load)
+               call read_motion(deck, model%step(s)%load)
             case ('CONTACT INTERFERENCE')
-               call read_interference_line(deck, at, model, shrunk_in, model%step(s)%load)
+               call read_interference_line(deck, model, shrunk_in, model%step(s)%load)
             case ('BOUNDARY')
-               call read_displacement(deck, at, model, prescribed_in, model%step(s)%load)
+               call read_displacement(deck, model, prescribed_in, model%step(s)%load)
             end select
          end do
       end do
@@ -73,86 +73,72 @@ contains
       end do
    end function load_card_list
 
-   !> True for a step with modes as imperfections: it starts from the stress-free structure.
-   logical function begins_anew(deck, step)
-      type(checked_deck_t), intent(in) :: deck
-      integer, intent(in) :: step
-      type(cursor_t) :: at
-      begins_anew = .false.
-      do while (deck%next_card(at, 'IMPERFECTION', also_bad=.true.))
-         begins_anew = begins_anew .or. at%step == step
-      end do
-   end function begins_anew
-
    !> Reads *CLOAD: node or set, dof, magnitude.
-   subroutine read_node_load(deck, at, mesh, load)
+   subroutine read_node_load(deck, mesh, load)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(mesh_t), intent(in) :: mesh
       type(load_t), intent(inout) :: load
       integer, allocatable :: nodes(:)
       integer :: dof, i
-      nodes = deck%nodes(at, 'node or set')
-      dof = deck%integer(at, 'dof')
-      if (.not. deck%on_elements(at, 'node or set', mesh, nodes, ' and cannot carry a load')) return
+      nodes = deck%nodes('node or set')
+      dof = deck%integer('dof')
+      if (.not. deck%on_elements('node or set', mesh, nodes, ' and cannot carry a load')) return
       do i = 1, size(nodes)
-         load%node_force(dof, nodes(i)) = load%node_force(dof, nodes(i)) + deck%real(at, 'magnitude')
+         load%node_force(dof, nodes(i)) = load%node_force(dof, nodes(i)) + deck%real('magnitude')
       end do
    end subroutine read_node_load
 
    !> Reads *POLE LOAD: node or set, magnitude, x, y.
-   subroutine read_pole_load(deck, at, mesh, load)
+   subroutine read_pole_load(deck, mesh, load)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(mesh_t), intent(in) :: mesh
       type(load_t), intent(inout) :: load
       integer, allocatable :: nodes(:)
       class(point_load_t), allocatable :: point
       real(wp) :: pole(2)
       integer :: i
-      pole = [deck%real(at, 'x'), deck%real(at, 'y')]
-      nodes = deck%nodes(at, 'node or set')
-      if (.not. deck%on_elements(at, 'node or set', mesh, nodes, ' and cannot carry a load')) return
+      pole = [deck%real('x'), deck%real('y')]
+      nodes = deck%nodes('node or set')
+      if (.not. deck%on_elements('node or set', mesh, nodes, ' and cannot carry a load')) return
       do i = 1, size(nodes)
          if (norm2(pole - mesh%x(:, nodes(i))) <= 0.0_wp) then
-            call deck%wrong(at, 'x', node_words(mesh, nodes(i))//' begins at this point: the force has no direction there')
+            call deck%wrong('x', node_words(mesh, nodes(i))//' begins at this point: the force has no direction there')
             return
          end if
-         point = pole_load_t(node=nodes(i), magnitude=deck%real(at, 'magnitude'), pole=pole)
+         point = pole_load_t(node=nodes(i), magnitude=deck%real('magnitude'), pole=pole)
          call load%add_point(point)
       end do
    end subroutine read_pole_load
 
    !> Reads *DLOAD: element or set, type, magnitude, direction.
-   subroutine read_element_load(deck, at, model, load)
+   subroutine read_element_load(deck, model, load)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       type(load_t), intent(inout) :: load
       integer, allocatable :: elements(:)
       real(wp) :: magnitude, direction(2)
       integer :: i
-      elements = deck%elements(at, 'element or set')
-      magnitude = deck%real(at, 'magnitude')
-      if (deck%word(at, 'type') == 'GRAV') then
-         direction = [deck%real(at, 'x direction'), deck%real(at, 'y direction')]
-         if (.not. deck%given(at, 'x direction')) then
-            call deck%wrong(at, 'x direction', 'GRAV needs a direction: x direction, y direction')
-         else if (.not. deck%given(at, 'y direction')) then
-            call deck%wrong(at, 'y direction', 'GRAV needs a direction: x direction, y direction')
+      elements = deck%elements('element or set')
+      magnitude = deck%real('magnitude')
+      if (deck%word('type') == 'GRAV') then
+         direction = [deck%real('x direction'), deck%real('y direction')]
+         if (.not. deck%given('x direction')) then
+            call deck%wrong('x direction', 'GRAV needs a direction: x direction, y direction')
+         else if (.not. deck%given('y direction')) then
+            call deck%wrong('y direction', 'GRAV needs a direction: x direction, y direction')
          else if (norm2(direction) <= 0.0_wp) then
-            call deck%wrong(at, 'x direction', 'the direction has no length')
+            call deck%wrong('x direction', 'the direction has no length')
          else
-            call add_weight(deck, at, model, elements, magnitude * direction / norm2(direction), load)
+            call add_weight(deck, model, elements, magnitude * direction / norm2(direction), load)
          end if
          return
-      else if (deck%count(at, 'x direction') > 0) then
-         call deck%wrong(at, 'x direction', 'a direction goes with GRAV only')
+      else if (deck%count('x direction') > 0) then
+         call deck%wrong('x direction', 'a direction goes with GRAV only')
          return
       end if
       do i = 1, size(elements)
          associate (e => elements(i))
-            select case (deck%word(at, 'type'))
+            select case (deck%word('type'))
             case ('PX')
                load%line_force(1, e) = load%line_force(1, e) + magnitude
             case ('PY')
@@ -165,9 +151,8 @@ contains
    end subroutine read_element_load
 
    !> Adds the weight of elements.
-   subroutine add_weight(deck, at, model, elements, gravity, load)
+   subroutine add_weight(deck, model, elements, gravity, load)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       integer, intent(in) :: elements(:)
       real(wp), intent(in) :: gravity(2)
@@ -178,7 +163,7 @@ contains
             if (model%mesh%section(e) == 0) cycle ! reported elsewhere
             associate (mass => model%section(model%mesh%section(e))%mass)
                if (mass <= 0.0_wp .and. .not. deck%names%sections_incomplete) then
-                  call deck%wrong(at, 'element or set', element_words(model%mesh, e)//' has no mass; it comes from *DENSITY, '// &
+                  call deck%wrong('element or set', element_words(model%mesh, e)//' has no mass; it comes from *DENSITY, '// &
                      'or from mass on *BEAM SECTION, SECTION=STIFFNESS')
                   return
                end if
@@ -189,35 +174,33 @@ contains
    end subroutine add_weight
 
    !> Reads *TEMPERATURE: element or set, change, gradient.
-   subroutine read_temperature(deck, at, model, load)
+   subroutine read_temperature(deck, model, load)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       type(load_t), intent(inout) :: load
       integer, allocatable :: elements(:)
       integer :: i
-      elements = deck%elements(at, 'element or set')
+      elements = deck%elements('element or set')
       do i = 1, size(elements)
          associate (e => elements(i))
             if (model%mesh%section(e) == 0) cycle ! reported elsewhere
             associate (alpha => model%section(model%mesh%section(e))%expansion)
                if (.not. (abs(alpha) > 0.0_wp .or. deck%names%sections_incomplete)) then
-                  call deck%wrong(at, 'element or set', element_words(model%mesh, e)//' does not expand; alpha comes from '// &
+                  call deck%wrong('element or set', element_words(model%mesh, e)//' does not expand; alpha comes from '// &
                      '*EXPANSION, or from alpha on *BEAM SECTION, SECTION=STIFFNESS')
                   return
                end if
-               load%strain(e) = load%strain(e) + alpha * deck%real(at, 'change')
+               load%strain(e) = load%strain(e) + alpha * deck%real('change')
                ! An element that is hotter on its left side bends to the right.
-               load%curvature(e) = load%curvature(e) - alpha * deck%real(at, 'gradient')
+               load%curvature(e) = load%curvature(e) - alpha * deck%real('gradient')
             end associate
          end associate
       end do
    end subroutine read_temperature
 
    !> Reads *BOUNDARY in a step: node or set, dof, last dof, value.
-   subroutine read_displacement(deck, at, model, prescribed_in, load)
+   subroutine read_displacement(deck, model, prescribed_in, load)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       integer, intent(inout) :: prescribed_in(:, :)
       type(load_t), intent(inout) :: load
@@ -225,31 +208,29 @@ contains
       character(:), allocatable :: of_node
       logical :: dofs(3)
       integer :: i, dof
-      if (.not. deck%given(at, 'value')) then
-         call deck%wrong(at, 'value', 'value is missing; supports stand above the first *STEP, here only prescribed displacements')
+      if (.not. deck%given('value')) then
+         call deck%wrong('value', 'value is missing; supports stand above the first *STEP, here only prescribed displacements')
          return
-      else if (deck%word(at, 'dof') /= '') then
-         call deck%wrong(at, 'dof', deck%word(at, 'dof')// &
-            ' is a support and belongs above the first *STEP; a step prescribes dofs 1, 2, 6')
+      else if (deck%word('dof') /= '') then
+         call deck%wrong('dof', deck%word('dof')//' is a support and belongs above the first *STEP; a step prescribes dofs 1, 2, 6')
          return
       end if
-      nodes = deck%nodes(at, 'node or set')
-      call read_dofs(deck, at, dofs)
+      nodes = deck%nodes('node or set')
+      call read_dofs(deck, dofs)
       do i = 1, size(nodes)
          do dof = 1, 3
             if (.not. dofs(dof)) cycle
             of_node = 'dof '//to_text(component_dof(dof))//' of '//node_words(model%mesh, nodes(i))
             if (.not. (model%fixed(dof, nodes(i)) .or. deck%names%supports_incomplete)) then
-               call deck%wrong(at, 'dof', of_node//' is free; what is prescribed must be supported by a *BOUNDARY above the '// &
+               call deck%wrong('dof', of_node//' is free; what is prescribed must be supported by a *BOUNDARY above the '// &
                   'first *STEP')
                return
             else if (prescribed_in(dof, nodes(i)) > 0) then
-               call deck%wrong(at, 'dof', of_node//' is prescribed already, in '// &
-                  deck%source%line_words(prescribed_in(dof, nodes(i))))
+               call deck%wrong('dof', of_node//' is prescribed already, in '//deck%source%line_words(prescribed_in(dof, nodes(i))))
                return
             end if
-            prescribed_in(dof, nodes(i)) = at%line_at
-            load%displacement(dof, nodes(i)) = deck%real(at, 'value')
+            prescribed_in(dof, nodes(i)) = deck%at%line_at
+            load%displacement(dof, nodes(i)) = deck%real('value')
          end do
       end do
    end subroutine read_displacement

@@ -5,7 +5,7 @@ module read_monitors
    use text, only: same_name
    use model, only: model_t, monitor_t, contact_print_t, quantity_displacement, quantity_reaction, quantity_contact
    use obstacle_types, only: obstacle_circle, obstacle_arc
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t
    implicit none
    private
    public :: read_monitor_cards, read_contact_print_cards
@@ -16,30 +16,29 @@ contains
    subroutine read_monitor_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the mesh; receives the monitors
       type(model_t), intent(inout) :: model             !! with supports and contacts; receives monitor
-      type(cursor_t) :: at
       type(monitor_t) :: monitor
       logical :: ok
       allocate (model%monitor(0))
-      do while (deck%next_card(at, 'MONITOR'))
-         if (same_name(deck%text(at, 'NAME'), 'LOAD')) then
-            call deck%wrong(at, 'NAME', 'LOAD means the load factor')
+      do while (deck%next_card('MONITOR'))
+         if (same_name(deck%text('NAME'), 'LOAD')) then
+            call deck%wrong('NAME', 'LOAD means the load factor')
             cycle
          end if
-         call deck%define(at, deck%names%monitor, deck%text(at, 'NAME'), ok)
+         call deck%define(deck%names%monitor, deck%text('NAME'), ok)
          if (.not. ok) cycle
          monitor = monitor_t()
          allocate (monitor%node(0))
-         monitor%name = deck%text(at, 'NAME')
-         if (deck%given(at, 'OBSTACLE')) then
+         monitor%name = deck%text('NAME')
+         if (deck%given('OBSTACLE')) then
             monitor%quantity = quantity_contact
-            call deck%touched_obstacle(at, 'OBSTACLE', monitor%obstacle, ok)
+            call deck%touched_obstacle('OBSTACLE', monitor%obstacle, ok)
          end if
-         if (deck%next_line(at)) then
-            if (monitor%quantity /= quantity_contact) monitor%node = deck%nodes(at, 'node or set')
-            call choose_quantity(deck%word(at, 'quantity'), monitor)
-            monitor%factor = deck%real(at, 'factor')
-            monitor%offset = deck%real(at, 'offset')
-            call check_monitor(deck, at, model, monitor)
+         if (deck%next_line()) then
+            if (monitor%quantity /= quantity_contact) monitor%node = deck%nodes('node or set')
+            call choose_quantity(deck%word('quantity'), monitor)
+            monitor%factor = deck%real('factor')
+            monitor%offset = deck%real('offset')
+            call check_monitor(deck, model, monitor)
          end if
          model%monitor = [model%monitor, monitor]
       end do
@@ -61,16 +60,15 @@ contains
    end subroutine choose_quantity
 
    !> Checks that the nodes belong to elements; for a reaction, that at least one node is supported.
-   subroutine check_monitor(deck, at, model, monitor)
+   subroutine check_monitor(deck, model, monitor)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(in) :: model
       type(monitor_t), intent(in) :: monitor
       if (size(monitor%node) == 0) return
-      if (.not. deck%on_elements(at, 'node or set', model%mesh, monitor%node)) return
+      if (.not. deck%on_elements('node or set', model%mesh, monitor%node)) return
       if (monitor%quantity == quantity_reaction .and. .not. deck%names%supports_incomplete) then
          if (.not. any(model%fixed(monitor%component, monitor%node) .or. model%spring(monitor%component, monitor%node) > 0.0_wp)) &
-            call deck%wrong(at, 'quantity', 'no *BOUNDARY of the model part supports this, so there is no reaction')
+            call deck%wrong('quantity', 'no *BOUNDARY of the model part supports this, so there is no reaction')
       end if
    end subroutine check_monitor
 
@@ -78,22 +76,21 @@ contains
    subroutine read_contact_print_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the obstacles
       type(model_t), intent(inout) :: model             !! with contacts; receives contact_print
-      type(cursor_t) :: at
       type(contact_print_t) :: print
       character(:), allocatable :: word
       logical :: ok
       allocate (model%contact_print(0))
-      do while (deck%next_card(at, 'CONTACT PRINT'))
-         call deck%touched_obstacle(at, 'OBSTACLE', print%obstacle, ok)
+      do while (deck%next_card('CONTACT PRINT'))
+         call deck%touched_obstacle('OBSTACLE', print%obstacle, ok)
          if (.not. ok) cycle
          associate (obstacle => model%obstacle(print%obstacle))
-            do while (deck%next_line(at))
-               word = deck%word(at, 'quantity')
+            do while (deck%next_line())
+               word = deck%word('quantity')
                print%at_end = index(word, 'END') == 1
                print%angle = index(word, 'ANGLE') > 0
-               print%region = deck%integer(at, 'stretch')
+               print%region = deck%integer('stretch')
                if (print%angle .and. .not. (obstacle%kind == obstacle_circle .or. obstacle%kind == obstacle_arc)) then
-                  call deck%wrong(at, 'quantity', 'angles are those of circles and arcs; '//trim(obstacle%name)//' is neither')
+                  call deck%wrong('quantity', 'angles are those of circles and arcs; '//trim(obstacle%name)//' is neither')
                   cycle
                end if
                model%contact_print = [model%contact_print, print]

@@ -3,7 +3,7 @@ module read_path_control
    use kinds, only: wp
    use text, only: same_name
    use model, only: model_t, step_t, threshold_t, quantity_displacement, method_load, method_displacement
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t, position_t
    use read_loads, only: load_card_list
    implicit none
    private
@@ -15,20 +15,19 @@ contains
    subroutine read_path_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the monitors
       type(model_t), intent(inout) :: model             !! with contacts; receives step%stop, locate, turning, field_...
-      type(cursor_t) :: at
-      do while (deck%next_card(at, 'STOP|LOCATE|TURNING POINTS|FIELD OUTPUT'))
-         associate (step => model%step(at%step))
-            if (at%keyword == 'FIELD OUTPUT') step%field_every = deck%integer(at, 'EVERY')
-            do while (deck%next_line(at))
-               select case (at%keyword)
+      do while (deck%next_card('STOP|LOCATE|TURNING POINTS|FIELD OUTPUT'))
+         associate (step => model%step(deck%at%step))
+            if (deck%at%keyword == 'FIELD OUTPUT') step%field_every = deck%integer('EVERY')
+            do while (deck%next_line())
+               select case (deck%at%keyword)
                case ('STOP')
-                  call read_bound(deck, at, step%stop)
+                  call read_bound(deck, step%stop)
                case ('LOCATE')
-                  call read_values(deck, at, step)
+                  call read_values(deck, step)
                case ('TURNING POINTS')
-                  call read_turning(deck, at, step)
+                  call read_turning(deck, step)
                case ('FIELD OUTPUT')
-                  call read_fields(deck, at, size(model%contact) > 0, step)
+                  call read_fields(deck, size(model%contact) > 0, step)
                end select
             end do
          end associate
@@ -36,50 +35,47 @@ contains
    end subroutine read_path_cards
 
    !> Reads a line of *STOP or *BRANCH: quantity, sense, value.
-   subroutine read_bound(deck, at, stop)
+   subroutine read_bound(deck, stop)
       type(checked_deck_t), intent(inout) :: deck              !! with the monitors
-      type(cursor_t), intent(in) :: at
       type(threshold_t), allocatable, intent(inout) :: stop(:) !! receives one more threshold, unless the quantity is undefined
       type(threshold_t) :: threshold
       logical :: ok
-      call deck%quantity(at, 'quantity', threshold%monitor, ok)
+      call deck%quantity('quantity', threshold%monitor, ok)
       if (.not. ok) return
-      threshold%rising = deck%word(at, 'sense') == 'ABOVE'
-      threshold%value = deck%real(at, 'value')
+      threshold%rising = deck%word('sense') == 'ABOVE'
+      threshold%value = deck%real('value')
       stop = [stop, threshold]
    end subroutine read_bound
 
    !> Reads a line of *LOCATE: quantity, value, ...
-   subroutine read_values(deck, at, step)
+   subroutine read_values(deck, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(step_t), intent(inout) :: step
       type(threshold_t) :: threshold
       integer :: k
       logical :: ok
-      call deck%quantity(at, 'quantity', threshold%monitor, ok)
+      call deck%quantity('quantity', threshold%monitor, ok)
       if (.not. ok) return
-      do k = 1, deck%count(at, 'value')
-         threshold%value = deck%real(at, 'value', k)
+      do k = 1, deck%count('value')
+         threshold%value = deck%real('value', k)
          step%locate = [step%locate, threshold]
       end do
    end subroutine read_values
 
    !> Reads a line of *TURNING POINTS: monitors.
-   subroutine read_turning(deck, at, step)
+   subroutine read_turning(deck, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(step_t), intent(inout) :: step
       integer :: k, monitor
-      do k = 1, deck%count(at, 'monitor')
-         if (same_name(deck%text(at, 'monitor', k), 'LOAD')) then
-            call deck%wrong(at, 'monitor', 'turning points of the load factor are limit points, which are always located', k)
+      do k = 1, deck%count('monitor')
+         if (same_name(deck%text('monitor', k), 'LOAD')) then
+            call deck%wrong('monitor', 'turning points of the load factor are limit points, which are always located', k)
             cycle
          end if
-         monitor = deck%named(at, 'monitor', deck%names%monitor, 'monitor', k)
+         monitor = deck%named('monitor', deck%names%monitor, 'monitor', k)
          if (monitor == 0) cycle
          if (any(step%turning == monitor)) then
-            call deck%wrong(at, 'monitor', 'monitor '//deck%text(at, 'monitor', k)//' is named already in this step', k)
+            call deck%wrong('monitor', 'monitor '//deck%text('monitor', k)//' is named already in this step', k)
          else
             step%turning = [step%turning, monitor]
          end if
@@ -87,14 +83,13 @@ contains
    end subroutine read_turning
 
    !> Reads a line of *FIELD OUTPUT.
-   subroutine read_fields(deck, at, has_contact, step)
+   subroutine read_fields(deck, has_contact, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       logical, intent(in) :: has_contact
       type(step_t), intent(inout) :: step
       integer :: k
-      do k = 1, deck%count(at, 'field')
-         select case (deck%word(at, 'field', k))
+      do k = 1, deck%count('field')
+         select case (deck%word('field', k))
          case ('DISPLACEMENT')
             step%field_displacement = .true.
          case ('SECTION FORCES')
@@ -105,8 +100,7 @@ contains
             step%field_gap = .true.
          end select
          if (has_contact .or. deck%names%contacts_incomplete) cycle
-         if (any(deck%word(at, 'field', k) == ['REACTION', 'GAP     '])) &
-            call deck%wrong(at, 'field', 'the deck has no *CONTACT', k)
+         if (any(deck%word('field', k) == ['REACTION', 'GAP     '])) call deck%wrong('field', 'the deck has no *CONTACT', k)
       end do
    end subroutine read_fields
 
@@ -115,60 +109,49 @@ contains
    subroutine check_steps(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model             !! read completely; receives the stop at load factor 1
-      type(cursor_t) :: at
       if (deck%names%unknown_cards) return
-      do while (deck%next_card(at, 'STEP', also_bad=.true.))
-         associate (names => deck%names, step => model%step(at%step))
+      do while (deck%next_card('STEP', also_bad=.true.))
+         associate (names => deck%names, step => model%step(deck%at%step))
             if (.not. (names%loads_incomplete .or. names%mesh_incomplete .or. names%supports_incomplete .or. &
-               names%sections_incomplete .or. step%load%does_anything())) call deck%wrong_card(at, 'the step has no load: no '// &
+               names%sections_incomplete .or. step%load%does_anything())) call deck%wrong_card('the step has no load: no '// &
                load_card_list()//' or prescribed displacement other than zero')
          end associate
       end do
-      do while (deck%next_card(at, 'STATIC'))
-         if (.not. has_card(deck, at%step, 'BUCKLE')) call check_path(deck, at, model, model%step(at%step))
+      do while (deck%next_card('STATIC'))
+         if (deck%last_card('BUCKLE', deck%at%step) == 0) call check_path(deck, model, model%step(deck%at%step))
       end do
    end subroutine check_steps
 
    !> Checks control and end of a step with *STATIC.
-   subroutine check_path(deck, static, model, step)
-      type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: static
+   subroutine check_path(deck, model, step)
+      type(checked_deck_t), intent(inout) :: deck       ! at its *STATIC
       type(model_t), intent(in) :: model
       type(step_t), intent(inout) :: step               ! receives the stop at load factor 1
-      type(cursor_t) :: at
+      type(position_t) :: static
       logical :: limited
+      integer :: controls
       if (step%method == method_displacement .and. step%monitor > 0) then
-         if (cannot_move(model, step)) call deck%wrong(static, 'MONITOR', 'monitor '//trim(model%monitor(step%monitor)%name)// &
+         if (cannot_move(model, step)) call deck%wrong('MONITOR', 'monitor '//trim(model%monitor(step%monitor)%name)// &
             ' cannot move: all its nodes are supported in this direction')
       end if
-      if (has_card(deck, static%step, 'STOP')) return
+      if (deck%last_card('STOP', deck%at%step) > 0) return
       if (step%method == method_load) then
-         at = static
-         if (step%increment < 0.0_wp .and. deck%next_line(at)) call deck%wrong(at, 'first', &
+         if (step%increment < 0.0_wp .and. deck%next_line()) call deck%wrong('first', &
             'without *STOP the step ends at load factor 1, which a negative increment never reaches')
          step%stop = [threshold_t(monitor=0, value=1.0_wp, rising=.true.)]
          return
       end if
+      static = deck%at
+      controls = deck%last_card('CONTROLS', static%step)
       limited = .false.
-      do while (deck%next_card(at, 'CONTROLS', also_bad=.true.))
-         if (at%step /= static%step) cycle
-         limited = .not. at%sound
-         if (.not. limited) limited = deck%given(at, 'POINTS')
-      end do
-      if (.not. limited) call deck%wrong_card(static, 'the step has no end: give *STOP, or POINTS on *CONTROLS')
+      if (controls > 0) then
+         deck%at = deck%at_card(controls)
+         limited = .not. deck%at%sound
+         if (.not. limited) limited = deck%given('POINTS')
+         deck%at = static
+      end if
+      if (.not. limited) call deck%wrong_card('the step has no end: give *STOP, or POINTS on *CONTROLS')
    end subroutine check_path
-
-   !> True if a step has a card, with errors or without.
-   logical function has_card(deck, step, keyword)
-      type(checked_deck_t), intent(in) :: deck
-      integer, intent(in) :: step
-      character(*), intent(in) :: keyword
-      type(cursor_t) :: at
-      has_card = .false.
-      do while (deck%next_card(at, keyword, also_bad=.true.))
-         has_card = has_card .or. at%step == step
-      end do
-   end function has_card
 
    !> True if supports fix the monitored component at all nodes of displacement control's monitor, and the step prescribes none of
    !> them.

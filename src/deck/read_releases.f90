@@ -3,7 +3,7 @@
 module read_releases
    use kinds, only: wp
    use model, only: model_t, release_t, joint_spring_t, complete_joints, same_component
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t
    use deck_names, only: take_node_sets, copy_node, node_words
    use read_supports, only: read_dofs
    implicit none
@@ -23,28 +23,27 @@ contains
    subroutine read_release_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with mesh; receives the new nodes
       type(model_t), intent(inout) :: model             !! receives nodes, tie, joint_spring, release
-      type(cursor_t) :: at
       type(joint_t) :: joint
       logical, allocatable :: released(:, :)            ! (2, elements) true for ends that an earlier line releases
       integer, allocatable :: nodes(:), elements(:)
       integer :: i
       call complete_joints(model)
       allocate (released(2, model%mesh%n_elements), source=.false.)
-      do while (deck%next_card(at, 'RELEASE'))
+      do while (deck%next_card('RELEASE'))
          joint%set = 0
-         if (deck%given(at, 'NSET')) call deck%names%node%begin_set(deck%text(at, 'NSET'), joint%set)
-         do while (deck%next_line(at))
-            nodes = deck%nodes(at, 'node or set')
+         if (deck%given('NSET')) call deck%names%node%begin_set(deck%text('NSET'), joint%set)
+         do while (deck%next_line())
+            nodes = deck%nodes('node or set')
             elements = [integer ::]
-            if (deck%given(at, 'element or set')) elements = deck%elements(at, 'element or set')
-            joint%stiffness = deck%real(at, 'stiffness')
-            call read_free(deck, at, joint%free)
+            if (deck%given('element or set')) elements = deck%elements('element or set')
+            joint%stiffness = deck%real('stiffness')
+            call read_free(deck, joint%free)
             if (deck%names%mesh_incomplete .or. .not. any(joint%free)) cycle
             do i = 1, size(nodes)
-               if (.not. deck%given(at, 'element or set')) then
-                  call release_all(deck, at, model, nodes(i), joint, released)
+               if (.not. deck%given('element or set')) then
+                  call release_all(deck, model, nodes(i), joint, released)
                else if (size(elements) > 0) then
-                  call release(deck, at, model, nodes(i), ends_of(model, elements, nodes(i)), joint, released)
+                  call release(deck, model, nodes(i), ends_of(model, elements, nodes(i)), joint, released)
                end if
             end do
          end do
@@ -53,13 +52,12 @@ contains
    end subroutine read_release_cards
 
    !> Reads the components that a line releases; none, and an error is added, if they are invalid.
-   subroutine read_free(deck, at, free)
+   subroutine read_free(deck, free)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       logical, intent(out) :: free(3)
-      call read_dofs(deck, at, free)
+      call read_dofs(deck, free)
       if (.not. all(free)) return
-      call deck%wrong(at, 'dof', 'nothing would hold the ends to the node')
+      call deck%wrong('dof', 'nothing would hold the ends to the node')
       free = .false.
    end subroutine read_free
 
@@ -73,9 +71,8 @@ contains
    end function ends_of
 
    !> Releases all ends at a node except the first one, each separately.
-   subroutine release_all(deck, at, model, node, joint, released)
+   subroutine release_all(deck, model, node, joint, released)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(inout) :: model
       integer, intent(in) :: node
       type(joint_t), intent(in) :: joint
@@ -90,17 +87,16 @@ contains
             if (n == 1) cycle
             chosen = .false.
             chosen(side, e) = .true.
-            call release(deck, at, model, node, chosen, joint, released)
+            call release(deck, model, node, chosen, joint, released)
          end do
       end do
-      if (n < 2) call deck%wrong(at, 'node or set', node_words(model%mesh, node)//' has '// &
+      if (n < 2) call deck%wrong('node or set', node_words(model%mesh, node)//' has '// &
          trim(merge('one element ', 'no element  ', n == 1))//'; a joint needs a second one')
    end subroutine release_all
 
    !> Gives the chosen element ends at a node a new common node, by which they remain connected to each other.
-   subroutine release(deck, at, model, node, chosen, joint, released)
+   subroutine release(deck, model, node, chosen, joint, released)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(inout) :: model
       integer, intent(in) :: node
       logical, intent(in) :: chosen(:, :)
@@ -117,7 +113,7 @@ contains
          if (any(released)) problem = problem//', or it is released already'
       end if
       if (problem /= '') then
-         call deck%wrong(at, 'node or set', problem)
+         call deck%wrong('node or set', problem)
          return
       end if
       call copy_node(deck%names, model%mesh, node)

@@ -5,7 +5,7 @@ module read_sections
    use text, only: to_text
    use model, only: model_t, section_t
    use element_families, only: collocates
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t
    use deck_names, only: element_words
    implicit none
    private
@@ -32,40 +32,36 @@ contains
    subroutine read_materials(deck, material)
       type(checked_deck_t), intent(inout) :: deck
       type(material_t), allocatable, intent(out) :: material(:) !! in the order of names%material
-      type(cursor_t) :: at
       logical :: ok
       allocate (material(0))
       ok = .false.                                      ! false: the cards belong to a material that cannot be read
-      do while (deck%next_card(at, 'MATERIAL|ELASTIC|DENSITY|EXPANSION'))
-         if (at%keyword == 'MATERIAL') then
-            call deck%define(at, deck%names%material, deck%text(at, 'NAME'), ok)
+      do while (deck%next_card('MATERIAL|ELASTIC|DENSITY|EXPANSION'))
+         if (deck%at%keyword == 'MATERIAL') then
+            call deck%define(deck%names%material, deck%text('NAME'), ok)
             if (ok) material = [material, material_t()]
          else if (ok) then
-            call read_constants(deck, at, material(size(material)))
+            call read_constants(deck, material(size(material)))
          end if
       end do
    end subroutine read_materials
 
    !> Reads a card with constants of a material.
-   subroutine read_constants(deck, card, material)
+   subroutine read_constants(deck, material)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: card
       type(material_t), intent(inout) :: material
-      type(cursor_t) :: at
       logical :: sound
-      at = card
-      sound = deck%next_line(at)
-      select case (card%keyword)
+      sound = deck%next_line()
+      select case (deck%at%keyword)
       case ('ELASTIC')
          call only_once(material%elastic_line)
-         if (sound) material%e = deck%real(at, 'E')
-         if (sound) material%nu = deck%real(at, 'nu')
+         if (sound) material%e = deck%real('E')
+         if (sound) material%nu = deck%real('nu')
       case ('DENSITY')
          call only_once(material%density_line)
-         if (sound) material%rho = deck%real(at, 'rho')
+         if (sound) material%rho = deck%real('rho')
       case ('EXPANSION')
          call only_once(material%expansion_line)
-         if (sound) material%alpha = deck%real(at, 'alpha')
+         if (sound) material%alpha = deck%real('alpha')
       end select
 
    contains
@@ -73,10 +69,10 @@ contains
       subroutine only_once(earlier)
          integer, intent(inout) :: earlier
          associate (list => deck%names%material)
-            if (earlier > 0) call deck%wrong_card(card, 'material '//trim(list%name(list%n))//' has it already, from '// &
+            if (earlier > 0) call deck%wrong_card('material '//trim(list%name(list%n))//' has it already, from '// &
                deck%source%line_words(earlier))
          end associate
-         earlier = card%card_at
+         earlier = deck%at%card_at
       end subroutine only_once
    end subroutine read_constants
 
@@ -84,34 +80,33 @@ contains
       type(checked_deck_t), intent(inout) :: deck
       type(material_t), intent(in) :: material(:)
       type(model_t), intent(inout) :: model
-      type(cursor_t) :: at
       type(section_t) :: section
       integer, allocatable :: elements(:)
       integer :: section_line(size(deck%card))          ! (sections) line of the section's card
       integer :: i, m
       allocate (model%section(0))
-      do while (deck%next_card(at, 'BEAM SECTION'))
-         elements = deck%elements(at, 'ELSET')
+      do while (deck%next_card('BEAM SECTION'))
+         elements = deck%elements('ELSET')
          m = 0
-         if (deck%given(at, 'MATERIAL')) then
-            m = deck%named(at, 'MATERIAL', deck%names%material, 'material')
+         if (deck%given('MATERIAL')) then
+            m = deck%named('MATERIAL', deck%names%material, 'material')
             if (m > 0) then
-               if (material(m)%elastic_line == 0) call deck%wrong(at, 'MATERIAL', 'material '//trim(deck%names%material%name(m))// &
+               if (material(m)%elastic_line == 0) call deck%wrong('MATERIAL', 'material '//trim(deck%names%material%name(m))// &
                   ' has no *ELASTIC')
             end if
          end if
          section = section_t()
-         section_line(size(model%section) + 1) = at%card_at
-         if (deck%next_line(at)) then
-            if (m > 0) call section_of_material(deck, at, material(m), section)
-            if (.not. deck%given(at, 'MATERIAL')) call section_of_stiffness(deck, at, section)
-            section%name = deck%text(at, 'ELSET')
+         section_line(size(model%section) + 1) = deck%at%card_at
+         if (deck%next_line()) then
+            if (m > 0) call section_of_material(deck, material(m), section)
+            if (.not. deck%given('MATERIAL')) call section_of_stiffness(deck, section)
+            section%name = deck%text('ELSET')
          end if
          model%section = [model%section, section]
          do i = 1, size(elements)
             associate (of_element => model%mesh%section(elements(i)))
                if (of_element > 0) then
-                  call deck%wrong(at, 'ELSET', element_words(model%mesh, elements(i))//' has a section already, from '// &
+                  call deck%wrong('ELSET', element_words(model%mesh, elements(i))//' has a section already, from '// &
                      deck%source%line_words(section_line(of_element)))
                   exit
                end if
@@ -119,47 +114,46 @@ contains
             end associate
          end do
          i = findloc(collocates(model%mesh%family(elements)), .false., 1)
-         if (deck%word(at, 'SECTION') == 'INEXTENSIBLE' .and. i > 0) call deck%wrong(at, 'SECTION', &
+         if (deck%word('SECTION') == 'INEXTENSIBLE' .and. i > 0) call deck%wrong('SECTION', &
             element_words(model%mesh, elements(i))//' is UL2, whose force is EA times its stretch; INEXTENSIBLE needs GE elements')
       end do
    end subroutine read_beam_sections
 
    !> EA, EI, GA, mass and expansion of a shape made of a material.
-   subroutine section_of_material(deck, at, material, section)
+   subroutine section_of_material(deck, material, section)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(material_t), intent(in) :: material
       type(section_t), intent(inout) :: section
       real(wp) :: area, inertia, shear_area, a, b
-      section%shear_rigid = deck%word(at, 'SHEAR') == 'RIGID'
-      select case (deck%word(at, 'SECTION'))
+      section%shear_rigid = deck%word('SHEAR') == 'RIGID'
+      select case (deck%word('SECTION'))
       case ('RECT')
-         a = deck%real(at, 'width')
-         b = deck%real(at, 'height')
+         a = deck%real('width')
+         b = deck%real('height')
          area = a * b
          inertia = a * b**3 / 12
          shear_area = area * 5 / 6
       case ('CIRC')
-         a = deck%real(at, 'radius')
+         a = deck%real('radius')
          area = pi * a**2
          inertia = pi * a**4 / 4
          shear_area = 0.9_wp * area
       case ('PIPE')
-         a = deck%real(at, 'radius')
-         b = deck%real(at, 'thickness')
-         if (b > a) call deck%wrong(at, 'thickness', 'the thickness must not be larger than the radius')
+         a = deck%real('radius')
+         b = deck%real('thickness')
+         if (b > a) call deck%wrong('thickness', 'the thickness must not be larger than the radius')
          ! Differences of powers, without cancellation for thin walls.
          area = pi * b * (2 * a - b)
          inertia = area * (a**2 + (a - b)**2) / 4
          shear_area = 0.5_wp * area
       case default
-         area = deck%real(at, 'A')
-         inertia = deck%real(at, 'I')
-         shear_area = deck%real(at, 'shear area')
+         area = deck%real('A')
+         inertia = deck%real('I')
+         shear_area = deck%real('shear area')
          if (section%shear_rigid .and. shear_area > 0.0_wp) then
-            call deck%wrong(at, 'shear area', 'a shear area goes with SHEAR=FLEXIBLE only')
+            call deck%wrong('shear area', 'a shear area goes with SHEAR=FLEXIBLE only')
          else if (.not. (section%shear_rigid .or. shear_area > 0.0_wp)) then
-            call deck%wrong(at, 'shear area', 'shear area is missing; required with SHEAR=FLEXIBLE')
+            call deck%wrong('shear area', 'shear area is missing; required with SHEAR=FLEXIBLE')
          end if
       end select
       section%ea = material%e * area
@@ -170,21 +164,20 @@ contains
    end subroutine section_of_material
 
    !> Reads SECTION=STIFFNESS, INEXTENSIBLE: given stiffnesses.
-   subroutine section_of_stiffness(deck, at, section)
+   subroutine section_of_stiffness(deck, section)
       type(checked_deck_t), intent(in) :: deck
-      type(cursor_t), intent(in) :: at
       type(section_t), intent(inout) :: section
-      section%inextensible = deck%word(at, 'SECTION') == 'INEXTENSIBLE'
+      section%inextensible = deck%word('SECTION') == 'INEXTENSIBLE'
       if (section%inextensible) then
          section%ea = ieee_value(section%ea, ieee_positive_inf)
       else
-         section%ea = deck%real(at, 'EA')
+         section%ea = deck%real('EA')
       end if
-      section%ei = deck%real(at, 'EI')
-      section%shear_rigid = .not. deck%given(at, 'GA')
-      section%ga = deck%real(at, 'GA')
-      section%mass = deck%real(at, 'mass')
-      section%expansion = deck%real(at, 'alpha')
+      section%ei = deck%real('EI')
+      section%shear_rigid = .not. deck%given('GA')
+      section%ga = deck%real('GA')
+      section%mass = deck%real('mass')
+      section%expansion = deck%real('alpha')
    end subroutine section_of_stiffness
 
    !> Reports elements without a section, at the line that defines the first of these.

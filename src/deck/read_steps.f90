@@ -2,7 +2,8 @@
 module read_steps
    use text, only: to_text, plural
    use model, only: model_t, step_t, quantity_displacement, method_load, method_displacement
-   use checked_deck, only: checked_deck_t, cursor_t
+   use card_values, only: is_listed
+   use checked_deck, only: checked_deck_t
    implicit none
    private
    public :: read_step_cards
@@ -10,76 +11,61 @@ module read_steps
    !> Cards that belong to a path, and so to a step with *STATIC.
    character(*), parameter :: path_cards = 'CONTROLS|STOP|LOCATE|TURNING POINTS|FIELD OUTPUT|BRANCH|LIMIT CURVE|IMPERFECTION'
 
-   !> Cards of a step. Card 0: not given.
-   type :: step_cards_t
-      type(cursor_t) :: step, static, buckle
-   end type step_cards_t
-
 contains
 
    !> Reads names, methods and controls of all steps.
    subroutine read_step_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the monitors; receives the names of the steps
       type(model_t), intent(inout) :: model             !! with monitors; receives step without loads and path control
-      type(step_cards_t), allocatable :: cards(:)
-      type(cursor_t) :: at
       integer :: s
-      allocate (cards(0))
-      do while (deck%next_card(at, 'STEP', also_bad=.true.))
-         cards = [cards, step_cards_t(step=at)]
+      s = 0
+      do while (deck%next_card('STEP', also_bad=.true.))
+         s = deck%at%step
       end do
-      allocate (model%step(size(cards)))
-      do s = 1, size(cards)
-         call begin_step(deck, cards(s)%step, s, model%step(s))
+      allocate (model%step(s))
+      do while (deck%next_card('STEP', also_bad=.true.))
+         call begin_step(deck, model%step(deck%at%step))
       end do
-      do while (deck%next_card(at, 'STATIC|BUCKLE|CONTROLS', also_bad=.true.))
-         s = at%step
-         if (s == 0) cycle
-         if (at%keyword == 'STATIC') cards(s)%static = at
-         if (at%keyword == 'BUCKLE') cards(s)%buckle = at
-         if (.not. at%sound) cycle
-         if (at%keyword == 'STATIC') call read_static(deck, at, model, model%step(s))
-         if (at%keyword == 'BUCKLE') call read_buckle(deck, at, model%fixed, model%step(s)%n_modes)
-         if (at%keyword == 'CONTROLS') call read_controls(deck, at, model%step(s))
+      do while (deck%next_card('STATIC|BUCKLE|CONTROLS'))
+         associate (step => model%step(deck%at%step))
+            if (deck%at%keyword == 'STATIC') call read_static(deck, model, step)
+            if (deck%at%keyword == 'BUCKLE') call read_buckle(deck, model%fixed, step%n_modes)
+            if (deck%at%keyword == 'CONTROLS') call read_controls(deck, step)
+         end associate
       end do
-      if (deck%names%unknown_cards) return
-      do s = 1, size(cards)
-         call check_kind(deck, cards(s), s)
-      end do
+      if (.not. deck%names%unknown_cards) call check_kinds(deck)
    end subroutine read_step_cards
 
-   !> Checks that a step either follows a path or computes buckling modes.
-   subroutine check_kind(deck, cards, s)
+   !> Checks that each step either follows a path or computes buckling modes.
+   subroutine check_kinds(deck)
       type(checked_deck_t), intent(inout) :: deck
-      type(step_cards_t), intent(in) :: cards
-      integer, intent(in) :: s
-      type(cursor_t) :: at
-      if (cards%static%card == 0 .and. cards%buckle%card == 0) then
-         call deck%wrong_card(cards%step, 'the step has neither *STATIC nor *BUCKLE')
-      else if (cards%static%card > 0 .and. cards%buckle%card > 0) then
-         call deck%wrong_card(deck%at_card(max(cards%static%card, cards%buckle%card)), &
-            'a step has either *STATIC or *BUCKLE, not both')
-      else if (cards%buckle%card > 0) then
-         do while (deck%next_card(at, path_cards, also_bad=.true.))
-            if (at%step == s) call deck%wrong_card(at, 'belongs to a step with *STATIC; this one has *BUCKLE')
-         end do
-      end if
-   end subroutine check_kind
+      integer :: static, buckle
+      do while (deck%next_card('STEP|STATIC|BUCKLE|'//path_cards, also_bad=.true.))
+         if (deck%at%step == 0) cycle
+         static = deck%last_card('STATIC', deck%at%step)
+         buckle = deck%last_card('BUCKLE', deck%at%step)
+         if (static == 0 .and. buckle == 0) then
+            if (deck%at%keyword == 'STEP') call deck%wrong_card('the step has neither *STATIC nor *BUCKLE')
+         else if (static > 0 .and. buckle > 0) then
+            if (deck%at%card == max(static, buckle)) call deck%wrong_card('a step has either *STATIC or *BUCKLE, not both')
+         else if (buckle > 0 .and. is_listed(path_cards, deck%at%keyword)) then
+            call deck%wrong_card('belongs to a step with *STATIC; this one has *BUCKLE')
+         end if
+      end do
+   end subroutine check_kinds
 
    !> Sets name and defaults of a step.
-   subroutine begin_step(deck, at, s, step)
+   subroutine begin_step(deck, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
-      integer, intent(in) :: s
       type(step_t), intent(inout) :: step
       logical :: ok
-      step%name = 'Step-'//to_text(s)
-      if (.not. at%sound) then
+      step%name = 'Step-'//to_text(deck%at%step)
+      if (.not. deck%at%sound) then
          deck%names%step%incomplete = .true.
-      else if (deck%given(at, 'NAME')) then
-         step%name = deck%text(at, 'NAME')
+      else if (deck%given('NAME')) then
+         step%name = deck%text('NAME')
       end if
-      call deck%define(at, deck%names%step, step%name, ok)
+      call deck%define(deck%names%step, step%name, ok)
       step%tolerance = deck%default('CONTROLS', 'TOLERANCE')
       step%locate_tolerance = deck%default('CONTROLS', 'LOCATE')
       step%max_iterations = nint(deck%default('CONTROLS', 'ITERATIONS'))
@@ -89,13 +75,12 @@ contains
    end subroutine begin_step
 
    !> Reads *STATIC: method, monitor, increments.
-   subroutine read_static(deck, at, model, step)
+   subroutine read_static(deck, model, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(inout) :: at
       type(model_t), intent(in) :: model
       type(step_t), intent(inout) :: step
-      step%method = deck%integer(at, 'METHOD')
-      select case (deck%word(at, 'NEWTON'))
+      step%method = deck%integer('METHOD')
+      select case (deck%word('NEWTON'))
       case ('FULL')
          step%tangent_updates = huge(1)
       case ('MODIFIED')
@@ -103,53 +88,51 @@ contains
       case ('ONCE')
          step%tangent_updates = 1
       end select
-      step%paper_loop = deck%word(at, 'LOOP') == 'PAPER'
-      if (deck%given(at, 'MONITOR')) then
-         step%monitor = deck%named(at, 'MONITOR', deck%names%monitor, 'monitor')
+      step%paper_loop = deck%word('LOOP') == 'PAPER'
+      if (deck%given('MONITOR')) then
+         step%monitor = deck%named('MONITOR', deck%names%monitor, 'monitor')
          if (step%monitor > 0) then
-            if (model%monitor(step%monitor)%quantity /= quantity_displacement) call deck%wrong(at, 'MONITOR', 'monitor '// &
+            if (model%monitor(step%monitor)%quantity /= quantity_displacement) call deck%wrong('MONITOR', 'monitor '// &
                trim(model%monitor(step%monitor)%name)//' is a reaction; displacement control needs U1, U2 or UR')
          end if
       end if
-      if (.not. deck%next_line(at)) return
-      step%increment = deck%real(at, 'first')
-      step%smallest = deck%real(at, 'smallest')
-      step%smallest_given = deck%given(at, 'smallest')
-      step%largest = deck%real(at, 'largest')
+      if (.not. deck%next_line()) return
+      step%increment = deck%real('first')
+      step%smallest = deck%real('smallest')
+      step%smallest_given = deck%given('smallest')
+      step%largest = deck%real('largest')
       if (step%method /= method_load .and. step%method /= method_displacement) then
-         if (step%smallest >= step%largest) call deck%wrong_line(at, 'the smallest arc length must be below the largest one: '// &
+         if (step%smallest >= step%largest) call deck%wrong_line('the smallest arc length must be below the largest one: '// &
             to_text(step%smallest)//', '//to_text(step%largest))
       else if (step%smallest > abs(step%increment) .or. abs(step%increment) > step%largest) then
-         call deck%wrong_line(at, 'the first increment must lie between the smallest and the largest one: '// &
+         call deck%wrong_line('the first increment must lie between the smallest and the largest one: '// &
             to_text(abs(step%increment))//' in '//to_text(step%smallest)//' to '//to_text(step%largest))
       end if
    end subroutine read_static
 
    !> Reads *BUCKLE: number of modes.
-   subroutine read_buckle(deck, at, fixed, n_modes)
+   subroutine read_buckle(deck, fixed, n_modes)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(inout) :: at
       logical, intent(in) :: fixed(:, :)
       integer, intent(out) :: n_modes
       n_modes = 0
-      if (.not. deck%next_line(at)) return
-      n_modes = deck%integer(at, 'modes')
-      if (n_modes > count(.not. fixed) .and. .not. deck%names%mesh_incomplete) call deck%wrong(at, 'modes', 'there are only '// &
+      if (.not. deck%next_line()) return
+      n_modes = deck%integer('modes')
+      if (n_modes > count(.not. fixed) .and. .not. deck%names%mesh_incomplete) call deck%wrong('modes', 'there are only '// &
          plural(count(.not. fixed), 'free degree')//' of freedom')
    end subroutine read_buckle
 
-   subroutine read_controls(deck, at, step)
+   subroutine read_controls(deck, step)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(step_t), intent(inout) :: step
-      step%tolerance = deck%real(at, 'TOLERANCE')
-      step%tolerance_given = deck%given(at, 'TOLERANCE')
-      step%locate_tolerance = deck%real(at, 'LOCATE')
-      step%max_iterations = deck%integer(at, 'ITERATIONS')
-      step%desired_iterations = deck%integer(at, 'DESIRED')
-      step%max_points = deck%integer(at, 'POINTS')
-      if (step%desired_iterations > step%max_iterations) call deck%wrong(at, &
-         trim(merge('DESIRED   ', 'ITERATIONS', deck%given(at, 'DESIRED'))), 'DESIRED ('//to_text(step%desired_iterations)// &
+      step%tolerance = deck%real('TOLERANCE')
+      step%tolerance_given = deck%given('TOLERANCE')
+      step%locate_tolerance = deck%real('LOCATE')
+      step%max_iterations = deck%integer('ITERATIONS')
+      step%desired_iterations = deck%integer('DESIRED')
+      step%max_points = deck%integer('POINTS')
+      if (step%desired_iterations > step%max_iterations) call deck%wrong(&
+         trim(merge('DESIRED   ', 'ITERATIONS', deck%given('DESIRED'))), 'DESIRED ('//to_text(step%desired_iterations)// &
          ') must not be above ITERATIONS ('//to_text(step%max_iterations)//')')
    end subroutine read_controls
 end module read_steps

@@ -4,7 +4,7 @@ module read_supports
    use text, only: to_text
    use model, only: model_t, joint_spring_t, complete_joints
    use item_values, only: component_dof
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t
    use deck_names, only: node_words
    implicit none
    private
@@ -16,17 +16,16 @@ contains
    subroutine read_support_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the mesh
       type(model_t), intent(inout) :: model             !! receives fixed
-      type(cursor_t) :: at
       integer, allocatable :: nodes(:)
       logical :: dofs(3)
       integer :: i
       allocate (model%fixed(3, model%mesh%n_nodes), source=.false.)
-      do while (deck%next_card(at, 'BOUNDARY'))
-         if (at%step > 0) cycle
-         do while (deck%next_line(at))
-            nodes = deck%nodes(at, 'node or set')
-            call read_dofs(deck, at, dofs)
-            if (abs(deck%real(at, 'value')) > 0.0_wp) call deck%wrong(at, 'value', &
+      do while (deck%next_card('BOUNDARY'))
+         if (deck%at%step > 0) cycle
+         do while (deck%next_line())
+            nodes = deck%nodes('node or set')
+            call read_dofs(deck, dofs)
+            if (abs(deck%real('value')) > 0.0_wp) call deck%wrong('value', &
                'supports are fixed at zero here; a prescribed value belongs in a step')
             do i = 1, size(nodes)
                model%fixed(:, nodes(i)) = model%fixed(:, nodes(i)) .or. dofs
@@ -39,30 +38,29 @@ contains
    subroutine read_spring_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the mesh
       type(model_t), intent(inout) :: model             !! with the supports; receives spring and joint_spring
-      type(cursor_t) :: at
       character(:), allocatable :: problem
       integer, allocatable :: nodes(:)
       integer :: dof, other, i
       allocate (model%spring(3, model%mesh%n_nodes), source=0.0_wp)
       call complete_joints(model)
-      do while (deck%next_card(at, 'SPRING'))
-         do while (deck%next_line(at))
-            nodes = deck%nodes(at, 'node or set')
-            dof = deck%integer(at, 'dof')
+      do while (deck%next_card('SPRING'))
+         do while (deck%next_line())
+            nodes = deck%nodes('node or set')
+            dof = deck%integer('dof')
             other = 0
-            if (deck%given(at, 'second node')) then
-               other = deck%node(at, 'second node')
+            if (deck%given('second node')) then
+               other = deck%node('second node')
                if (other == 0) cycle
             end if
             do i = 1, size(nodes)
                problem = spring_problem(deck, model, dof, nodes(i), other)
                if (problem /= '') then
-                  call deck%wrong(at, 'node or set', node_words(model%mesh, nodes(i))//' '//problem)
+                  call deck%wrong('node or set', node_words(model%mesh, nodes(i))//' '//problem)
                   exit
                else if (other == 0) then
-                  model%spring(dof, nodes(i)) = model%spring(dof, nodes(i)) + deck%real(at, 'stiffness')
+                  model%spring(dof, nodes(i)) = model%spring(dof, nodes(i)) + deck%real('stiffness')
                else
-                  model%joint_spring = [model%joint_spring, joint_spring_t([nodes(i), other], dof, deck%real(at, 'stiffness'))]
+                  model%joint_spring = [model%joint_spring, joint_spring_t([nodes(i), other], dof, deck%real('stiffness'))]
                end if
             end do
          end do
@@ -88,19 +86,18 @@ contains
    end function spring_problem
 
    !> Components of a range of degrees of freedom, or of a word of *BOUNDARY; none, and an error is added, if they are invalid.
-   subroutine read_dofs(deck, at, dofs)
+   subroutine read_dofs(deck, dofs)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at !! a line with the fields dof and last dof
       logical, intent(out) :: dofs(3)  !! (x, y, rotation) true for the components named
       integer :: first, last
       dofs = .false.
-      first = deck%integer(at, 'dof')
+      first = deck%integer('dof')
       if (first < 0) then
-         if (deck%given(at, 'last dof')) then
-            call deck%wrong(at, 'last dof', 'a last dof does not go with the word '//deck%word(at, 'dof'))
+         if (deck%given('last dof')) then
+            call deck%wrong('last dof', 'a last dof does not go with the word '//deck%word('dof'))
             return
          end if
-         select case (deck%word(at, 'dof'))
+         select case (deck%word('dof'))
          case ('ENCASTRE')
             dofs = .true.
          case ('PINNED')
@@ -113,12 +110,12 @@ contains
          return
       end if
       last = first
-      if (deck%given(at, 'last dof')) last = deck%integer(at, 'last dof')
-      if (deck%given(at, 'last dof') .and. (last < first .or. last > 6)) then
-         call deck%wrong(at, 'last dof', 'last dof must be from '//to_text(first)//' to 6')
+      if (deck%given('last dof')) last = deck%integer('last dof')
+      if (deck%given('last dof') .and. (last < first .or. last > 6)) then
+         call deck%wrong('last dof', 'last dof must be from '//to_text(first)//' to 6')
          return
       end if
       dofs = component_dof >= first .and. component_dof <= last
-      if (.not. any(dofs)) call deck%wrong(at, 'dof', 'a plane rod has the degrees of freedom 1, 2 and 6 only')
+      if (.not. any(dofs)) call deck%wrong('dof', 'a plane rod has the degrees of freedom 1, 2 and 6 only')
    end subroutine read_dofs
 end module read_supports

@@ -4,7 +4,7 @@ module read_ties
    use text, only: to_text
    use model, only: model_t, tie_t, complete_joints, same_component
    use item_values, only: component_dof
-   use checked_deck, only: checked_deck_t, cursor_t
+   use checked_deck, only: checked_deck_t, position_t
    use deck_names, only: copy_node, node_words
    implicit none
    private
@@ -16,48 +16,46 @@ contains
    subroutine read_tie_cards(deck, model, origin)
       type(checked_deck_t), intent(inout) :: deck       !! with the mesh; nodes that others follow need not belong to an element
       type(model_t), intent(inout) :: model             !! with the releases; receives further ties
-      type(cursor_t), allocatable, intent(out) :: origin(:) !! (ties) place of each in the deck; card 0: a release
-      type(cursor_t) :: at
+      type(position_t), allocatable, intent(out) :: origin(:) !! (ties) place of each in the deck; card 0: a release
       call complete_joints(model)
       allocate (origin(size(model%tie)))
-      do while (deck%next_card(at, 'MPC|EQUATION'))
-         if (at%keyword == 'EQUATION') then
-            call read_equation(deck, at, model, origin)
+      do while (deck%next_card('MPC|EQUATION'))
+         if (deck%at%keyword == 'EQUATION') then
+            call read_equation(deck, model, origin)
          else
-            do while (deck%next_line(at))
-               call read_pair(deck, at, model, origin)
+            do while (deck%next_line())
+               call read_pair(deck, model, origin)
             end do
          end if
       end do
    end subroutine read_tie_cards
 
    !> Reads a line of *MPC: nodes, and the node that they follow.
-   subroutine read_pair(deck, at, model, origin)
+   subroutine read_pair(deck, model, origin)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(inout) :: model
-      type(cursor_t), allocatable, intent(inout) :: origin(:)
+      type(position_t), allocatable, intent(inout) :: origin(:)
       character(:), allocatable :: kind
       integer, allocatable :: nodes(:)
       integer :: i, lead
-      kind = deck%word(at, 'TYPE')
-      nodes = deck%nodes(at, 'node or set')
-      lead = deck%node(at, 'node')
+      kind = deck%word('TYPE')
+      nodes = deck%nodes('node or set')
+      lead = deck%node('node')
       if (lead == 0) return
       ! Nodes with rigid bars or links, and nodes that follow others in all components, need not belong to an element.
       if (kind == 'BEAM' .or. kind == 'LINK') deck%names%connected(lead) = .true.
       if (kind /= 'PIN') deck%names%connected(nodes) = .true.
-      if (.not. deck%on_elements(at, 'node or set', model%mesh, nodes)) return
-      if (.not. deck%on_elements(at, 'node', model%mesh, [lead])) return
+      if (.not. deck%on_elements('node or set', model%mesh, nodes)) return
+      if (.not. deck%on_elements('node', model%mesh, [lead])) return
       do i = 1, size(nodes)
          if (nodes(i) == lead) then
-            call deck%wrong(at, 'node', node_words(model%mesh, lead)//' cannot follow itself')
+            call deck%wrong('node', node_words(model%mesh, lead)//' cannot follow itself')
          else if (kind == 'LINK' .and. norm2(model%mesh%x(:, nodes(i)) - model%mesh%x(:, lead)) <= 0.0_wp) then
-            call deck%wrong(at, 'node', 'nodes '//to_text(model%mesh%node_label(nodes(i)))//' and '// &
+            call deck%wrong('node', 'nodes '//to_text(model%mesh%node_label(nodes(i)))//' and '// &
                to_text(model%mesh%node_label(lead))//' are at the same place, and a link between them has no length; '// &
                'TYPE=PIN joins them')
          else
-            call tie_pair(deck, at, model, origin, kind, nodes(i), lead)
+            call tie_pair(deck, model, origin, kind, nodes(i), lead)
             cycle
          end if
          return
@@ -65,11 +63,10 @@ contains
    end subroutine read_pair
 
    !> Ties the components of a node to those of another one.
-   subroutine tie_pair(deck, at, model, origin, kind, node, other)
+   subroutine tie_pair(deck, model, origin, kind, node, other)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(inout) :: model
-      type(cursor_t), allocatable, intent(inout) :: origin(:)
+      type(position_t), allocatable, intent(inout) :: origin(:)
       character(*), intent(in) :: kind     ! of *MPC
       integer, intent(in) :: node, other   ! node follows the other one
       type(tie_t) :: tie
@@ -81,7 +78,7 @@ contains
          call copy_node(deck%names, model%mesh, other)
          lead = model%mesh%n_nodes
          do k = 1, 2
-            call add(deck, at, model, origin, same_component(lead, k, other))
+            call add(deck, model, origin, same_component(lead, k, other))
          end do
       end if
       do k = 1, merge(2, 3, kind == 'PIN' .or. kind == 'LINK')
@@ -90,36 +87,35 @@ contains
             tie%turner = lead
             tie%arm = model%mesh%x(:, node) - model%mesh%x(:, lead)
          end if
-         call add(deck, at, model, origin, tie)
+         call add(deck, model, origin, tie)
       end do
    end subroutine tie_pair
 
    !> Reads a card of *EQUATION: its first term follows the others.
-   subroutine read_equation(deck, card, model, origin)
+   subroutine read_equation(deck, model, origin)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: card
       type(model_t), intent(inout) :: model
-      type(cursor_t), allocatable, intent(inout) :: origin(:)
-      type(cursor_t) :: at, first
+      type(position_t), allocatable, intent(inout) :: origin(:)
+      type(position_t) :: card, first
       type(tie_t) :: tie
       integer :: node, part, i
       real(wp) :: lead
-      at = card
+      card = deck%at
       lead = 1.0_wp
       allocate (tie%of(0), tie%part(0), tie%factor(0))
-      do while (deck%next_line(at))
-         node = deck%node(at, 'node')
+      do while (deck%next_line())
+         node = deck%node('node')
          if (node == 0) return
-         part = deck%integer(at, 'dof')
-         if (.not. deck%on_elements(at, 'node', model%mesh, [node])) return
-         if (at%line == card%line + 1) then
-            first = at
+         part = deck%integer('dof')
+         if (.not. deck%on_elements('node', model%mesh, [node])) return
+         if (deck%at%line == card%line + 1) then
+            first = deck%at
             tie%node = node
             tie%component = part
-            lead = deck%real(at, 'coefficient')
+            lead = deck%real('coefficient')
             cycle
          else if (node == tie%node .and. part == tie%component) then
-            call deck%wrong(at, 'node', 'the first term stands again: a degree of freedom cannot follow itself')
+            call deck%wrong('node', 'the first term stands again: a degree of freedom cannot follow itself')
             return
          end if
          do i = 1, size(tie%of)
@@ -130,17 +126,18 @@ contains
             tie%part = [tie%part, part]
             tie%factor = [tie%factor, 0.0_wp]
          end if
-         tie%factor(i) = tie%factor(i) - deck%real(at, 'coefficient') / lead
+         tie%factor(i) = tie%factor(i) - deck%real('coefficient') / lead
       end do
-      if (deck%lines_sound(card)) call add(deck, first, model, origin, tie)
+      if (.not. deck%lines_sound()) return
+      deck%at = first
+      call add(deck, model, origin, tie)
    end subroutine read_equation
 
    !> Adds a tie, unless its degree of freedom follows others already.
-   subroutine add(deck, at, model, origin, tie)
+   subroutine add(deck, model, origin, tie)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: at
       type(model_t), intent(inout) :: model
-      type(cursor_t), allocatable, intent(inout) :: origin(:)
+      type(position_t), allocatable, intent(inout) :: origin(:)
       type(tie_t), intent(in) :: tie
       character(:), allocatable :: from
       integer :: i
@@ -148,18 +145,18 @@ contains
          if (model%tie(i)%node /= tie%node .or. model%tie(i)%component /= tie%component) cycle
          from = ', for it is a released end'
          if (origin(i)%card > 0) from = ', from '//deck%source%line_words(origin(i)%line_at)
-         call deck%wrong(at, deck%first_field(at), dof_text(model, tie)//' follows others already'//from)
+         call deck%wrong(deck%field_name(1), dof_text(model, tie)//' follows others already'//from)
          return
       end do
       model%tie = [model%tie, tie]
-      origin = [origin, at]
+      origin = [origin, deck%at]
    end subroutine add
 
    !> Orders ties so that their values can be computed one after the other; ties of supported degrees of freedom and circular ties
    !> are errors.
    subroutine order_ties(deck, origin, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the supports
-      type(cursor_t), intent(in) :: origin(:)           !! (ties) in the present order, see read_tie_cards
+      type(position_t), intent(in) :: origin(:)           !! (ties) in the present order, see read_tie_cards
       type(model_t), intent(inout) :: model             !! with ties and supports
       logical :: waits(3, model%mesh%n_nodes)
       logical :: done(size(model%tie))
@@ -211,14 +208,15 @@ contains
    !> Adds an error at the line of a tie, or at the first *RELEASE: nodes of releases have no line of their own in the deck.
    subroutine wrong_tie(deck, origin, message)
       type(checked_deck_t), intent(inout) :: deck
-      type(cursor_t), intent(in) :: origin
+      type(position_t), intent(in) :: origin
       character(*), intent(in) :: message
-      type(cursor_t) :: at
       if (origin%card > 0) then
-         call deck%wrong(origin, deck%first_field(origin), message)
-      else if (deck%next_card(at, 'RELEASE')) then
-         call deck%wrong_card(at, message)
+         deck%at = origin
+         call deck%wrong(deck%field_name(1), message)
+      else if (deck%next_card('RELEASE')) then
+         call deck%wrong_card(message)
       end if
+      call deck%rewind()
    end subroutine wrong_tie
 
    !> A tied degree of freedom in words.
