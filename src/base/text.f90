@@ -4,7 +4,7 @@ module text
    implicit none
    private
    public :: upper, squeeze, same_name, is_blank, to_text, rounded, join, nearest_word, plural
-   public :: parse_integer, parse_real, word_count, word_at, word_index
+   public :: parse_integer, parse_real, word_count, word_at, word_index, separated
 
    !> The shortest text of an integer, or of a real that reads back as the same number.
    interface to_text
@@ -169,6 +169,22 @@ contains
       if (bar == 0) bar = len_trim(list) - first + 2
       word = list(first:first + bar - 2)
    end function word_at
+
+   !> The words of a list separated by bars with another separator between them.
+   pure function separated(list, separator) result(string)
+      character(*), intent(in) :: list      !! words between bars
+      character(*), intent(in) :: separator !! such as ', '
+      character(:), allocatable :: string
+      integer :: first, last
+      string = ''
+      last = 0
+      do
+         call next_word(list, first, last)
+         if (first == 0) return
+         if (first > 1) string = string//separator
+         string = string//list(first:last)
+      end do
+   end function separated
 
    !> Position of a word in a list separated by bars, case and blanks ignored; 0 when it is not there.
    pure integer function word_index(list, word)

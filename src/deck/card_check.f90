@@ -4,14 +4,14 @@
 !> Relations between cards are checked by the readers.
 module card_check
    use kinds, only: wp
-   use text, only: plural, nearest_word, word_at, word_index
+   use text, only: plural, nearest_word, word_at, word_index, separated
    use printable_text, only: quoted
    use diagnostics, only: place_t
    use card_spec, only: card_spec_t, item_t, find_card, find_item, in_model, in_step, outside_step, kind_flag
    use card_table, only: all_cards, cards_of
    use deck_cards, only: deck_t
    use foreign_words, only: foreign_card, foreign_parameter, foreign_field
-   use item_values, only: convert, value_error, choices, with_commas, foreign
+   use item_values, only: convert, value_error, choices, foreign
    implicit none
    private
    public :: check_cards, known_card
@@ -210,13 +210,13 @@ contains
       if (p > 0 .and. .not. holds(deck, card, item%only)) then
          place = deck%parameter(p)%name
          place%last = max(place%last, deck%parameter(p)%value%last)
-         call deck%complain(card, place, item%name//' goes with '//with_commas(item%only)//' only')
+         call deck%complain(card, place, item%name//' goes with '//separated(item%only, ', ')//' only')
       else if (item%required .and. p == 0 .and. holds(deck, card, item%only)) then
          if (item%only == '') then
             call deck%complain(card, deck%card(card)%place, 'parameter '//item%name//' is missing')
          else
             call deck%complain(card, deck%card(card)%place, 'parameter '//item%name// &
-               ' is missing; required with '//with_commas(item%only))
+               ' is missing; required with '//separated(item%only, ', '))
          end if
       else
          return
@@ -298,7 +298,7 @@ contains
             if (last - first + 1 < layout%least) then
                deck%card(card)%sound = .false.
                place = deck%card(card)%place
-               call deck%complain(card, place, 'a data line is missing: '//with_commas(names_of(layout%field)))
+               call deck%complain(card, place, 'a data line is missing: '//separated(names_of(layout%field), ', '))
             else if (last - first + 1 > layout%most) then
                call deck%complain(card, deck%whole_line(first + layout%most), 'takes '//plural(layout%most, 'data line')//' only')
                deck%data_line(first + layout%most:last)%sound = .false.
@@ -325,11 +325,11 @@ contains
          i = f
          if (last_repeats) i = min(f, size(item))
          if (i > size(item)) then
-            wrong = 'a field too many; the line reads: '//with_commas(names_of(item))
+            wrong = 'a field too many; the line reads: '//separated(names_of(item), ', ')
             if (foreign_field(deck%card(card)%keyword, f) /= '') wrong = wrong//'; '//foreign_field(deck%card(card)%keyword, f)
          else if (.not. deck%field_given(line, f)) then
             if (.not. item(i)%required) cycle
-            wrong = item(i)%name//' is missing; the line reads: '//with_commas(names_of(item))
+            wrong = item(i)%name//' is missing; the line reads: '//separated(names_of(item), ', ')
          else
             place = deck%field_place(line, f)
             before = deck%source%first(place%line) - 1

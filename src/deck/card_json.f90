@@ -1,7 +1,7 @@
 !> Prints the table of all cards as JSON, for programs that write decks: `unilat --cards=json`.
 module card_json
-   use text, only: word_at, word_count, to_text
-   use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, anywhere, many_lines, kind_names, bound_signs
+   use text, only: separated, to_text
+   use card_spec, only: card_spec_t, layout_t, item_t, many_lines, kind_names, part_names, bound_signs
    use card_table, only: all_cards
    implicit none
    private
@@ -27,14 +27,9 @@ contains
       type(card_spec_t), intent(in) :: card
       character(:), allocatable :: string
       integer :: i
-      string = '{"keyword": '//quoted(card%keyword)//', "where": '//quoted(place(card%where))//', "once": '//truth(card%once)// &
-         & ', "free_text": '//truth(card%free_text)//', "follows": '//quoted(card%follows)// &
-         & ', "meaning": '//quoted(card%meaning)//', "parameters": ['
-      do i = 1, size(card%parameter)
-         if (i > 1) string = string//', '
-         string = string//item_object(card%parameter(i))
-      end do
-      string = string//'], "lines": ['
+      string = '{"keyword": '//quoted(card%keyword)//', "where": '//quoted(trim(part_names(card%where)))// &
+         & ', "once": '//truth(card%once)//', "free_text": '//truth(card%free_text)//', "follows": '//quoted(card%follows)// &
+         & ', "meaning": '//quoted(card%meaning)//', "parameters": '//item_list(card%parameter)//', "lines": ['
       do i = 1, size(card%layout)
          if (i > 1) string = string//', '
          string = string//layout_object(card%layout(i))
@@ -47,48 +42,31 @@ contains
    function layout_object(layout) result(string)
       type(layout_t), intent(in) :: layout
       character(:), allocatable :: string
-      integer :: i
       string = '{"when": '//quoted(layout%when)//', "least": '//to_text(layout%least)//', "last_repeats": '// &
          & truth(layout%last_repeats)
       if (layout%most /= many_lines) string = string//', "most": '//to_text(layout%most)
-      string = string//', "fields": ['
-      do i = 1, size(layout%field)
-         if (i > 1) string = string//', '
-         string = string//item_object(layout%field(i))
-      end do
-      string = string//']}'
+      string = string//', "fields": '//item_list(layout%field)//'}'
    end function layout_object
 
-   !> A parameter or field as a JSON object.
-   function item_object(item) result(string)
-      type(item_t), intent(in) :: item
+   !> Parameters or fields as a list of JSON objects.
+   function item_list(items) result(string)
+      type(item_t), intent(in) :: items(:)
       character(:), allocatable :: string
       integer :: i
-      string = '{"name": '//quoted(item%name)//', "kind": '//quoted(trim(kind_names(item%kind)))// &
-         & ', "required": '//truth(item%required)//', "default": '//quoted(item%default)//', "only": '//quoted(item%only)// &
-         & ', "bound": '//quoted(trim(bound_signs(item%bound)))//', "unit": '//quoted(item%unit)// &
-         & ', "meaning": '//quoted(item%meaning)//', "words": ['
-      do i = 1, word_count(item%words)
+      string = '['
+      do i = 1, size(items)
          if (i > 1) string = string//', '
-         string = string//quoted(word_at(item%words, i))
+         associate (item => items(i))
+            string = string//'{"name": '//quoted(item%name)//', "kind": '//quoted(trim(kind_names(item%kind)))// &
+               & ', "required": '//truth(item%required)//', "default": '//quoted(item%default)//', "only": '//quoted(item%only)// &
+               & ', "bound": '//quoted(trim(bound_signs(item%bound)))//', "unit": '//quoted(item%unit)// &
+               & ', "meaning": '//quoted(item%meaning)//', "words": ['
+            if (item%words /= '') string = string//'"'//separated(item%words, '", "')//'"'
+            string = string//']}'
+         end associate
       end do
-      string = string//']}'
-   end function item_object
-
-   pure function place(where) result(string)
-      integer, intent(in) :: where
-      character(:), allocatable :: string
-      select case (where)
-      case (in_model)
-         string = 'model'
-      case (in_step)
-         string = 'step'
-      case (anywhere)
-         string = 'anywhere'
-      case default
-         string = 'outside steps'
-      end select
-   end function place
+      string = string//']'
+   end function item_list
 
    pure function truth(value) result(string)
       logical, intent(in) :: value

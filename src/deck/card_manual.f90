@@ -1,6 +1,6 @@
 !> Prints the reference of all cards from their table, as Markdown.
 module card_manual
-   use text, only: to_text, word_at, word_count
+   use text, only: to_text, separated
    use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, anywhere, any_value, not_zero, kind_flag, kind_word, &
       kind_dof, kind_value, kind_names, bound_signs, usual_most
    use card_table, only: all_cards
@@ -88,7 +88,7 @@ contains
       default = item%default
       if (default == '' .and. item%required) default = 'required'
       meaning = item%meaning
-      if (item%only /= '') meaning = meaning//'; with '//code(item%only)//' only'
+      if (item%only /= '') meaning = meaning//'; with '//alternatives(item%only)//' only'
       write (unit, '(a)') '| '//name//' | '//kind_text(item)//' | '//default//' | '//meaning//' |'
    end subroutine write_parameter
 
@@ -100,7 +100,7 @@ contains
       integer :: i
       string = 'Data lines'
       if (layout%most == 1) string = 'One data line'
-      if (many .and. layout%when /= '') string = string//' with '//code(layout%when)
+      if (many .and. layout%when /= '') string = string//' with '//alternatives(layout%when)
       if (many .and. layout%when == '') string = string//' otherwise'
       if (layout%least == 0) string = string//', which may be left out'
       string = string//': `'
@@ -143,32 +143,12 @@ contains
       if (item%most < usual_most) string = string//', at most '//to_text(item%most)
    end function kind_text
 
+   !> Words, or a condition, of the table, in the type of code; the bars between them would end a cell of the Markdown table.
    pure function alternatives(words) result(string)
       character(*), intent(in) :: words
       character(:), allocatable :: string
-      integer :: i
-      string = ''
-      do i = 1, word_count(words)
-         if (i > 1) string = string//', '
-         string = string//'`'//word_at(words, i)//'`'
-      end do
+      string = '`'//separated(words, '`, `')//'`'
    end function alternatives
-
-   !> A condition of the table; its bars would end a cell of the Markdown table.
-   pure function code(condition) result(string)
-      character(*), intent(in) :: condition
-      character(:), allocatable :: string
-      integer :: equals, i
-      equals = index(condition, '=')
-      if (equals == 0) then
-         string = '`'//condition//'`'
-         return
-      end if
-      string = '`'//condition(:equals)//word_at(condition(equals + 1:), 1)//'`'
-      do i = 2, word_count(condition(equals + 1:))
-         string = string//', `'//word_at(condition(equals + 1:), i)//'`'
-      end do
-   end function code
 
    !> Anchor that Markdown renderers give to a card's heading.
    pure function anchor(keyword) result(string)

@@ -7,7 +7,7 @@ module card_spec
    public :: table_t, add_card, add_parameter, add_layout, add_field, add_point
    public :: kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof
    public :: kind_component, kind_path, kind_value, kind_names
-   public :: in_model, in_step, anywhere, outside_step
+   public :: in_model, in_step, anywhere, outside_step, part_names
    public :: any_value, positive, not_negative, not_zero, below_one, poisson, bound_signs, bound_words
    public :: many_lines, usual_most
 
@@ -38,9 +38,11 @@ module card_spec
       enumerator :: poisson   !! Poisson's ratio
    end enum
 
-   !> Names of the kinds and signs of the bounds, for the manual and for other programs; bounds in words, for messages.
+   !> Names of the kinds, parts of the deck and signs of the bounds, for the manual and for other programs; bounds in words, for
+   !> messages.
    character(*), parameter :: kind_names(*) = [character(18) :: 'flag', 'word', 'name', 'integer', 'real', 'label', &
       'label or set', '1, 2 or 6', 'degrees of freedom', 'path', 'name = value']
+   character(*), parameter :: part_names(*) = [character(13) :: 'model', 'step', 'anywhere', 'outside steps']
    character(*), parameter :: bound_signs(0:*) = [character(12) :: '', '> 0', '>= 0', 'not 0', '> 0, < 1', '> -1, <= 0.5']
    character(*), parameter :: bound_words(0:*) = [character(26) :: '', 'positive', 'zero or positive', 'other than zero', &
       'positive and below 1', 'above -1 and at most 0.5']

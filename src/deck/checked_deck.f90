@@ -30,7 +30,7 @@ module checked_deck
    type, extends(card_values_t) :: checked_deck_t
       type(deck_names_t) :: names       !! what the readers have defined so far
    contains
-      procedure :: nodes, elements, members, node, on_elements, named, touched_obstacle, quantity, define
+      procedure :: nodes, elements, members, node, on_elements, named, touched_obstacle, quantity, defines
    end type checked_deck_t
 
 contains
@@ -181,30 +181,26 @@ contains
       if (.not. ok) call self%wrong(name, 'no *CONTACT names obstacle '//trim(self%names%obstacle%name(obstacle)))
    end subroutine touched_obstacle
 
-   !> Reads a quantity of the path: LOAD or a monitor. An error is added if there is no such monitor.
-   subroutine quantity(self, name, monitor, ok)
+   !> A quantity of the path: 0 for LOAD, a monitor, or -1, and an error is added, if there is no such monitor.
+   integer function quantity(self, name)
       class(checked_deck_t), intent(inout) :: self
       character(*), intent(in) :: name       !! of the field in the card table
-      integer, intent(out) :: monitor        !! 0: the load factor
-      logical, intent(out) :: ok             !! false: not defined
-      monitor = 0
-      ok = same_name(self%text(name), 'LOAD')
-      if (ok) return
-      monitor = self%named(name, self%names%monitor, 'monitor', also='LOAD')
-      ok = monitor > 0
-   end subroutine quantity
+      quantity = 0
+      if (same_name(self%text(name), 'LOAD')) return
+      quantity = self%named(name, self%names%monitor, 'monitor', also='LOAD')
+      if (quantity == 0) quantity = -1
+   end function quantity
 
-   !> Defines the name of a card (its parameter NAME, or a default); an error is added if the name is in use.
-   subroutine define(self, list, name, ok)
+   !> Defines the name of a card (its parameter NAME, or a default). False, and an error is added, if the name is in use.
+   logical function defines(self, list, name)
       class(checked_deck_t), intent(inout) :: self
       class(definitions_t), intent(inout) :: list
       character(*), intent(in) :: name       !! the name
-      logical, intent(out) :: ok             !! false: in use
       integer :: position, earlier
       call list%define(trim(name), self%at%card_at, position, earlier)
-      ok = earlier == 0
-      if (.not. ok) call self%wrong('NAME', 'the name '//trim(name)//' was used in '//self%source%line_words(earlier))
-   end subroutine define
+      defines = earlier == 0
+      if (.not. defines) call self%wrong('NAME', 'the name '//trim(name)//' was used in '//self%source%line_words(earlier))
+   end function defines
 
    !> "; did you mean X?" or the names that are defined, if these are few; '' if there are none.
    pure function suggestion(list, name) result(string)

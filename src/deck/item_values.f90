@@ -2,14 +2,14 @@
 !> message about a wrong value. A value is converted once, here; all later readers use the number.
 module item_values
    use kinds, only: wp, name_length
-   use text, only: to_text, squeeze, nearest_word, parse_integer, parse_real, word_at, word_count, word_index
+   use text, only: to_text, squeeze, nearest_word, parse_integer, parse_real, word_at, word_count, word_index, separated
    use printable_text, only: quoted
    use card_spec, only: item_t, bound_words, kind_word, kind_name, kind_integer, kind_real, kind_label, &
       kind_label_or_set, kind_dof, kind_component, positive, not_negative, not_zero, below_one, poisson
    use foreign_words, only: foreign_value
    implicit none
    private
-   public :: convert, value_error, choices, with_commas, component_dof, foreign
+   public :: convert, value_error, choices, component_dof, foreign
 
    integer, parameter :: component_dof(3) = [1, 2, 6] !! degree of freedom in the deck of the components x, y and rotation
    character(*), parameter :: foreign = '; a word of Abaqus and CalculiX; ' !! introduces the equivalent in unilat
@@ -87,7 +87,7 @@ contains
          else if (near /= '') then
             wrong = item%name//' cannot be '//quoted(typed)//'; did you mean '//near//'?'
          else
-            wrong = item%name//' must be an integer from 1 to 6 or one of '//with_commas(item%words)//', not '//quoted(typed)
+            wrong = item%name//' must be an integer from 1 to 6 or one of '//separated(item%words, ', ')//', not '//quoted(typed)
          end if
       end select
    end function value_error
@@ -142,20 +142,9 @@ contains
       if (string /= '') then
          string = 'did you mean '//string//'?'
       else
-         string = 'accepted: '//with_commas(words)
+         string = 'accepted: '//separated(words, ', ')
       end if
    end function choices
-
-   !> Words between bars as a text with commas.
-   pure function with_commas(words) result(string)
-      character(*), intent(in) :: words
-      character(:), allocatable :: string
-      integer :: i
-      string = word_at(words, 1)
-      do i = 2, word_count(words)
-         string = string//', '//word_at(words, i)
-      end do
-   end function with_commas
 
    !> True for a letter or underscore, then letters, digits, _ - . + (at most name_length characters).
    pure logical function is_name(string)

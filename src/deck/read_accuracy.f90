@@ -64,7 +64,6 @@ contains
       logical, intent(in) :: makes_mesh
       type(step_t), intent(inout) :: step
       integer :: monitor
-      logical :: ok
       step%error_bars = deck%word('POINTS') /= 'NONE'
       step%bars_everywhere = deck%word('POINTS') == 'ALL'
       if (makes_mesh .or. deck%given('TOLERANCE')) then
@@ -80,8 +79,8 @@ contains
       if (deck%at%n_lines == 0) return
       step%asked_of = [integer ::]
       do while (deck%next_line())
-         call deck%quantity('monitor', monitor, ok)
-         if (ok) step%asked_of = [step%asked_of, monitor]
+         monitor = deck%quantity('monitor')
+         if (monitor >= 0) step%asked_of = [step%asked_of, monitor]
       end do
    end subroutine read_card
 

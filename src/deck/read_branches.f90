@@ -47,7 +47,6 @@ contains
       type(step_t), intent(inout) :: step
       type(branch_t) :: branch
       character(:), allocatable :: side
-      logical :: ok
       branch%name = 'Branch-'//to_text(known%n)
       if (deck%given('NAME')) branch%name = deck%text('NAME')
       branch%bifurcation = deck%integer('BIFURCATION')
@@ -62,8 +61,7 @@ contains
          call read_bound(deck, branch%stop)
       end do
       if (deck%at%n_lines == 0) branch%stop = step%stop
-      call deck%define(known%list, branch%name, ok)
-      if (.not. ok) return
+      if (.not. deck%defines(known%list, branch%name)) return
       side = deck%word('SIDE')
       known%branch = [known%branch, size(step%branch) + 1]
       known%two_sides = [known%two_sides, side == 'BOTH']

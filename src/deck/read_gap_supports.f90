@@ -18,12 +18,10 @@ contains
       type(model_t), intent(inout) :: model             !! with supports, obstacles and contacts; receives new obstacles and
       !! contacts
       type(obstacle_t) :: obstacle
-      logical :: ok
       real(wp) :: normal(2)
       integer :: stopped_in(model%mesh%n_nodes)         ! (nodes) line of the deck with the stop, for the card being read; 0: none
       do while (deck%next_card('GAP'))
-         call deck%define(deck%names%obstacle, deck%text('NAME'), ok)
-         if (.not. ok) cycle
+         if (.not. deck%defines(deck%names%obstacle, deck%text('NAME'))) cycle
          obstacle = obstacle_t()
          obstacle%name = deck%text('NAME')
          obstacle%kind = obstacle_line

@@ -4,7 +4,7 @@ module read_limit_curves
    use text, only: to_text, same_name
    use model, only: model_t, limit_curve_t, method_load, parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, &
       & parameter_ei, parameter_constant_load
-   use obstacle_types, only: ground_half_space
+   use obstacle_types, only: obstacle_t, ground_half_space
    use checked_deck, only: checked_deck_t
    use deck_names, only: definitions_t
    implicit none
@@ -33,7 +33,7 @@ contains
          curve = limit_curve_t(name='Curve-'//to_text(n))
          allocate (curve%element(0), curve%at(0))
          if (deck%given('NAME')) curve%name = deck%text('NAME')
-         call deck%define(known, curve%name, ok)
+         ok = deck%defines(known, curve%name)
          curve%limit_point = deck%integer('LIMIT')
          curve%max_points = deck%integer('POINTS')
          curve%logarithmic = deck%word('SCALE') == 'LOG'
@@ -63,27 +63,23 @@ contains
       end if
       select case (curve%parameter)
       case (parameter_modulus)
-         if (curve%obstacle > 0) call find_modulus(deck, model, curve%obstacle, start, ok)
+         if (curve%obstacle > 0) call find_modulus(model%obstacle(curve%obstacle))
       case (parameter_gap)
-         if (touched .and. .not. deck%names%contacts_incomplete) call find_gap(deck, model, curve%obstacle, start, ok)
+         if (touched .and. .not. deck%names%contacts_incomplete) call find_gap(model%obstacle(curve%obstacle))
       case (parameter_imperfection)
-         if (size(curve%element) > 0) call check_imperfection(deck, model, curve%element, ok)
+         if (size(curve%element) > 0) call check_imperfection(curve%element)
       case (parameter_ea, parameter_ei)
-         if (size(curve%element) > 0 .and. .not. deck%names%sections_incomplete) call find_stiffness(deck, model, curve, start, ok)
+         if (size(curve%element) > 0 .and. .not. deck%names%sections_incomplete) call find_stiffness()
       case (parameter_constant_load)
-         call check_constant_load(deck, model, ok)
+         call check_constant_load(deck%at%step)
       end select
-   end subroutine find_start
 
-   !> Present value of the parameter MODULUS: modulus of a Winkler or Pasternak foundation.
-   subroutine find_modulus(deck, model, obstacle, start, ok)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: obstacle
-      real(wp), intent(out) :: start
-      logical, intent(out) :: ok
-      character(:), allocatable :: instead
-      associate (ground => model%obstacle(obstacle))
+   contains
+
+      !> Present value of the parameter MODULUS: modulus of a Winkler or Pasternak foundation.
+      subroutine find_modulus(ground)
+         type(obstacle_t), intent(in) :: ground
+         character(:), allocatable :: instead
          start = ground%modulus
          ok = start > 0.0_wp
          if (ok) return
@@ -91,95 +87,75 @@ contains
          if (ground%rigid) instead = ' is rigid'
          if (ground%ground == ground_half_space) instead = ' is a half-space'
          call deck%wrong('OBSTACLE', 'obstacle '//trim(ground%name)//instead//'; MODULUS needs FOUNDATION=WINKLER or PASTERNAK')
-      end associate
-   end subroutine find_modulus
+      end subroutine find_modulus
 
-   !> Present value of the parameter GAP: all contacts with the obstacle must have the same gap.
-   subroutine find_gap(deck, model, obstacle, start, ok)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: obstacle
-      real(wp), intent(out) :: start
-      logical, intent(out) :: ok
-      real(wp) :: greatest
-      start = minval(model%contact%gap, mask=model%contact%obstacle == obstacle)
-      greatest = maxval(model%contact%gap, mask=model%contact%obstacle == obstacle)
-      ok = .false.
-      if (model%obstacle(obstacle)%bilateral) then
-         call deck%wrong('OBSTACLE', trim(model%obstacle(obstacle)%name)// &
-            ' is BILATERAL: it holds its candidates where they begin, whatever the gap')
-      else if (greatest > start) then
-         call deck%wrong('OBSTACLE', 'the contacts with '//trim(model%obstacle(obstacle)%name)// &
-            ' have different gaps, from '//to_text(start)//' to '//to_text(greatest)//'; a curve needs one gap')
-      else
-         ok = .true.
-      end if
-   end subroutine find_gap
+      !> Present value of the parameter GAP: all contacts with the obstacle must have the same gap.
+      subroutine find_gap(obstacle)
+         type(obstacle_t), intent(in) :: obstacle
+         real(wp) :: greatest
+         start = minval(model%contact%gap, mask=model%contact%obstacle == curve%obstacle)
+         greatest = maxval(model%contact%gap, mask=model%contact%obstacle == curve%obstacle)
+         ok = .not. (obstacle%bilateral .or. greatest > start)
+         if (obstacle%bilateral) then
+            call deck%wrong('OBSTACLE', trim(obstacle%name)// &
+               ' is BILATERAL: it holds its candidates where they begin, whatever the gap')
+         else if (.not. ok) then
+            call deck%wrong('OBSTACLE', 'the contacts with '//trim(obstacle%name)// &
+               ' have different gaps, from '//to_text(start)//' to '//to_text(greatest)//'; a curve needs one gap')
+         end if
+      end subroutine find_gap
 
-   !> Present value of the parameter EA or EI: stiffness of the section assigned to the set.
-   subroutine find_stiffness(deck, model, curve, start, ok)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      type(limit_curve_t), intent(in) :: curve
-      real(wp), intent(out) :: start
-      logical, intent(out) :: ok
-      integer :: i
-      start = 0.0_wp
-      ok = .false.
-      do i = 1, size(model%section)
-         if (same_name(model%section(i)%name, curve%set)) exit
-      end do
-      if (i > size(model%section)) then
-         call deck%wrong('ELSET', 'no *BEAM SECTION names set '//trim(curve%set))
-      else if (curve%parameter == parameter_ea .and. model%section(i)%inextensible) then
-         call deck%wrong('ELSET', 'the rods of set '//trim(curve%set)//' are INEXTENSIBLE and have no EA')
-      else
-         start = merge(model%section(i)%ea, model%section(i)%ei, curve%parameter == parameter_ea)
-         ok = .true.
-      end if
-   end subroutine find_stiffness
-
-   !> Parameter IMPERFECTION: the set must be a whole chain with an imperfection, from the model part or as a mode in this step.
-   subroutine check_imperfection(deck, model, element, ok)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: element(:) ! not empty
-      logical, intent(out) :: ok
-      integer :: owner(model%mesh%n_elements) ! (elements) imperfection of the element
-      integer :: e, i
-      ok = deck%names%mesh_incomplete .or. deck%names%imperfections_incomplete
-      if (ok) return
-      owner = 0
-      do e = 1, model%mesh%n_elements
-         if (model%mesh%curve(e) > 0) owner(e) = model%curve(model%mesh%curve(e))%imperfection
-      end do
-      i = owner(element(1))
-      ok = i > 0 .and. all(owner(element) == i) .and. count(owner == i) == size(element)
-      associate (mode_offset => model%step(deck%at%step)%mode_offset)
-         do i = 1, size(mode_offset)
-            if (size(mode_offset(i)%element) == size(element)) ok = ok .or. all(mode_offset(i)%element == element)
+      !> Present value of the parameter EA or EI: stiffness of the section assigned to the set.
+      subroutine find_stiffness()
+         integer :: i
+         start = 0.0_wp
+         do i = 1, size(model%section)
+            if (same_name(model%section(i)%name, curve%set)) exit
          end do
-      end associate
-      if (.not. ok) call deck%wrong('ELSET', 'these are not the elements of an *IMPERFECTION')
-   end subroutine check_imperfection
+         if (i > size(model%section)) then
+            call deck%wrong('ELSET', 'no *BEAM SECTION names set '//trim(curve%set))
+         else if (curve%parameter == parameter_ea .and. model%section(i)%inextensible) then
+            call deck%wrong('ELSET', 'the rods of set '//trim(curve%set)//' are INEXTENSIBLE and have no EA')
+         else
+            start = merge(model%section(i)%ea, model%section(i)%ei, curve%parameter == parameter_ea)
+            ok = .true.
+         end if
+      end subroutine find_stiffness
 
-   !> Parameter CONSTANT LOAD: a previous step must have left a load.
-   subroutine check_constant_load(deck, model, ok)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      logical, intent(out) :: ok
-      integer :: s
-      s = deck%at%step
-      ok = .false.
-      if (.not. any(model%step(:s - 1)%n_modes == 0)) then
-         call deck%wrong('PARAMETER', 'no step with *STATIC stands before this one, so there is no constant load')
-      else if (size(model%step(s)%mode_offset) > 0) then
-         call deck%wrong('PARAMETER', 'the step begins with the stress-free structure (*IMPERFECTION, SHAPE=MODE), so '// &
-            'there is no constant load')
-      else
-         ok = .true.
-      end if
-   end subroutine check_constant_load
+      !> Parameter IMPERFECTION: the set must be a whole chain with an imperfection, from the model part or as a mode in this step.
+      subroutine check_imperfection(element)
+         integer, intent(in) :: element(:) ! not empty
+         integer :: owner(model%mesh%n_elements) ! (elements) imperfection of the element
+         integer :: e, i
+         ok = deck%names%mesh_incomplete .or. deck%names%imperfections_incomplete
+         if (ok) return
+         owner = 0
+         do e = 1, model%mesh%n_elements
+            if (model%mesh%curve(e) > 0) owner(e) = model%curve(model%mesh%curve(e))%imperfection
+         end do
+         i = owner(element(1))
+         ok = i > 0 .and. all(owner(element) == i) .and. count(owner == i) == size(element)
+         associate (mode_offset => model%step(deck%at%step)%mode_offset)
+            do i = 1, size(mode_offset)
+               if (size(mode_offset(i)%element) == size(element)) ok = ok .or. all(mode_offset(i)%element == element)
+            end do
+         end associate
+         if (.not. ok) call deck%wrong('ELSET', 'these are not the elements of an *IMPERFECTION')
+      end subroutine check_imperfection
+
+      !> Parameter CONSTANT LOAD: a previous step must have left a load.
+      subroutine check_constant_load(s)
+         integer, intent(in) :: s ! the step
+         if (.not. any(model%step(:s - 1)%n_modes == 0)) then
+            call deck%wrong('PARAMETER', 'no step with *STATIC stands before this one, so there is no constant load')
+         else if (size(model%step(s)%mode_offset) > 0) then
+            call deck%wrong('PARAMETER', 'the step begins with the stress-free structure (*IMPERFECTION, SHAPE=MODE), so there '// &
+               'is no constant load')
+         else
+            ok = .true.
+         end if
+      end subroutine check_constant_load
+   end subroutine find_start
 
    !> Reads the data line: first, last, largest, values for additional points.
    subroutine read_increments(deck, start, start_known, curve)

@@ -1,7 +1,7 @@
 !> Reads the loads of the steps, which grow with the load factor.
 module read_loads
    use kinds, only: wp
-   use text, only: to_text, word_at, word_count
+   use text, only: to_text, separated
    use model, only: model_t, mesh_t, load_t, new_load
    use point_load, only: point_load_t
    use pole_load, only: pole_load_t
@@ -66,11 +66,7 @@ contains
    !> All load cards, for messages: *CLOAD, *DLOAD ...
    pure function load_card_list() result(list)
       character(:), allocatable :: list
-      integer :: i
-      list = '*'//word_at(load_cards, 1)
-      do i = 2, word_count(load_cards)
-         list = list//', *'//word_at(load_cards, i)
-      end do
+      list = '*'//separated(load_cards, ', *')
    end function load_card_list
 
    !> Reads *CLOAD: node or set, dof, magnitude.
@@ -79,13 +75,11 @@ contains
       type(mesh_t), intent(in) :: mesh
       type(load_t), intent(inout) :: load
       integer, allocatable :: nodes(:)
-      integer :: dof, i
+      integer :: dof
       nodes = deck%nodes('node or set')
       dof = deck%integer('dof')
       if (.not. deck%on_elements('node or set', mesh, nodes, ' and cannot carry a load')) return
-      do i = 1, size(nodes)
-         load%node_force(dof, nodes(i)) = load%node_force(dof, nodes(i)) + deck%real('magnitude')
-      end do
+      load%node_force(dof, nodes) = load%node_force(dof, nodes) + deck%real('magnitude')
    end subroutine read_node_load
 
    !> Reads *POLE LOAD: node or set, magnitude, x, y.
@@ -117,7 +111,6 @@ contains
       type(load_t), intent(inout) :: load
       integer, allocatable :: elements(:)
       real(wp) :: magnitude, direction(2)
-      integer :: i
       elements = deck%elements('element or set')
       magnitude = deck%real('magnitude')
       if (deck%word('type') == 'GRAV') then
@@ -136,18 +129,14 @@ contains
          call deck%wrong('x direction', 'a direction goes with GRAV only')
          return
       end if
-      do i = 1, size(elements)
-         associate (e => elements(i))
-            select case (deck%word('type'))
-            case ('PX')
-               load%line_force(1, e) = load%line_force(1, e) + magnitude
-            case ('PY')
-               load%line_force(2, e) = load%line_force(2, e) + magnitude
-            case ('P')
-               load%pressure(e) = load%pressure(e) + magnitude
-            end select
-         end associate
-      end do
+      select case (deck%word('type'))
+      case ('PX')
+         load%line_force(1, elements) = load%line_force(1, elements) + magnitude
+      case ('PY')
+         load%line_force(2, elements) = load%line_force(2, elements) + magnitude
+      case ('P')
+         load%pressure(elements) = load%pressure(elements) + magnitude
+      end select
    end subroutine read_element_load
 
    !> Adds the weight of elements.

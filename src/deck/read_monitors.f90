@@ -24,8 +24,7 @@ contains
             call deck%wrong('NAME', 'LOAD means the load factor')
             cycle
          end if
-         call deck%define(deck%names%monitor, deck%text('NAME'), ok)
-         if (.not. ok) cycle
+         if (.not. deck%defines(deck%names%monitor, deck%text('NAME'))) cycle
          monitor = monitor_t()
          allocate (monitor%node(0))
          monitor%name = deck%text('NAME')
@@ -35,7 +34,9 @@ contains
          end if
          if (deck%next_line()) then
             if (monitor%quantity /= quantity_contact) monitor%node = deck%nodes('node or set')
-            call choose_quantity(deck%word('quantity'), monitor)
+            ! The words are in the order x, y, rotation: those of displacements, then those of reactions.
+            if (monitor%quantity /= quantity_contact .and. deck%integer('quantity') > 3) monitor%quantity = quantity_reaction
+            monitor%component = modulo(deck%integer('quantity') - 1, 3) + 1
             monitor%factor = deck%real('factor')
             monitor%offset = deck%real('offset')
             call check_monitor(deck, model, monitor)
@@ -43,21 +44,6 @@ contains
          model%monitor = [model%monitor, monitor]
       end do
    end subroutine read_monitor_cards
-
-   !> Sets quantity and component by the word for them.
-   pure subroutine choose_quantity(word, monitor)
-      character(*), intent(in) :: word
-      type(monitor_t), intent(inout) :: monitor
-      if (word(1:1) == 'R' .and. monitor%quantity == quantity_displacement) monitor%quantity = quantity_reaction
-      select case (word)
-      case ('U1', 'RF1')
-         monitor%component = 1
-      case ('U2', 'RF2')
-         monitor%component = 2
-      case default
-         monitor%component = 3
-      end select
-   end subroutine choose_quantity
 
    !> Checks that the nodes belong to elements; for a reaction, that at least one node is supported.
    subroutine check_monitor(deck, model, monitor)

@@ -23,11 +23,9 @@ contains
       type(checked_deck_t), intent(inout) :: deck       !! receives the names of the laws
       type(model_t), intent(inout) :: model             !! receives law
       type(law_t) :: law
-      logical :: ok
       allocate (model%law(0))
       do while (deck%next_card('FOUNDATION LAW'))
-         call deck%define(deck%names%law, deck%text('NAME'), ok)
-         if (.not. ok) cycle
+         if (.not. deck%defines(deck%names%law, deck%text('NAME'))) cycle
          law = law_t()
          allocate (law%penetration(0), law%force(0))
          law%name = deck%text('NAME')
@@ -77,8 +75,7 @@ contains
       logical :: ok
       allocate (model%obstacle(0))
       do while (deck%next_card('OBSTACLE'))
-         call deck%define(deck%names%obstacle, deck%text('NAME'), ok)
-         if (.not. ok) cycle
+         if (.not. deck%defines(deck%names%obstacle, deck%text('NAME'))) cycle
          obstacle = obstacle_t()
          obstacle%name = deck%text('NAME')
          obstacle%bilateral = deck%given('BILATERAL')

@@ -39,9 +39,8 @@ contains
       type(checked_deck_t), intent(inout) :: deck              !! with the monitors
       type(threshold_t), allocatable, intent(inout) :: stop(:) !! receives one more threshold, unless the quantity is undefined
       type(threshold_t) :: threshold
-      logical :: ok
-      call deck%quantity('quantity', threshold%monitor, ok)
-      if (.not. ok) return
+      threshold%monitor = deck%quantity('quantity')
+      if (threshold%monitor < 0) return
       threshold%rising = deck%word('sense') == 'ABOVE'
       threshold%value = deck%real('value')
       stop = [stop, threshold]
@@ -53,9 +52,8 @@ contains
       type(step_t), intent(inout) :: step
       type(threshold_t) :: threshold
       integer :: k
-      logical :: ok
-      call deck%quantity('quantity', threshold%monitor, ok)
-      if (.not. ok) return
+      threshold%monitor = deck%quantity('quantity')
+      if (threshold%monitor < 0) return
       do k = 1, deck%count('value')
          threshold%value = deck%real('value', k)
          step%locate = [step%locate, threshold]

@@ -37,7 +37,7 @@ contains
       ok = .false.                                      ! false: the cards belong to a material that cannot be read
       do while (deck%next_card('MATERIAL|ELASTIC|DENSITY|EXPANSION'))
          if (deck%at%keyword == 'MATERIAL') then
-            call deck%define(deck%names%material, deck%text('NAME'), ok)
+            ok = deck%defines(deck%names%material, deck%text('NAME'))
             if (ok) material = [material, material_t()]
          else if (ok) then
             call read_constants(deck, material(size(material)))

@@ -11,6 +11,9 @@ module read_steps
    !> Cards that belong to a path, and so to a step with *STATIC.
    character(*), parameter :: path_cards = 'CONTROLS|STOP|LOCATE|TURNING POINTS|FIELD OUTPUT|BRANCH|LIMIT CURVE|IMPERFECTION'
 
+   !> Updates of the tangent in an increment for NEWTON=FULL, MODIFIED, ONCE.
+   integer, parameter :: updates(3) = [huge(1), 0, 1]
+
 contains
 
    !> Reads names, methods and controls of all steps.
@@ -65,7 +68,7 @@ contains
       else if (deck%given('NAME')) then
          step%name = deck%text('NAME')
       end if
-      call deck%define(deck%names%step, step%name, ok)
+      ok = deck%defines(deck%names%step, step%name)
       step%tolerance = deck%default('CONTROLS', 'TOLERANCE')
       step%locate_tolerance = deck%default('CONTROLS', 'LOCATE')
       step%max_iterations = nint(deck%default('CONTROLS', 'ITERATIONS'))
@@ -80,14 +83,7 @@ contains
       type(model_t), intent(in) :: model
       type(step_t), intent(inout) :: step
       step%method = deck%integer('METHOD')
-      select case (deck%word('NEWTON'))
-      case ('FULL')
-         step%tangent_updates = huge(1)
-      case ('MODIFIED')
-         step%tangent_updates = 0
-      case ('ONCE')
-         step%tangent_updates = 1
-      end select
+      step%tangent_updates = updates(deck%integer('NEWTON'))
       step%paper_loop = deck%word('LOOP') == 'PAPER'
       if (deck%given('MONITOR')) then
          step%monitor = deck%named('MONITOR', deck%names%monitor, 'monitor')

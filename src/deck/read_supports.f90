@@ -10,6 +10,10 @@ module read_supports
    private
    public :: read_support_cards, read_spring_cards, read_dofs
 
+   !> (x, y, rotation; words) true for the components that ENCASTRE, PINNED, XSYMM and YSYMM name.
+   logical, parameter :: dofs_of_word(3, 4) = reshape([.true., .true., .true., .true., .true., .false., &
+      .true., .false., .true., .false., .true., .true.], [3, 4])
+
 contains
 
    !> Reads the supports.
@@ -97,16 +101,7 @@ contains
             call deck%wrong('last dof', 'a last dof does not go with the word '//deck%word('dof'))
             return
          end if
-         select case (deck%word('dof'))
-         case ('ENCASTRE')
-            dofs = .true.
-         case ('PINNED')
-            dofs = [.true., .true., .false.]
-         case ('XSYMM')
-            dofs = [.true., .false., .true.]
-         case default
-            dofs = [.false., .true., .true.]
-         end select
+         dofs = dofs_of_word(:, -first)
          return
       end if
       last = first
