@@ -30,7 +30,6 @@ module deck_assembly
       type(typed_line_t), allocatable :: typed(:)  !! the first n_typed are in use
       integer :: n_files = 0
       type(deck_file_t), allocatable :: file(:)    !! the first n_files are in use
-      integer, allocatable :: included_by(:)       !! file that includes each; 0: the deck itself
       type(deck_parameters_t) :: parameters
       logical :: in_parameters = .false.           !! true: the data lines belong to a *PARAMETER card
       integer :: heading_file = 0                  !! file of the *HEADING to which the data lines belong; 0: another card
@@ -50,7 +49,7 @@ contains
       call a%read%add('')
       call a%expanded%add('')
       call a%record%add('')
-      allocate (a%origin(2, 1024), a%typed(16), a%file(16), a%included_by(16))
+      allocate (a%origin(2, 1024), a%typed(16), a%file(16))
       call add_file(a, source%name, 0)
       call take_settings(a, settings, diagnostics)
       call take_file(a, source, 1, 1, diagnostics)
@@ -233,7 +232,7 @@ contains
          above = here
          do while (above > 0)
             if (a%file(above)%name == path) wrong = quoted_path(path)//' includes itself'//way(a, above, here)
-            above = a%included_by(above)
+            above = a%file(above)%included_by
          end do
          if (depth == deepest) wrong = 'more than '//to_text(deepest)//' decks include each other'
          if (a%n_files > most_files) then
@@ -263,7 +262,7 @@ contains
       may = above == 0
       do while (above > 0)
          may = may .or. above == file
-         above = a%included_by(above)
+         above = a%file(above)%included_by
       end do
    end function may_write_title
 
@@ -273,20 +272,13 @@ contains
       character(*), intent(in) :: name
       integer, intent(in) :: included_by
       type(deck_file_t), allocatable :: more(:)
-      integer, allocatable :: more_above(:)
-      integer :: i
       if (a%n_files == size(a%file)) then
-         allocate (more(2 * a%n_files), more_above(2 * a%n_files))
-         do i = 1, a%n_files
-            call move_alloc(a%file(i)%name, more(i)%name)
-         end do
-         more_above(:a%n_files) = a%included_by
+         allocate (more(2 * a%n_files))
+         more(:a%n_files) = a%file
          call move_alloc(more, a%file)
-         call move_alloc(more_above, a%included_by)
       end if
       a%n_files = a%n_files + 1
-      a%file(a%n_files)%name = name
-      a%included_by(a%n_files) = included_by
+      a%file(a%n_files) = deck_file_t(name, included_by)
    end subroutine add_file
 
    !> ": a.inp, b.inp, a.inp": the chain of includes from a file back to itself.
@@ -299,7 +291,7 @@ contains
       file = bottom
       do while (file /= top)
          string = quoted_path(a%file(file)%name)//', '//string
-         file = a%included_by(file)
+         file = a%file(file)%included_by
       end do
       string = ': '//quoted_path(a%file(top)%name)//', '//string
       if (top == bottom) string = ''
@@ -360,20 +352,13 @@ contains
       character(*), intent(in) :: typed
       type(spot_t), intent(in) :: spots(:)
       type(typed_line_t), allocatable :: more(:)
-      integer :: i
       if (a%n_typed == size(a%typed)) then
          allocate (more(2 * a%n_typed))
-         do i = 1, a%n_typed
-            more(i)%line = a%typed(i)%line
-            call move_alloc(a%typed(i)%text, more(i)%text)
-            call move_alloc(a%typed(i)%spot, more(i)%spot)
-         end do
+         more(:a%n_typed) = a%typed
          call move_alloc(more, a%typed)
       end if
       a%n_typed = a%n_typed + 1
-      a%typed(a%n_typed)%line = a%n
-      a%typed(a%n_typed)%text = typed
-      a%typed(a%n_typed)%spot = spots
+      a%typed(a%n_typed) = typed_line_t(a%n, typed, spots)
    end subroutine note_typed
 
    !> The keyword of a line, in capitals without blanks; '' if there is none.

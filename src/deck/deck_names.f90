@@ -2,6 +2,7 @@
 module deck_names
    use text, only: to_text
    use lookup, only: label_map_t, name_list_t
+   use card_values, only: position_t
    use model, only: mesh_t, node_set_t
    implicit none
    private
@@ -51,6 +52,7 @@ module deck_names
       logical :: has_modes = .false.         !! true: an *IMPERFECTION has SHAPE=MODE
       logical, allocatable :: touched(:)     !! (obstacles) true: a *CONTACT or *GAP names the obstacle (once these cards are read)
       integer, allocatable :: placed_line(:) !! (curves) index of the data line if it omits the number of elements, else 0
+      type(position_t), allocatable :: tie_origin(:) !! (ties) place of each in the deck; card 0: a release
       logical, allocatable :: connected(:) !! (nodes) true: the node belongs to an element (once the mesh is read)
    contains
       procedure :: is_loose
@@ -63,15 +65,8 @@ contains
       class(labels_t), intent(inout) :: self
       integer, intent(in) :: label !! one that is not used yet
       integer, intent(in) :: line  !! line of the deck that defines it
-      integer, allocatable :: longer(:)
       if (.not. allocated(self%line)) allocate (self%line(64))
-      self%n = self%n + 1
-      if (self%n > size(self%line)) then
-         allocate (longer(2 * self%n))
-         longer(:self%n - 1) = self%line(:self%n - 1)
-         call move_alloc(longer, self%line)
-      end if
-      self%line(self%n) = line
+      call put(self%line, self%n, line)
       self%least = min(self%least, label)
       self%greatest = max(self%greatest, label)
       call self%index%add(label, self%n)
@@ -91,40 +86,46 @@ contains
       integer, intent(out) :: set
       type(growing_set_t), allocatable :: larger(:)
       logical :: is_new
-      integer :: i
       call self%set_names%add(name, set, is_new)
       if (.not. is_new) return
       if (.not. allocated(self%set)) allocate (self%set(16))
       if (set <= size(self%set)) return
       allocate (larger(2 * size(self%set)))
-      do i = 1, size(self%set)
-         larger(i)%n = self%set(i)%n
-         larger(i)%known = self%set(i)%known
-         call move_alloc(self%set(i)%member, larger(i)%member)
-      end do
+      larger(:size(self%set)) = self%set
       call move_alloc(larger, self%set)
    end subroutine begin_set
 
-   !> Adds a member to a set that does not contain it yet.
-   pure subroutine append_to_set(self, set, member)
+   !> Adds members to a set, those that it does not contain yet.
+   pure subroutine append_to_set(self, set, members)
       class(labels_t), intent(inout) :: self
-      integer, intent(in) :: set    !! index of the set; 0: nothing happens
-      integer, intent(in) :: member !! index of a node or an element
-      integer, allocatable :: larger(:)
+      integer, intent(in) :: set        !! index of the set; 0: nothing happens
+      integer, intent(in) :: members(:) !! indices of nodes or elements
+      integer :: i
       if (set == 0) return
       associate (this => self%set(set))
-         if (this%known%find(member) > 0) return
          if (.not. allocated(this%member)) allocate (this%member(16))
-         if (this%n == size(this%member)) then
-            allocate (larger(2 * this%n))
-            larger(:this%n) = this%member
-            call move_alloc(larger, this%member)
-         end if
-         this%n = this%n + 1
-         this%member(this%n) = member
-         call this%known%add(member, this%n)
+         do i = 1, size(members)
+            if (this%known%find(members(i)) > 0) cycle
+            call put(this%member, this%n, members(i))
+            call this%known%add(members(i), this%n)
+         end do
       end associate
    end subroutine append_to_set
+
+   !> Puts a number behind the first n of a list, which gets more room if it is full.
+   pure subroutine put(list, n, number)
+      integer, allocatable, intent(inout) :: list(:)
+      integer, intent(inout) :: n
+      integer, intent(in) :: number
+      integer, allocatable :: longer(:)
+      if (n == size(list)) then
+         allocate (longer(2 * n))
+         longer(:n) = list
+         call move_alloc(longer, list)
+      end if
+      n = n + 1
+      list(n) = number
+   end subroutine put
 
    !> The members of a set; none if the set is 0.
    pure function members_of_set(self, set) result(members)

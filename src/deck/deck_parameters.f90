@@ -17,7 +17,6 @@ module deck_parameters
    type :: deck_parameters_t
       integer :: n = 0
       type(deck_parameter_t), allocatable :: list(:) !! the first n are in use
-      real(wp), allocatable :: number(:)       !! values of the parameters that are numbers
       type(name_list_t) :: names               !! in the same order
       integer :: guesses = 0
    contains
@@ -33,8 +32,8 @@ contains
       self%n = 0
       self%guesses = 0
       self%names = none
-      if (allocated(self%list)) deallocate (self%list, self%number)
-      allocate (self%list(16), self%number(16))
+      if (allocated(self%list)) deallocate (self%list)
+      allocate (self%list(16))
    end subroutine start
 
    !> Adds NAME=VALUE from the command line, before the deck is read.
@@ -43,13 +42,12 @@ contains
       character(*), intent(in) :: string                !! as typed
       character(:), allocatable, intent(out) :: wrong   !! description of the error; '' if there is none
       type(deck_parameter_t) :: parameter
-      real(wp) :: number
-      call new_parameter(self, string, parameter, number, wrong)
+      call new_parameter(self, string, parameter, wrong)
       if (wrong /= '') return ! the name may be missing
       if (place(self, parameter%name) > 0) wrong = 'set twice'
       if (wrong /= '') return
       parameter%was_set = .true.
-      call append(self, parameter, number)
+      call append(self, parameter)
    end subroutine set
 
    !> Adds a line of a *PARAMETER card. A value set on the command line is kept.
@@ -62,7 +60,6 @@ contains
       character(:), allocatable, intent(out) :: as_set  !! the line with the value set on the command line; '': the line's own value
       !! applies
       type(deck_parameter_t) :: parameter
-      real(wp) :: number
       integer :: i
       earlier = 0
       as_set = ''
@@ -71,19 +68,19 @@ contains
          return
       end if
       call self%note_use(string)
-      call new_parameter(self, string, parameter, number, wrong)
+      call new_parameter(self, string, parameter, wrong)
       if (wrong /= '') then
          ! After an error the parameter gets the value 1, so that lines that use its name are not reported, too.
          if (.not. allocated(parameter%value)) return
          parameter%value = '1'
          parameter%is_number = .true.
-         number = 1.0_wp
+         parameter%number = 1.0_wp
       end if
       i = place(self, parameter%name)
       if (i == 0) then
          parameter%in_deck = .true.
          parameter%line = line
-         call append(self, parameter, number)
+         call append(self, parameter)
       else
          earlier = self%list(i)%line
          self%list(i)%line = line
@@ -170,15 +167,13 @@ contains
    end subroutine note_use
 
    !> Reads NAME = VALUE.
-   pure subroutine new_parameter(self, string, parameter, number, wrong)
+   pure subroutine new_parameter(self, string, parameter, wrong)
       type(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string
       type(deck_parameter_t), intent(out) :: parameter
-      real(wp), intent(out) :: number                   ! its value; 0 for text
       character(:), allocatable, intent(out) :: wrong
       character(:), allocatable :: typed
       integer :: equals, control
-      number = 0.0_wp
       wrong = ''
       control = control_place(string)
       if (control > 0) then
@@ -206,8 +201,8 @@ contains
          if (len(typed) < 2 .or. typed(len(typed):) /= typed(1:1) .or. scan(parameter%value, '"''') > 0) &
             wrong = 'text stands in a pair of quotes and has none inside: '//quoted(typed)
       else
-         call find_value(self, typed, number, wrong)
-         parameter%value = written(number)
+         call find_value(self, typed, parameter%number, wrong)
+         parameter%value = written(parameter%number)
       end if
    end subroutine new_parameter
 
@@ -217,7 +212,7 @@ contains
       character(*), intent(in) :: string
       real(wp), intent(out) :: number
       character(:), allocatable, intent(out) :: wrong
-      character(:), allocatable :: known
+      character(:), allocatable :: known, no_number
       real(wp), allocatable :: value(:)
       integer :: first, last, i
       ! Collects the names in the formula, and a suggestion for a name that does not exist.
@@ -226,63 +221,42 @@ contains
       if (len_trim(string) > longest_formula) wrong = 'a formula has '//to_text(longest_formula)//' characters at most'
       if (wrong /= '') return
       known = ''
+      no_number = ''
       allocate (value(0))
       last = 0
       do
          call next_name(string, last + 1, first, last)
          if (first == 0) exit
          i = place(self, string(first:last))
-         if (i > 0) then
-            if (self%list(i)%is_number .and. word_index(known, self%list(i)%name) == 0) call know(self, i, known, value)
-         else if (.not. is_reserved(string(first:last)) .and. self%guesses < most_shown) then
+         if (i == 0 .and. .not. is_reserved(string(first:last)) .and. self%guesses < most_shown) then
             self%guesses = self%guesses + 1
             i = place(self, nearest_word(self%names%listed(), string(first:last)))
-            if (i > 0) call know(self, i, known, value)
+         else if (i > 0) then
+            if (.not. self%list(i)%is_number) no_number = self%list(i)%name
+            if (.not. self%list(i)%is_number .or. word_index(known, self%list(i)%name) > 0) cycle
          end if
+         if (i == 0) cycle
+         if (known /= '') known = known//'|'
+         known = known//self%list(i)%name
+         value = [value, self%list(i)%number]
       end do
       call evaluate(string, known, value, number, wrong)
-      if (wrong == '') return
-      last = 0
-      do
-         call next_name(string, last + 1, first, last)
-         if (first == 0) exit
-         i = place(self, string(first:last))
-         if (i == 0) cycle
-         if (.not. self%list(i)%is_number) wrong = self%list(i)%name//' is text, and formulas are made of numbers'
-      end do
+      if (wrong /= '' .and. no_number /= '') wrong = no_number//' is text, and formulas are made of numbers'
    end subroutine find_value
 
-   !> Adds a parameter to the names that a formula may use.
-   pure subroutine know(self, i, known, value)
-      type(deck_parameters_t), intent(in) :: self
-      integer, intent(in) :: i                           ! position in the list
-      character(:), allocatable, intent(inout) :: known  ! names between bars
-      real(wp), allocatable, intent(inout) :: value(:)
-      if (known /= '') known = known//'|'
-      known = known//self%list(i)%name
-      value = [value, self%number(i)]
-   end subroutine know
-
-   pure subroutine append(self, parameter, number)
+   pure subroutine append(self, parameter)
       type(deck_parameters_t), intent(inout) :: self
       type(deck_parameter_t), intent(in) :: parameter
-      real(wp), intent(in) :: number
       type(deck_parameter_t), allocatable :: more(:)
-      real(wp), allocatable :: more_numbers(:)
       integer :: i
       logical :: is_new
       if (self%n == size(self%list)) then
-         allocate (more(2 * self%n), more_numbers(2 * self%n))
-         do i = 1, self%n
-            more(i) = self%list(i)
-         end do
-         more_numbers(:self%n) = self%number
+         allocate (more(2 * self%n))
+         more(:self%n) = self%list
          call move_alloc(more, self%list)
-         call move_alloc(more_numbers, self%number)
       end if
       self%n = self%n + 1
       self%list(self%n) = parameter
-      self%number(self%n) = number
       call self%names%add(parameter%name, i, is_new)
    end subroutine append
 

@@ -3,6 +3,7 @@
 !> The text may differ from the typed text: included decks replace *INCLUDE, values replace ${...}. The origin of each line is
 !> stored.
 module deck_source
+   use kinds, only: wp
    use errors, only: error_t, fail
    use text, only: to_text, is_blank
    use file_kind, only: check_file
@@ -24,6 +25,7 @@ module deck_source
    !> A file that contributes lines to a deck.
    type :: deck_file_t
       character(:), allocatable :: name             !! name in messages
+      integer :: included_by = 0                    !! file that includes it; 0: the deck itself
    end type deck_file_t
 
    !> A replaced part of a line: columns of the typed text ${...}, and of its replacement.
@@ -43,6 +45,7 @@ module deck_source
       character(:), allocatable :: name             !! as first typed
       character(:), allocatable :: value            !! text that replaces ${name}
       logical :: is_number = .true.                 !! false: text
+      real(wp) :: number = 0.0_wp                   !! the value; 0 for text
       logical :: was_set = .false.                  !! true: set on the command line
       logical :: in_deck = .false.                  !! true: defined by *PARAMETER, or used by a ${...}
       integer :: line = 0                           !! line of its *PARAMETER definition; 0: none

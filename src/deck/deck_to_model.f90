@@ -11,7 +11,7 @@ module deck_to_model
    use deck_cards, only: split_deck, line_end
    use card_check, only: check_cards
    use card_values, only: is_listed
-   use checked_deck, only: checked_deck_t, position_t
+   use checked_deck, only: checked_deck_t
    use read_mesh, only: read_mesh_cards
    use read_imperfections, only: read_imperfection_cards, read_mode_imperfection_cards
    use read_sections, only: read_section_cards
@@ -66,7 +66,6 @@ contains
    subroutine read_model_part(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
-      type(position_t), allocatable :: tie_origin(:)
       logical :: joints_wrong
       integer :: n                                      ! number of errors before the readers whose errors note_errors counts next
       integer :: i
@@ -78,14 +77,14 @@ contains
       call read_imperfection_cards(deck, model)
       call note_errors(deck%names%imperfections_incomplete)
       call read_release_cards(deck, model)
-      call read_tie_cards(deck, model, tie_origin)
+      call read_tie_cards(deck, model)
       call note_errors(joints_wrong)
       call read_section_cards(deck, model)
       call note_errors(deck%names%sections_incomplete)
       call read_support_cards(deck, model)
       call read_spring_cards(deck, model)
       call note_errors(deck%names%supports_incomplete)
-      if (.not. joints_wrong) call order_ties(deck, tie_origin, model)
+      if (.not. joints_wrong) call order_ties(deck, model)
       call read_foundation_law_cards(deck, model)
       call read_obstacle_cards(deck, model)
       n = deck%diagnostics%n

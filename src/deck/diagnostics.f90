@@ -41,19 +41,14 @@ contains
       type(place_t), intent(in) :: place  !! place marked by the caret line
       character(*), intent(in) :: message !! one line
       type(diagnostic_t), allocatable :: more(:)
-      integer :: i
       if (.not. allocated(self%item)) allocate (self%item(most_shown))
       if (self%n == size(self%item)) then
          allocate (more(2 * self%n))
-         do i = 1, self%n
-            more(i)%place = self%item(i)%place
-            call move_alloc(self%item(i)%message, more(i)%message)
-         end do
+         more(:self%n) = self%item
          call move_alloc(more, self%item)
       end if
       self%n = self%n + 1
-      self%item(self%n)%place = place
-      self%item(self%n)%message = shortened(message, longest_message)
+      self%item(self%n) = diagnostic_t(place, shortened(message, longest_message))
    end subroutine add
 
    !> The report: errors in the order of the deck, each with its line and carets below the place; '' without errors.

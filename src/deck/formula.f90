@@ -238,49 +238,36 @@ contains
       type(reading_t), intent(inout) :: reading
       character(*), intent(in) :: name
       real(wp), intent(inout) :: x
-      character(:), allocatable :: wrong
-      wrong = ''
       select case (name)
       case ('sqrt')
-         if (x < 0.0_wp) wrong = 'sqrt of a negative number'
-      case ('log')
-         if (x <= 0.0_wp) wrong = 'log of a number that is not positive'
-      case ('asin', 'acos')
-         if (abs(x) > 1.0_wp) wrong = name//' of a number above 1 in size'
-      case ('exp')
-         if (x >= log(huge(x))) wrong = 'exp of a number that is too large'
-      case ('degrees')
-         if (abs(x) > huge(x) * degree) wrong = 'degrees of a number that is too large'
-      end select
-      if (wrong /= '') then
-         call object(reading, wrong)
-         return
-      end if
-      select case (name)
-      case ('sqrt')
-         x = sqrt(x)
+         if (x < 0.0_wp) call object(reading, 'sqrt of a negative number')
+         x = sqrt(max(x, 0.0_wp))
       case ('sin')
          x = sin(x)
       case ('cos')
          x = cos(x)
       case ('tan')
          x = tan(x)
-      case ('asin')
-         x = asin(x)
-      case ('acos')
-         x = acos(x)
+      case ('asin', 'acos')
+         if (abs(x) > 1.0_wp) call object(reading, name//' of a number above 1 in size')
+         x = max(-1.0_wp, min(x, 1.0_wp))
+         if (name == 'asin') x = asin(x)
+         if (name == 'acos') x = acos(x)
       case ('atan')
          x = atan(x)
       case ('exp')
-         x = exp(x)
+         if (x >= log(huge(x))) call object(reading, 'exp of a number that is too large')
+         if (reading%wrong == '') x = exp(x)
       case ('log')
-         x = log(x)
+         if (x <= 0.0_wp) call object(reading, 'log of a number that is not positive')
+         x = log(max(x, tiny(x)))
       case ('abs')
          x = abs(x)
       case ('radians')
          x = x * degree
       case ('degrees')
-         x = x / degree
+         if (abs(x) > huge(x) * degree) call object(reading, 'degrees of a number that is too large')
+         if (reading%wrong == '') x = x / degree
       end select
    end subroutine apply
 

@@ -31,7 +31,7 @@ contains
 
    !> Reads all cards of the mesh; fills mesh, curves and node sets of the model.
    subroutine read_mesh_cards(deck, model)
-      type(checked_deck_t), intent(inout) :: deck       !! receives nodes, elements and sets
+      type(checked_deck_t), intent(inout), target :: deck !! receives nodes, elements and sets
       type(model_t), intent(inout) :: model             !! receives mesh (without sections), curve, node_set
       type(growing_mesh_t) :: grown
       integer :: e
@@ -43,9 +43,9 @@ contains
          case ('ELEMENT')
             call read_elements(deck, grown)
          case ('NSET')
-            call read_set(deck, 'node')
+            call read_set(deck, deck%names%node)
          case ('ELSET')
-            call read_set(deck, 'element')
+            call read_set(deck, deck%names%element)
          case default
             call read_curves(deck, grown)
          end select
@@ -67,7 +67,7 @@ contains
       do while (deck%next_line())
          if (.not. is_new_label(deck, deck%names%node)) cycle
          call new_node(deck, grown, deck%integer('label'), [deck%real('x'), deck%real('y')])
-         call deck%names%node%append(common%node_set, grown%mesh%n_nodes)
+         call deck%names%node%append(common%node_set, [grown%mesh%n_nodes])
       end do
    end subroutine read_nodes
 
@@ -222,7 +222,7 @@ contains
       integer :: i, from, to
       real(wp) :: x(2), angle, speed
       from = ends(1)
-      call deck%names%node%append(common%node_set, from)
+      call deck%names%node%append(common%node_set, [from])
       do i = 1, ubound(s, 1)
          to = ends(2)
          if (i < ubound(s, 1)) then
@@ -231,68 +231,53 @@ contains
             to = grown%mesh%n_nodes
          end if
          call new_element(deck, grown, deck%names%element%greatest + 1, [from, to], common, grown%n_curves, s(i - 1:i), placed)
-         call deck%names%node%append(common%node_set, to)
+         call deck%names%node%append(common%node_set, [to])
          from = to
       end do
    end subroutine mesh_curve
 
    !> Reads *NSET and *ELSET.
-   subroutine read_set(deck, what)
-      type(checked_deck_t), intent(inout) :: deck
-      character(*), intent(in) :: what           ! node or element
-      integer, allocatable :: members(:)
+   subroutine read_set(deck, labels)
+      type(checked_deck_t), intent(inout), target :: deck
+      type(labels_t), pointer, intent(in) :: labels ! of nodes or elements
       integer :: set, k
-      if (what == 'node') call deck%names%node%begin_set(deck%text('NSET'), set)
-      if (what == 'element') call deck%names%element%begin_set(deck%text('ELSET'), set)
+      call labels%begin_set(deck%text(deck%at%keyword), set)
       do while (deck%next_line())
          if (deck%given('GENERATE')) then
-            call append(deck, what, set, range_of(deck, what))
+            call labels%append(set, range_of(deck, labels))
             cycle
          end if
          do k = 1, deck%count(deck%field_name(1))
-            members = deck%members(deck%field_name(1), what, k)
-            call append(deck, what, set, members)
+            call labels%append(set, deck%members(deck%field_name(1), labels%what, k))
          end do
       end do
    end subroutine read_set
 
-   !> Adds members to a set.
-   subroutine append(deck, what, set, members)
-      type(checked_deck_t), intent(inout) :: deck
-      character(*), intent(in) :: what           ! node or element
-      integer, intent(in) :: set, members(:)
-      integer :: i
-      do i = 1, size(members)
-         if (what == 'node') call deck%names%node%append(set, members(i))
-         if (what == 'element') call deck%names%element%append(set, members(i))
-      end do
-   end subroutine append
-
    !> Reads one line of a set with GENERATE.
-   function range_of(deck, what) result(members)
+   function range_of(deck, labels) result(members)
       type(checked_deck_t), intent(inout) :: deck
-      character(*), intent(in) :: what           ! node or element
+      type(labels_t), intent(in) :: labels       ! of nodes or elements
       integer, allocatable :: members(:)         ! nodes or elements up to the first one that is not defined
       integer :: first, last, increment, label, n
       first = deck%integer('first')
       last = deck%integer('last')
       increment = deck%integer('increment')
+      allocate (members(0))
       if (last < first) then
          call deck%wrong('last', 'the last label must not be below the first one')
-         allocate (members(0))
          return
       else if (mod(last - first, increment) /= 0) then
          call deck%wrong_line('the last label is not a whole number of increments from the first one')
-         allocate (members(0))
          return
       end if
-      allocate (members(0:min((last - first) / increment, deck%names%node%n + deck%names%element%n)))
+      deallocate (members)
+      allocate (members(0:min((last - first) / increment, labels%n)))
       do n = 0, (last - first) / increment
          label = first + n * increment
-         if (what == 'node') members(n) = deck%names%node%find(label)
-         if (what == 'element') members(n) = deck%names%element%find(label)
+         members(n) = labels%find(label)
          if (members(n) > 0) cycle
-         if (.not. deck%names%mesh_incomplete) call deck%wrong_line(what//' '//to_text(label)//' is not defined above this line')
+         if (.not. deck%names%mesh_incomplete) call deck%wrong_line(trim(labels%what)//' '//to_text(label)// &
+            ' is not defined above this line')
          members = members(:n - 1)
          return
       end do
@@ -335,6 +320,6 @@ contains
       logical, intent(in) :: placed
       call grown%add_element(label, node, common%family, common%stages, curve, s, placed)
       call deck%names%element%add(label, deck%at%line_at)
-      call deck%names%element%append(common%element_set, deck%names%element%n)
+      call deck%names%element%append(common%element_set, [deck%names%element%n])
    end subroutine new_element
 end module read_mesh

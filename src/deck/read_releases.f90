@@ -121,7 +121,7 @@ contains
       where (chosen) model%mesh%node = new%own
       released = released .or. chosen
       model%release = [model%release, new]
-      call deck%names%node%append(joint%set, new%own)
+      call deck%names%node%append(joint%set, [new%own])
       do i = 1, 3
          if (.not. joint%free(i)) then
             model%tie = [model%tie, same_component(new%own, i, node)]

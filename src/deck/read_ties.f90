@@ -13,28 +13,27 @@ module read_ties
 contains
 
    !> Reads the ties in the order of the deck.
-   subroutine read_tie_cards(deck, model, origin)
-      type(checked_deck_t), intent(inout) :: deck       !! with the mesh; nodes that others follow need not belong to an element
+   subroutine read_tie_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with the mesh; nodes that others follow need not belong to an element;
+      !! receives names%tie_origin
       type(model_t), intent(inout) :: model             !! with the releases; receives further ties
-      type(position_t), allocatable, intent(out) :: origin(:) !! (ties) place of each in the deck; card 0: a release
       call complete_joints(model)
-      allocate (origin(size(model%tie)))
+      allocate (deck%names%tie_origin(size(model%tie)))
       do while (deck%next_card('MPC|EQUATION'))
          if (deck%at%keyword == 'EQUATION') then
-            call read_equation(deck, model, origin)
+            call read_equation(deck, model)
          else
             do while (deck%next_line())
-               call read_pair(deck, model, origin)
+               call read_pair(deck, model)
             end do
          end if
       end do
    end subroutine read_tie_cards
 
    !> Reads a line of *MPC: nodes, and the node that they follow.
-   subroutine read_pair(deck, model, origin)
+   subroutine read_pair(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
-      type(position_t), allocatable, intent(inout) :: origin(:)
       character(:), allocatable :: kind
       integer, allocatable :: nodes(:)
       integer :: i, lead
@@ -55,7 +54,7 @@ contains
                to_text(model%mesh%node_label(lead))//' are at the same place, and a link between them has no length; '// &
                'TYPE=PIN joins them')
          else
-            call tie_pair(deck, model, origin, kind, nodes(i), lead)
+            call tie_pair(deck, model, kind, nodes(i), lead)
             cycle
          end if
          return
@@ -63,10 +62,9 @@ contains
    end subroutine read_pair
 
    !> Ties the components of a node to those of another one.
-   subroutine tie_pair(deck, model, origin, kind, node, other)
+   subroutine tie_pair(deck, model, kind, node, other)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
-      type(position_t), allocatable, intent(inout) :: origin(:)
       character(*), intent(in) :: kind     ! of *MPC
       integer, intent(in) :: node, other   ! node follows the other one
       type(tie_t) :: tie
@@ -78,7 +76,7 @@ contains
          call copy_node(deck%names, model%mesh, other)
          lead = model%mesh%n_nodes
          do k = 1, 2
-            call add(deck, model, origin, same_component(lead, k, other))
+            call add(deck, model, same_component(lead, k, other))
          end do
       end if
       do k = 1, merge(2, 3, kind == 'PIN' .or. kind == 'LINK')
@@ -87,15 +85,14 @@ contains
             tie%turner = lead
             tie%arm = model%mesh%x(:, node) - model%mesh%x(:, lead)
          end if
-         call add(deck, model, origin, tie)
+         call add(deck, model, tie)
       end do
    end subroutine tie_pair
 
    !> Reads a card of *EQUATION: its first term follows the others.
-   subroutine read_equation(deck, model, origin)
+   subroutine read_equation(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
-      type(position_t), allocatable, intent(inout) :: origin(:)
       type(position_t) :: card, first
       type(tie_t) :: tie
       integer :: node, part, i
@@ -130,33 +127,33 @@ contains
       end do
       if (.not. deck%lines_sound()) return
       deck%at = first
-      call add(deck, model, origin, tie)
+      call add(deck, model, tie)
    end subroutine read_equation
 
    !> Adds a tie, unless its degree of freedom follows others already.
-   subroutine add(deck, model, origin, tie)
+   subroutine add(deck, model, tie)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(inout) :: model
-      type(position_t), allocatable, intent(inout) :: origin(:)
       type(tie_t), intent(in) :: tie
       character(:), allocatable :: from
       integer :: i
       do i = 1, size(model%tie)
          if (model%tie(i)%node /= tie%node .or. model%tie(i)%component /= tie%component) cycle
          from = ', for it is a released end'
-         if (origin(i)%card > 0) from = ', from '//deck%source%line_words(origin(i)%line_at)
+         associate (origin => deck%names%tie_origin(i))
+            if (origin%card > 0) from = ', from '//deck%source%line_words(origin%line_at)
+         end associate
          call deck%wrong(deck%field_name(1), dof_text(model, tie)//' follows others already'//from)
          return
       end do
       model%tie = [model%tie, tie]
-      origin = [origin, deck%at]
+      deck%names%tie_origin = [deck%names%tie_origin, deck%at]
    end subroutine add
 
    !> Orders ties so that their values can be computed one after the other; ties of supported degrees of freedom and circular ties
    !> are errors.
-   subroutine order_ties(deck, origin, model)
-      type(checked_deck_t), intent(inout) :: deck       !! with the supports
-      type(position_t), intent(in) :: origin(:)           !! (ties) in the present order, see read_tie_cards
+   subroutine order_ties(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with the supports, and the ties in the order in which they were read
       type(model_t), intent(inout) :: model             !! with ties and supports
       logical :: waits(3, model%mesh%n_nodes)
       logical :: done(size(model%tie))
@@ -165,7 +162,7 @@ contains
       do i = 1, size(model%tie)
          associate (tie => model%tie(i))
             if (.not. deck%names%supports_incomplete .and. model%fixed(tie%component, tie%node)) then
-               call wrong_tie(deck, origin(i), dof_text(model, tie)//' is supported and cannot follow others; let these follow it')
+               call wrong_tie(deck, i, dof_text(model, tie)//' is supported and cannot follow others; let these follow it')
                return
             end if
             waits(tie%component, tie%node) = .true.
@@ -187,7 +184,7 @@ contains
       end do
       if (n < size(model%tie)) then
          i = findloc(done, .false., 1, back=.true.)
-         call wrong_tie(deck, origin(i), dof_text(model, model%tie(i))//' follows itself in the end: ties make a circle')
+         call wrong_tie(deck, i, dof_text(model, model%tie(i))//' follows itself in the end: ties make a circle')
          return
       end if
       model%tie = model%tie(order)
@@ -206,12 +203,12 @@ contains
    end function is_ready
 
    !> Adds an error at the line of a tie, or at the first *RELEASE: nodes of releases have no line of their own in the deck.
-   subroutine wrong_tie(deck, origin, message)
+   subroutine wrong_tie(deck, i, message)
       type(checked_deck_t), intent(inout) :: deck
-      type(position_t), intent(in) :: origin
+      integer, intent(in) :: i ! the tie
       character(*), intent(in) :: message
-      if (origin%card > 0) then
-         deck%at = origin
+      deck%at = deck%names%tie_origin(i)
+      if (deck%at%card > 0) then
          call deck%wrong(deck%field_name(1), message)
       else if (deck%next_card('RELEASE')) then
          call deck%wrong_card(message)
