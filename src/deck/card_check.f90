@@ -7,7 +7,7 @@ module card_check
    use text, only: plural, nearest_word, word_at, word_index, separated
    use printable_text, only: quoted
    use diagnostics, only: place_t
-   use card_spec, only: card_spec_t, item_t, find_card, find_item, in_model, in_step, outside_step, kind_flag
+   use card_spec, only: card_spec_t, item_t, find_card, find_item, names_of, keywords_of, in_model, in_step, outside_step, kind_flag
    use card_table, only: all_cards, cards_of
    use deck_cards, only: deck_t
    use foreign_words, only: foreign_card, foreign_parameter, foreign_field
@@ -81,18 +81,13 @@ contains
    pure function known_card(table, keyword) result(string)
       type(card_spec_t), intent(in) :: table(:)
       character(*), intent(in) :: keyword !! as typed, without the star
-      character(:), allocatable :: string, words
-      integer :: i
+      character(:), allocatable :: string
       string = foreign_card(keyword)
       if (string /= '') then
          string = foreign//string
          return
       end if
-      words = '*'//table(1)%keyword
-      do i = 2, size(table)
-         words = words//'|*'//table(i)%keyword
-      end do
-      string = nearest_word(words, '*'//keyword)
+      string = nearest_word(keywords_of(table), '*'//keyword)
       if (string /= '') then
          string = '; did you mean '//string//'?'
       else
@@ -343,15 +338,4 @@ contains
          if (i > size(item)) return
       end do
    end subroutine check_fields
-
-   !> Names of parameters or fields, between bars.
-   pure function names_of(item) result(string)
-      type(item_t), intent(in) :: item(:)
-      character(:), allocatable :: string
-      integer :: i
-      string = item(1)%name
-      do i = 2, size(item)
-         string = string//'|'//item(i)%name
-      end do
-   end function names_of
 end module card_check

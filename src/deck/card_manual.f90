@@ -1,12 +1,16 @@
 !> Prints the reference of all cards from their table, as Markdown.
 module card_manual
    use text, only: to_text, separated
-   use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, anywhere, any_value, not_zero, kind_flag, kind_word, &
-      kind_dof, kind_value, kind_names, bound_signs, usual_most
+   use card_spec, only: card_spec_t, layout_t, item_t, in_model, in_step, any_value, not_zero, kind_flag, kind_word, &
+      kind_dof, kind_value, kind_names, bound_signs, usual_most, names_of
    use card_table, only: all_cards
    implicit none
    private
    public :: write_card_manual, write_card
+
+   !> Parts of the deck, in the order of card_spec.
+   character(*), parameter :: places(*) = [character(23) :: 'Model part', 'In a step', 'Model part or in a step', &
+      'After the model part']
 
 contains
 
@@ -39,40 +43,18 @@ contains
             call write_parameter(unit, card%parameter(i))
          end do
       end if
-      if (card%free_text .and. no_fields(card)) then
-         write (unit, '(a)') '', 'Data lines: free text.'
-         return
-      end if
       if (size(card%layout) == 0) write (unit, '(a)') '', 'No data lines.'
       do i = 1, size(card%layout)
-         call write_layout(unit, card%layout(i), size(card%layout) > 1)
+         if (size(card%layout(i)%field) > 0) call write_layout(unit, card%layout(i), size(card%layout) > 1)
+         if (size(card%layout(i)%field) == 0) write (unit, '(a)') '', 'Data lines: free text.'
       end do
    end subroutine write_card
-
-   !> True if no layout of the card has fields.
-   pure logical function no_fields(card)
-      type(card_spec_t), intent(in) :: card
-      integer :: i
-      no_fields = .true.
-      do i = 1, size(card%layout)
-         if (size(card%layout(i)%field) > 0) no_fields = .false.
-      end do
-   end function no_fields
 
    !> Part of the deck in which the card may be used, and how often.
    pure function place_text(card) result(string)
       type(card_spec_t), intent(in) :: card
       character(:), allocatable :: string
-      select case (card%where)
-      case (in_model)
-         string = 'Model part'
-      case (in_step)
-         string = 'In a step'
-      case (anywhere)
-         string = 'Model part or in a step'
-      case default
-         string = 'After the model part'
-      end select
+      string = trim(places(card%where))
       if (card%follows /= '') string = string//', below `*'//card%follows//'`'
       if (card%once .and. card%where == in_step) string = string//', once in each'
       if (card%once .and. card%where == in_model) string = string//', once'
@@ -96,18 +78,14 @@ contains
       integer, intent(in) :: unit
       type(layout_t), intent(in) :: layout
       logical, intent(in) :: many ! true: the card has further layouts
-      character(:), allocatable :: string, default, unit_text
+      character(:), allocatable :: string, default
       integer :: i
       string = 'Data lines'
       if (layout%most == 1) string = 'One data line'
       if (many .and. layout%when /= '') string = string//' with '//alternatives(layout%when)
       if (many .and. layout%when == '') string = string//' otherwise'
       if (layout%least == 0) string = string//', which may be left out'
-      string = string//': `'
-      do i = 1, size(layout%field)
-         if (i > 1) string = string//', '
-         string = string//layout%field(i)%name
-      end do
+      string = string//': `'//separated(names_of(layout%field), ', ')
       if (layout%last_repeats) string = string//', ...'
       write (unit, '(a)') '', string//'`', '', '| field | value | unit | default | meaning |', '|---|---|---|---|---|'
       do i = 1, size(layout%field)
@@ -115,9 +93,7 @@ contains
             default = item%default
             if (item%required) default = 'required'
             if (item%times_field > 0) default = default//' times the size of '//layout%field(item%times_field)%name
-            unit_text = item%unit
-            write (unit, '(a)') '| '//item%name//' | '//kind_text(item)//' | '//unit_text//' | '//default//' | '// &
-               item%meaning//' |'
+            write (unit, '(a)') '| '//item%name//' | '//kind_text(item)//' | '//item%unit//' | '//default//' | '//item%meaning//' |'
          end associate
       end do
    end subroutine write_layout

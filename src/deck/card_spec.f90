@@ -3,7 +3,7 @@ module card_spec
    use text, only: squeeze
    implicit none
    private
-   public :: card_spec_t, layout_t, item_t, find_card, find_item
+   public :: card_spec_t, layout_t, item_t, find_card, find_item, names_of, keywords_of
    public :: table_t, add_card, add_parameter, add_layout, add_field, add_point
    public :: kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof
    public :: kind_component, kind_path, kind_value, kind_names
@@ -121,6 +121,27 @@ contains
       end do
       position = 0
    end function find_item
+
+   !> Names of parameters or fields, between bars.
+   pure function names_of(items) result(string)
+      type(item_t), intent(in) :: items(:) !! at least one
+      character(:), allocatable :: string
+      integer :: i
+      string = items(1)%name
+      do i = 2, size(items)
+         string = string//'|'//items(i)%name
+      end do
+   end function names_of
+   !> Keywords of cards with their stars, between bars.
+   pure function keywords_of(table) result(string)
+      type(card_spec_t), intent(in) :: table(:)
+      character(:), allocatable :: string
+      integer :: i
+      string = '*'//table(1)%keyword
+      do i = 2, size(table)
+         string = string//'|*'//table(i)%keyword
+      end do
+   end function keywords_of
 
    !> Begins a card; the following parameters and layouts belong to it.
    pure subroutine add_card(table, keyword, where, meaning, once, follows, free_text)

@@ -118,8 +118,7 @@ contains
       call generator_parameters(t)
       call lines(t)
       call end_nodes(t)
-      call field(t, 'elements', kind_integer, left_out, optional=.true., bound=positive)
-      call field(t, 'grading', kind_real, grading, default='1', bound=positive)
+      call division(t)
 
       call card(t, 'ARC', in_model, 'A row of elements on a circular arc from node to node; both are equally far from the '// &
          'centre (to 1e-6 of the radius). New nodes and elements are numbered from the largest label so far.')
@@ -128,8 +127,7 @@ contains
       call lines(t)
       call end_nodes(t)
       call point(t, 'xc', 'yc', 'centre')
-      call field(t, 'elements', kind_integer, left_out, optional=.true., bound=positive)
-      call field(t, 'grading', kind_real, grading, default='1', bound=positive)
+      call division(t)
 
       call card(t, 'RING', in_model, 'A closed circle of elements, anticlockwise from a node back to it. New nodes and '// &
          'elements are numbered from the largest label so far.')
@@ -146,6 +144,12 @@ contains
       call param(t, 'ELSET', kind_name, 'adds the elements to this element set', optional=.true.)
       call param(t, 'NSET', kind_name, 'adds all nodes, in order and with both ends, to this node set', optional=.true.)
    end subroutine generator_parameters
+
+   pure subroutine division(t)
+      type(table_t), intent(inout) :: t
+      call field(t, 'elements', kind_integer, left_out, optional=.true., bound=positive)
+      call field(t, 'grading', kind_real, grading, default='1', bound=positive)
+   end subroutine division
 
    pure subroutine end_nodes(t)
       type(table_t), intent(inout) :: t

@@ -38,7 +38,7 @@ contains
       type(error_t), allocatable, intent(out) :: error !! the word is unknown; the message suggests a similar one
       type(card_spec_t), allocatable :: table(:)
       character(:), allocatable :: words, near
-      integer :: i, k, f
+      integer :: i, k
       logical :: found
       table = all_cards()
       found = .false.
@@ -53,18 +53,9 @@ contains
       words = ''
       do i = 1, size(table)
          words = words//'|*'//table(i)%keyword
-         do k = 1, size(table(i)%parameter)
-            words = words//'|'//table(i)%parameter(k)%name//'|'//table(i)%parameter(k)%words
-            call write_item(unit, topic, '*'//table(i)%keyword//', '//table(i)%parameter(k)%name, table(i)%parameter(k), .true., &
-               found)
-         end do
+         call write_items(table(i)%parameter, '*'//table(i)%keyword//', ', .true.)
          do k = 1, size(table(i)%layout)
-            do f = 1, size(table(i)%layout(k)%field)
-               associate (item => table(i)%layout(k)%field(f))
-                  words = words//'|'//item%words
-                  call write_item(unit, topic, '*'//table(i)%keyword//', field '//item%name, item, .false., found)
-               end associate
-            end do
+            call write_items(table(i)%layout(k)%field, '*'//table(i)%keyword//', field ', .false.)
          end do
       end do
       if (.not. found) call write_foreign(unit, topic, table, found)
@@ -75,6 +66,26 @@ contains
       else
          call fail(error, 'nothing is known of '//quoted(topic)//'; unilat --help lists the options, unilat --cards the cards')
       end if
+
+   contains
+
+      !> Writes a line about each parameter or field whose name or value the topic is.
+      subroutine write_items(items, place, named)
+         type(item_t), intent(in) :: items(:)
+         character(*), intent(in) :: place ! words before the name of the item
+         logical, intent(in) :: named      ! true: the name of the item is compared, too
+         integer :: f
+         do f = 1, size(items)
+            associate (item => items(f))
+               if (named) words = words//'|'//item%name
+               words = words//'|'//item%words
+               if (word_index(item%words, topic) > 0 .or. (named .and. squeeze(item%name) == squeeze(topic))) then
+                  write (unit, '(a)') place//item%name//': '//item%meaning
+                  found = .true.
+               end if
+            end associate
+         end do
+      end subroutine write_items
    end subroutine write_help
 
    !> Writes the lines about an option from the help text.
@@ -109,21 +120,6 @@ contains
       name = line(3:)
       if (index(name, ' ') > 0) name = name(:index(name, ' ') - 1)
    end function option_name
-
-   !> Writes a line about a parameter or field if the topic is its name or one of its values.
-   subroutine write_item(unit, topic, place, item, named, found)
-      integer, intent(in) :: unit
-      character(*), intent(in) :: topic, place
-      type(item_t), intent(in) :: item
-      logical, intent(in) :: named               ! true: the name of the item is compared, too
-      logical, intent(inout) :: found
-      logical :: is_it
-      is_it = word_index(item%words, topic) > 0
-      if (named) is_it = is_it .or. squeeze(item%name) == squeeze(topic)
-      if (.not. is_it) return
-      write (unit, '(a)') place//': '//item%meaning
-      found = .true.
-   end subroutine write_item
 
    !> Writes the equivalents of a word of other programs, for all places where those programs use the word.
    subroutine write_foreign(unit, topic, table, found)

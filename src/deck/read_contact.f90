@@ -31,38 +31,135 @@ contains
          contact%obstacle = deck%named('OBSTACLE', deck%names%obstacle, 'obstacle')
          contact%node = with_released(model, deck%nodes('NSET'))
          contact%gap = deck%real('GAP')
-         if (contact%obstacle > 0 .and. .not. deck%names%mesh_incomplete) then
-            call check_candidates(deck, model, contact, touched(contact%obstacle, :))
-            call check_directions(deck, model, contact)
-            if (model%obstacle(contact%obstacle)%bilateral .and. deck%given('GAP')) call deck%wrong('GAP', 'obstacle '// &
-               trim(model%obstacle(contact%obstacle)%name)//' is BILATERAL and holds its candidates where they begin; GAP '// &
-               'would have no effect')
-            if (deck%word('POINTS') /= 'NODES') call read_points(deck, model, contact)
-         end if
+         if (contact%obstacle > 0 .and. .not. deck%names%mesh_incomplete) &
+            call check_contact(deck, model, model%obstacle(contact%obstacle), contact, touched(contact%obstacle, :))
          model%contact = [model%contact, contact]
       end do
    end subroutine read_contact_cards
 
-   !> Determines whether the obstacle may push along the rod; an error is added if POINTS=ALONG is impossible.
-   subroutine read_points(deck, model, contact)
+   !> Checks a contact, and determines whether the obstacle may push along the rod.
+   subroutine check_contact(deck, model, obstacle, contact, touched)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(in) :: model
+      type(obstacle_t), intent(in) :: obstacle          ! of the contact
       type(contact_t), intent(inout) :: contact         ! receives along, distributed, needs
-      character(:), allocatable :: reason
-      reason = ''
-      associate (obstacle => model%obstacle(contact%obstacle))
+      integer, intent(inout) :: touched(:)
+      call check_candidates()
+      call check_directions()
+      if (obstacle%bilateral .and. deck%given('GAP')) call deck%wrong('GAP', 'obstacle '//trim(obstacle%name)// &
+         ' is BILATERAL and holds its candidates where they begin; GAP would have no effect')
+      if (deck%word('POINTS') /= 'NODES') call read_points()
+
+   contains
+
+      !> Checks that the candidates are nodes of elements, not listed twice, and on the free side of the obstacle.
+      subroutine check_candidates()
+         integer :: i
+         if (.not. deck%on_elements('NSET', model%mesh, contact%node)) return
+         do i = 1, size(contact%node)
+            associate (node => contact%node(i))
+               if (touched(node) > 0) then
+                  call deck%wrong('NSET', node_words(model%mesh, node)//' is a candidate for this obstacle already, from '// &
+                     deck%source%line_words(touched(node)))
+                  return
+               end if
+               touched(node) = deck%at%card_at
+            end associate
+         end do
+         call check_size()
+         if (obstacle%bilateral) return
+         if (pushes_out(deck, obstacle%name)) return
+         ! With errors in obstacles or imperfections the positions of the obstacle or of the nodes may be wrong: no further message.
+         if (.not. (deck%names%obstacle%incomplete .or. deck%names%imperfections_incomplete)) call check_start()
+      end subroutine check_candidates
+
+      !> The structure is stress-free at the start with its imperfections, so no node may begin behind an obstacle.
+      subroutine check_start()
+         character(:), allocatable :: overlap, hint
+         real(wp) :: gap, normal(2), bend
+         integer :: node
+         call overlap_of_nodes(model, contact, overlap, node)
+         if (overlap == '') return
+         call obstacle_gap(obstacle, model%mesh%x_nominal(:, node), gap, normal, bend)
+         if (gap + contact%gap < -deepest_start(model)) then
+            ! The node penetrates without the imperfections already: the deck describes the side or the position of the obstacle
+            ! wrongly.
+            hint = 'the order of its points'
+            if (obstacle%kind == obstacle_circle) hint = 'its SIDE'
+            if (obstacle%kind == obstacle_arc) hint = 'which of its angles comes first'
+            call obstacle_gap(obstacle, model%mesh%x(:, node), gap, normal, bend)
+            overlap = node_words(model%mesh, node)//' begins '//rounded(-gap - contact%gap)//' behind the obstacle; check '// &
+               hint//', or GAP; what is meant to penetrate is pushed out by *CONTACT INTERFERENCE, SHRINK'
+         end if
+         call deck%wrong('NSET', overlap)
+      end subroutine check_start
+
+      !> Contact is detected at nodes and along elements: the convex parts of an obstacle must not be smaller than the elements.
+      subroutine check_size()
+         real(wp), parameter :: most_turn = 1.0_wp !! [rad] largest turn of an obstacle within the length of an element
+         character(:), allocatable :: advice
+         real(wp) :: length(model%mesh%n_elements)
+         integer :: e
+         do e = 1, model%mesh%n_elements
+            length(e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
+         end do
+         where (.not. within_contact(model, contact)) length = 0.0_wp
+         e = maxloc(length, 1)
+         if (obstacle%kind == obstacle_line .or. e == 0) return
+         if (obstacle%kind == obstacle_circle) then
+            if (obstacle%inside .or. length(e) <= obstacle%radius) return
+            e = findloc(length > obstacle%radius, .true., 1)
+         else
+            if (sharpest_turn(obstacle%curve, length(e)) <= most_turn) return
+         end if
+         advice = 'use more elements'
+         ! The deck omits the number of elements: the program makes the mesh, and these elements serve for the output only.
+         if (model%mesh%placed(e)) advice = 'give a number of elements, so many that none is as long'
+         if (obstacle%kind == obstacle_circle) then
+            call deck%wrong('NSET', element_words(model%mesh, e)//' is longer than the radius of the obstacle, which could '// &
+               'pass between its nodes; '//advice)
+         else
+            call deck%wrong('NSET', 'the obstacle bulges so much within the length of '//element_words(model%mesh, e)// &
+               ' that it could pass between its nodes; '//advice//', or a smoother obstacle')
+         end if
+      end subroutine check_size
+
+      !> All elements of a contact must have the same direction along the rod: arc lengths and regions count along them.
+      subroutine check_directions()
+         integer :: leaving(model%mesh%n_nodes), entering(model%mesh%n_nodes), node
+         call count_elements(model, contact, leaving, entering)
+         do node = 1, model%mesh%n_nodes
+            if (max(leaving(node), entering(node)) /= 2 .or. min(leaving(node), entering(node)) /= 0) cycle
+            call deck%wrong('NSET', 'two elements run against each other at '//node_words(model%mesh, node)// &
+               '; along a contact all elements must have one direction')
+            return
+         end do
+      end subroutine check_directions
+
+      !> Determines whether the obstacle may push along the rod; an error is added if POINTS=ALONG is impossible.
+      subroutine read_points()
+         character(:), allocatable :: reason
+         reason = ''
          if (obstacle%rigid) then
             contact%along = .not. obstacle%bilateral
             if (.not. contact%along) reason = 'an obstacle that is not BILATERAL'
          else
             reason = distribution_needs(model, contact)
             contact%distributed = reason == ''
-            if (contact%distributed) call check_between(deck, model, contact)
+            if (contact%distributed) call check_between()
             if (reason /= '' .and. .not. stands_at_nodes(model, contact)) contact%needs = reason
          end if
-      end associate
-      if (reason /= '' .and. deck%word('POINTS') == 'ALONG') call deck%wrong('POINTS', 'ALONG needs '//reason)
-   end subroutine read_points
+         if (reason /= '' .and. deck%word('POINTS') == 'ALONG') call deck%wrong('POINTS', 'ALONG needs '//reason)
+      end subroutine read_points
+
+      !> If reactions are distributed, obstacles must not penetrate the stress-free structure between the nodes either.
+      subroutine check_between()
+         character(:), allocatable :: overlap
+         if (obstacle%bilateral .or. pushes_out(deck, obstacle%name)) return
+         call overlap_between(model, contact, overlap)
+         if (overlap /= '') call deck%wrong('NSET', overlap)
+      end subroutine check_between
+   end subroutine check_contact
 
    !> The given nodes, and the nodes of element ends released at them if the rod beyond belongs to the nodes, too.
    pure function with_released(model, nodes) result(more)
@@ -102,119 +199,6 @@ contains
          end associate
       end do
    end subroutine choose_contact_points
-
-   !> Checks that the candidates are nodes of elements, not listed twice, and on the free side of the obstacle.
-   subroutine check_candidates(deck, model, contact, touched)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      type(contact_t), intent(in) :: contact
-      integer, intent(inout) :: touched(:)
-      integer :: i
-      if (.not. deck%on_elements('NSET', model%mesh, contact%node)) return
-      do i = 1, size(contact%node)
-         associate (node => contact%node(i))
-            if (touched(node) > 0) then
-               call deck%wrong('NSET', node_words(model%mesh, node)//' is a candidate for this obstacle already, from '// &
-                  deck%source%line_words(touched(node)))
-               return
-            end if
-            touched(node) = deck%at%card_at
-         end associate
-      end do
-      call check_size(deck, model, contact, model%obstacle(contact%obstacle))
-      if (model%obstacle(contact%obstacle)%bilateral) return
-      if (pushes_out(deck, model%obstacle(contact%obstacle)%name)) return
-      ! With errors in obstacles or imperfections the positions of the obstacle or of the nodes may be wrong: no further message.
-      if (.not. (deck%names%obstacle%incomplete .or. deck%names%imperfections_incomplete)) &
-         call check_start(deck, model, contact, model%obstacle(contact%obstacle))
-   end subroutine check_candidates
-
-   !> The structure is stress-free at the start with its imperfections, so no node may begin behind an obstacle.
-   subroutine check_start(deck, model, contact, obstacle)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      type(contact_t), intent(in) :: contact
-      type(obstacle_t), intent(in) :: obstacle          ! of the contact
-      character(:), allocatable :: overlap, hint
-      real(wp) :: gap, normal(2), bend
-      integer :: node
-      call overlap_of_nodes(model, contact, overlap, node)
-      if (overlap == '') return
-      call obstacle_gap(obstacle, model%mesh%x_nominal(:, node), gap, normal, bend)
-      if (gap + contact%gap < -deepest_start(model)) then
-         ! The node penetrates without the imperfections already: the deck describes the side or the position of the obstacle
-         ! wrongly.
-         hint = 'the order of its points'
-         if (obstacle%kind == obstacle_circle) hint = 'its SIDE'
-         if (obstacle%kind == obstacle_arc) hint = 'which of its angles comes first'
-         call obstacle_gap(obstacle, model%mesh%x(:, node), gap, normal, bend)
-         overlap = node_words(model%mesh, node)//' begins '//rounded(-gap - contact%gap)//' behind the obstacle; check '//hint// &
-            & ', or GAP; what is meant to penetrate is pushed out by *CONTACT INTERFERENCE, SHRINK'
-      end if
-      call deck%wrong('NSET', overlap)
-   end subroutine check_start
-
-   !> Contact is detected at nodes and along elements: the convex parts of an obstacle must not be smaller than the elements.
-   subroutine check_size(deck, model, contact, obstacle)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      type(contact_t), intent(in) :: contact
-      type(obstacle_t), intent(in) :: obstacle          ! of the contact
-      real(wp), parameter :: most_turn = 1.0_wp !! [rad] largest turn of an obstacle within the length of an element
-      character(:), allocatable :: advice
-      real(wp) :: length(model%mesh%n_elements)
-      integer :: e
-      do e = 1, model%mesh%n_elements
-         length(e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
-      end do
-      where (.not. within_contact(model, contact)) length = 0.0_wp
-      e = maxloc(length, 1)
-      if (obstacle%kind == obstacle_line .or. e == 0) return
-      if (obstacle%kind == obstacle_circle) then
-         if (obstacle%inside .or. length(e) <= obstacle%radius) return
-         e = findloc(length > obstacle%radius, .true., 1)
-      else
-         if (sharpest_turn(obstacle%curve, length(e)) <= most_turn) return
-      end if
-      advice = 'use more elements'
-      ! The deck omits the number of elements: the program makes the mesh, and these elements serve for the output only.
-      if (model%mesh%placed(e)) advice = 'give a number of elements, so many that none is as long'
-      if (obstacle%kind == obstacle_circle) then
-         call deck%wrong('NSET', element_words(model%mesh, e)//' is longer than the radius of the obstacle, which could '// &
-            'pass between its nodes; '//advice)
-      else
-         call deck%wrong('NSET', 'the obstacle bulges so much within the length of '//element_words(model%mesh, e)// &
-            ' that it could pass between its nodes; '//advice//', or a smoother obstacle')
-      end if
-   end subroutine check_size
-
-   !> If reactions are distributed, obstacles must not penetrate the stress-free structure between the nodes either.
-   subroutine check_between(deck, model, contact)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      type(contact_t), intent(in) :: contact
-      character(:), allocatable :: overlap
-      associate (obstacle => model%obstacle(contact%obstacle))
-         if (obstacle%bilateral .or. pushes_out(deck, obstacle%name)) return
-      end associate
-      call overlap_between(model, contact, overlap)
-      if (overlap /= '') call deck%wrong('NSET', overlap)
-   end subroutine check_between
-
-   !> All elements of a contact must have the same direction along the rod: arc lengths and regions count along them.
-   subroutine check_directions(deck, model, contact)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      type(contact_t), intent(in) :: contact
-      integer :: leaving(model%mesh%n_nodes), entering(model%mesh%n_nodes), node
-      call count_elements(model, contact, leaving, entering)
-      do node = 1, model%mesh%n_nodes
-         if (max(leaving(node), entering(node)) /= 2 .or. min(leaving(node), entering(node)) /= 0) cycle
-         call deck%wrong('NSET', 'two elements run against each other at '//node_words(model%mesh, node)// &
-            '; along a contact all elements must have one direction')
-         return
-      end do
-   end subroutine check_directions
 
    !> True for the elements with both nodes in a contact.
    pure function within_contact(model, contact) result(within)

@@ -79,10 +79,10 @@ contains
          obstacle = obstacle_t()
          obstacle%name = deck%text('NAME')
          obstacle%bilateral = deck%given('BILATERAL')
-         call read_foundation(deck, obstacle)
+         call read_foundation()
          ok = deck%lines_sound()
-         if (ok) call check_ground(deck, obstacle, ok)
-         if (ok) call read_shape(deck, obstacle, ok)
+         if (ok) call check_ground()
+         if (ok) call read_shape()
          if (.not. ok) then
             ! An invalid obstacle is replaced by one for which gaps can be computed, so that cards that refer to it are still
             ! checked.
@@ -92,155 +92,141 @@ contains
          end if
          model%obstacle = [model%obstacle, obstacle]
       end do
-   end subroutine read_obstacle_cards
-
-   !> Reads kind and constants of the foundation.
-   subroutine read_foundation(deck, obstacle)
-      type(checked_deck_t), intent(inout) :: deck
-      type(obstacle_t), intent(inout) :: obstacle
-      real(wp) :: width
-      width = deck%real('WIDTH')
-      obstacle%rigid = deck%word('FOUNDATION') == 'RIGID'
-      select case (deck%word('FOUNDATION'))
-      case ('WINKLER')
-         obstacle%modulus = deck%real('MODULUS') * width
-      case ('PASTERNAK')
-         obstacle%ground = ground_pasternak
-         obstacle%width = width
-         obstacle%modulus = deck%real('MODULUS') * width
-         obstacle%shear = deck%real('SHEAR') * width
-      case ('HALF SPACE')
-         obstacle%ground = ground_half_space
-         obstacle%width = width
-         obstacle%young = deck%real('YOUNG')
-         obstacle%poisson = deck%real('POISSON')
-      case ('LAW')
-         obstacle%width = width
-         obstacle%law = deck%named('LAW', deck%names%law, 'foundation law')
-      end select
-   end subroutine read_foundation
-
-   !> Checks the requirements of coupled ground.
-   subroutine check_ground(deck, obstacle, ok)
-      type(checked_deck_t), intent(inout) :: deck
-      type(obstacle_t), intent(in) :: obstacle
-      logical, intent(out) :: ok
-      ok = obstacle%ground == ground_independent .or. deck%word('TYPE') == 'LINE'
-      if (.not. ok) call deck%wrong('FOUNDATION', deck%word('FOUNDATION')// &
-         ' needs TYPE=LINE: it carries load along a plane surface')
-      if (obstacle%ground /= ground_half_space .or. deck%given('WIDTH')) return
-      call deck%wrong('FOUNDATION', 'HALF SPACE needs WIDTH, of the strip that presses on it')
-      ok = .false.
-   end subroutine check_ground
-
-   !> Reads kind, position and size.
-   subroutine read_shape(deck, obstacle, ok)
-      type(checked_deck_t), intent(inout) :: deck       !! all data lines of the card are sound
-      type(obstacle_t), intent(inout) :: obstacle
-      logical, intent(out) :: ok
-      ok = deck%next_line()
-      select case (deck%word('TYPE'))
-      case ('LINE')
-         obstacle%kind = obstacle_line
-         obstacle%point = reshape([deck%real('x1'), deck%real('y1'), deck%real('x2'), deck%real('y2')], [2, 2])
-         ok = norm2(obstacle%point(:, 2) - obstacle%point(:, 1)) > 0.0_wp
-         if (.not. ok) call deck%wrong_line('both points are at the same place')
-      case ('CIRCLE')
-         obstacle%kind = obstacle_circle
-         obstacle%inside = deck%word('SIDE') == 'INSIDE'
-         call read_centre()
-      case ('ARC')
-         obstacle%kind = obstacle_arc
-         call read_centre()
-         call read_arc(deck, obstacle, ok)
-      case ('POLYLINE')
-         obstacle%kind = obstacle_polyline
-         call read_points(deck, obstacle%point, ok)
-         if (ok) call read_polyline(deck, obstacle, ok)
-      case ('SPLINE')
-         obstacle%kind = obstacle_spline
-         call read_points(deck, obstacle%point, ok)
-         if (ok) obstacle%curve = spline_curve(obstacle%point)
-      end select
-      if (.not. ok .or. .not. allocated(obstacle%curve%piece)) return
-      ok = .not. crosses_itself(obstacle%curve)
-      if (.not. ok) call deck%wrong('TYPE', 'the obstacle, which goes on straight beyond both ends, meets itself')
 
    contains
 
+      !> Reads kind and constants of the foundation.
+      subroutine read_foundation()
+         real(wp) :: width
+         width = deck%real('WIDTH')
+         obstacle%rigid = deck%word('FOUNDATION') == 'RIGID'
+         select case (deck%word('FOUNDATION'))
+         case ('WINKLER')
+            obstacle%modulus = deck%real('MODULUS') * width
+         case ('PASTERNAK')
+            obstacle%ground = ground_pasternak
+            obstacle%width = width
+            obstacle%modulus = deck%real('MODULUS') * width
+            obstacle%shear = deck%real('SHEAR') * width
+         case ('HALF SPACE')
+            obstacle%ground = ground_half_space
+            obstacle%width = width
+            obstacle%young = deck%real('YOUNG')
+            obstacle%poisson = deck%real('POISSON')
+         case ('LAW')
+            obstacle%width = width
+            obstacle%law = deck%named('LAW', deck%names%law, 'foundation law')
+         end select
+      end subroutine read_foundation
+
+      !> Checks the requirements of coupled ground.
+      subroutine check_ground()
+         ok = obstacle%ground == ground_independent .or. deck%word('TYPE') == 'LINE'
+         if (.not. ok) call deck%wrong('FOUNDATION', deck%word('FOUNDATION')// &
+            ' needs TYPE=LINE: it carries load along a plane surface')
+         if (obstacle%ground /= ground_half_space .or. deck%given('WIDTH')) return
+         call deck%wrong('FOUNDATION', 'HALF SPACE needs WIDTH, of the strip that presses on it')
+         ok = .false.
+      end subroutine check_ground
+
+      !> Reads kind, position and size.
+      subroutine read_shape()
+         ok = deck%next_line()
+         select case (deck%word('TYPE'))
+         case ('LINE')
+            obstacle%kind = obstacle_line
+            obstacle%point = reshape([deck%real('x1'), deck%real('y1'), deck%real('x2'), deck%real('y2')], [2, 2])
+            ok = norm2(obstacle%point(:, 2) - obstacle%point(:, 1)) > 0.0_wp
+            if (.not. ok) call deck%wrong_line('both points are at the same place')
+         case ('CIRCLE')
+            obstacle%kind = obstacle_circle
+            obstacle%inside = deck%word('SIDE') == 'INSIDE'
+            call read_centre()
+         case ('ARC')
+            obstacle%kind = obstacle_arc
+            call read_centre()
+            call read_arc()
+         case ('POLYLINE')
+            obstacle%kind = obstacle_polyline
+            call read_points(obstacle%point)
+            if (ok) call read_polyline()
+         case ('SPLINE')
+            obstacle%kind = obstacle_spline
+            call read_points(obstacle%point)
+            if (ok) obstacle%curve = spline_curve(obstacle%point)
+         end select
+         if (.not. ok .or. .not. allocated(obstacle%curve%piece)) return
+         ok = .not. crosses_itself(obstacle%curve)
+         if (.not. ok) call deck%wrong('TYPE', 'the obstacle, which goes on straight beyond both ends, meets itself')
+      end subroutine read_shape
+
+      !> Reads what circles and arcs have.
       subroutine read_centre()
          obstacle%centre = [deck%real('xc'), deck%real('yc')]
          obstacle%radius = deck%real('radius')
          obstacle%reference_angle = deck%real('REFERENCE') * degree
       end subroutine read_centre
-   end subroutine read_shape
 
-   !> Reads both angles of an arc.
-   subroutine read_arc(deck, obstacle, ok)
-      type(checked_deck_t), intent(inout) :: deck
-      type(obstacle_t), intent(inout) :: obstacle
-      logical, intent(out) :: ok
-      real(wp) :: angle(2), turn
-      angle = [deck%real('start'), deck%real('end')]
-      turn = abs(angle(2) - angle(1))
-      obstacle%angle = angle * degree
-      ok = .false.
-      if (.not. turn > 0.0_wp) then
-         call deck%wrong('end', 'the arc ends where it starts')
-      else if (turn > half_turn) then
-         call deck%wrong('end', 'the arc turns by '//to_text(turn)//' degrees; beyond 180 its straight continuations meet')
-      else
-         ok = .true.
-         obstacle%curve = arc_curve(obstacle%centre, obstacle%radius, obstacle%angle(1), obstacle%angle(2))
-      end if
-   end subroutine read_arc
-
-   !> Reads the points of a polyline or spline; neighbouring points must be different.
-   subroutine read_points(deck, point, ok)
-      type(checked_deck_t), intent(inout) :: deck       !! at its first data line
-      real(wp), allocatable, intent(out) :: point(:, :)
-      logical, intent(out) :: ok
-      integer :: i
-      ok = .true.
-      allocate (point(2, deck%at%n_lines))
-      do i = 1, size(point, 2)
-         point(:, i) = [deck%real('x'), deck%real('y')]
-         if (i > 1) then
-            if (norm2(point(:, i) - point(:, i - 1)) <= 0.0_wp) then
-               call deck%wrong_line('the point is at the place of the one before')
-               ok = .false.
-            end if
-         end if
-         if (.not. deck%next_line()) exit
-      end do
-   end subroutine read_points
-
-   !> Reads the corner radius of a polyline.
-   subroutine read_polyline(deck, obstacle, ok)
-      type(checked_deck_t), intent(inout) :: deck       !! at its last data line
-      type(obstacle_t), intent(inout) :: obstacle       !! with its points
-      logical, intent(out) :: ok
-      real(wp) :: widest
-      integer :: i, before
-      ok = .true.
-      before = deck%at%line - size(obstacle%point, 2)
-      do i = 2, size(obstacle%point, 2) - 1
-         if (abs(corner_turn(obstacle%point, i)) < back * degree) cycle
-         deck%at = deck%at_line(before + i)
-         call deck%wrong_line('the polyline turns back at this point')
+      !> Reads both angles of an arc.
+      subroutine read_arc()
+         real(wp) :: angle(2), turn
+         angle = [deck%real('start'), deck%real('end')]
+         turn = abs(angle(2) - angle(1))
+         obstacle%angle = angle * degree
          ok = .false.
-      end do
-      if (.not. ok) return
-      widest = widest_corner_radius(obstacle%point)
-      obstacle%radius = default_corner_radius(obstacle%point)
-      if (deck%given('RADIUS')) obstacle%radius = deck%real('RADIUS')
-      ok = obstacle%radius / (1.0_wp + 4 * epsilon(widest)) <= widest ! widest is huge without corners
-      if (ok) then
-         obstacle%curve = polyline_curve(obstacle%point, min(obstacle%radius, widest))
-      else
-         call deck%wrong('RADIUS', 'corners of this radius do not fit between the points; at most '//to_text(rounded_down(widest)))
-      end if
-   end subroutine read_polyline
+         if (.not. turn > 0.0_wp) then
+            call deck%wrong('end', 'the arc ends where it starts')
+         else if (turn > half_turn) then
+            call deck%wrong('end', 'the arc turns by '//to_text(turn)//' degrees; beyond 180 its straight continuations meet')
+         else
+            ok = .true.
+            obstacle%curve = arc_curve(obstacle%centre, obstacle%radius, obstacle%angle(1), obstacle%angle(2))
+         end if
+      end subroutine read_arc
+
+      !> Reads the points of a polyline or spline; neighbouring points must be different.
+      subroutine read_points(point)
+         real(wp), allocatable, intent(out) :: point(:, :)
+         integer :: i
+         ok = .true.
+         allocate (point(2, deck%at%n_lines))
+         do i = 1, size(point, 2)
+            point(:, i) = [deck%real('x'), deck%real('y')]
+            if (i > 1) then
+               if (norm2(point(:, i) - point(:, i - 1)) <= 0.0_wp) then
+                  call deck%wrong_line('the point is at the place of the one before')
+                  ok = .false.
+               end if
+            end if
+            if (.not. deck%next_line()) exit
+         end do
+      end subroutine read_points
+
+      !> Reads the corner radius of a polyline.
+      subroutine read_polyline()
+         real(wp) :: widest
+         integer :: i, before
+         ok = .true.
+         before = deck%at%line - size(obstacle%point, 2)
+         do i = 2, size(obstacle%point, 2) - 1
+            if (abs(corner_turn(obstacle%point, i)) < back * degree) cycle
+            deck%at = deck%at_line(before + i)
+            call deck%wrong_line('the polyline turns back at this point')
+            ok = .false.
+         end do
+         if (.not. ok) return
+         widest = widest_corner_radius(obstacle%point)
+         obstacle%radius = default_corner_radius(obstacle%point)
+         if (deck%given('RADIUS')) obstacle%radius = deck%real('RADIUS')
+         ok = obstacle%radius / (1.0_wp + 4 * epsilon(widest)) <= widest ! widest is huge without corners
+         if (ok) then
+            obstacle%curve = polyline_curve(obstacle%point, min(obstacle%radius, widest))
+         else
+            call deck%wrong('RADIUS', 'corners of this radius do not fit between the points; at most '// &
+               to_text(rounded_down(widest)))
+         end if
+      end subroutine read_polyline
+   end subroutine read_obstacle_cards
 
    !> The number x rounded down to 4 significant digits.
    real(wp) function rounded_down(x)

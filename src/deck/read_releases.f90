@@ -37,29 +37,83 @@ contains
             elements = [integer ::]
             if (deck%given('element or set')) elements = deck%elements('element or set')
             joint%stiffness = deck%real('stiffness')
-            call read_free(deck, joint%free)
+            call read_free(joint%free)
             if (deck%names%mesh_incomplete .or. .not. any(joint%free)) cycle
             do i = 1, size(nodes)
                if (.not. deck%given('element or set')) then
-                  call release_all(deck, model, nodes(i), joint, released)
+                  call release_all(nodes(i))
                else if (size(elements) > 0) then
-                  call release(deck, model, nodes(i), ends_of(model, elements, nodes(i)), joint, released)
+                  call release(nodes(i), ends_of(model, elements, nodes(i)))
                end if
             end do
          end do
       end do
       if (size(model%release) > 0) call take_node_sets(deck%names, model%node_set)
-   end subroutine read_release_cards
 
-   !> Reads the components that a line releases; none, and an error is added, if they are invalid.
-   subroutine read_free(deck, free)
-      type(checked_deck_t), intent(inout) :: deck
-      logical, intent(out) :: free(3)
-      call read_dofs(deck, free)
-      if (.not. all(free)) return
-      call deck%wrong('dof', 'nothing would hold the ends to the node')
-      free = .false.
-   end subroutine read_free
+   contains
+
+      !> Reads the components that a line releases; none, and an error is added, if they are invalid.
+      subroutine read_free(free)
+         logical, intent(out) :: free(3)
+         call read_dofs(deck, free)
+         if (.not. all(free)) return
+         call deck%wrong('dof', 'nothing would hold the ends to the node')
+         free = .false.
+      end subroutine read_free
+
+      !> Releases all ends at a node except the first one, each separately.
+      subroutine release_all(node)
+         integer, intent(in) :: node
+         logical :: chosen(2, model%mesh%n_elements)
+         integer :: e, side, n
+         n = 0
+         do e = 1, model%mesh%n_elements
+            do side = 1, 2
+               if (model%mesh%node(side, e) /= node) cycle
+               n = n + 1
+               if (n == 1) cycle
+               chosen = .false.
+               chosen(side, e) = .true.
+               call release(node, chosen)
+            end do
+         end do
+         if (n < 2) call deck%wrong('node or set', node_words(model%mesh, node)//' has '// &
+            trim(merge('one element ', 'no element  ', n == 1))//'; a joint needs a second one')
+      end subroutine release_all
+
+      !> Gives the chosen element ends at a node a new common node, by which they remain connected to each other.
+      subroutine release(node, chosen)
+         integer, intent(in) :: node
+         logical, intent(in) :: chosen(:, :)
+         character(:), allocatable :: problem
+         type(release_t) :: new
+         integer :: i
+         problem = ''
+         if (all(chosen .eqv. (model%mesh%node == node))) problem = 'all ends at '//node_words(model%mesh, node)// &
+            ' would be released from it, and none stay: a joint needs a second element (an end that a support lets turn is PINNED)'
+         if (.not. any(chosen)) then
+            problem = 'no end of these elements is at '//node_words(model%mesh, node)
+            if (any(released)) problem = problem//', or it is released already'
+         end if
+         if (problem /= '') then
+            call deck%wrong('node or set', problem)
+            return
+         end if
+         call copy_node(deck%names, model%mesh, node)
+         new = release_t(node=node, own=model%mesh%n_nodes, free=joint%free)
+         where (chosen) model%mesh%node = new%own
+         released = released .or. chosen
+         model%release = [model%release, new]
+         call deck%names%node%append(joint%set, [new%own])
+         do i = 1, 3
+            if (.not. joint%free(i)) then
+               model%tie = [model%tie, same_component(new%own, i, node)]
+            else if (joint%stiffness > 0.0_wp) then
+               model%joint_spring = [model%joint_spring, joint_spring_t([node, new%own], i, joint%stiffness)]
+            end if
+         end do
+      end subroutine release
+   end subroutine read_release_cards
 
    !> Marks the element ends at a node that belong to the given elements: (end, element).
    pure function ends_of(model, elements, node) result(chosen)
@@ -70,64 +124,4 @@ contains
       chosen(:, elements) = model%mesh%node(:, elements) == node
    end function ends_of
 
-   !> Releases all ends at a node except the first one, each separately.
-   subroutine release_all(deck, model, node, joint, released)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(inout) :: model
-      integer, intent(in) :: node
-      type(joint_t), intent(in) :: joint
-      logical, intent(inout) :: released(:, :)
-      logical :: chosen(2, model%mesh%n_elements)
-      integer :: e, side, n
-      n = 0
-      do e = 1, model%mesh%n_elements
-         do side = 1, 2
-            if (model%mesh%node(side, e) /= node) cycle
-            n = n + 1
-            if (n == 1) cycle
-            chosen = .false.
-            chosen(side, e) = .true.
-            call release(deck, model, node, chosen, joint, released)
-         end do
-      end do
-      if (n < 2) call deck%wrong('node or set', node_words(model%mesh, node)//' has '// &
-         trim(merge('one element ', 'no element  ', n == 1))//'; a joint needs a second one')
-   end subroutine release_all
-
-   !> Gives the chosen element ends at a node a new common node, by which they remain connected to each other.
-   subroutine release(deck, model, node, chosen, joint, released)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(inout) :: model
-      integer, intent(in) :: node
-      logical, intent(in) :: chosen(:, :)
-      type(joint_t), intent(in) :: joint
-      logical, intent(inout) :: released(:, :)
-      character(:), allocatable :: problem
-      type(release_t) :: new
-      integer :: i
-      problem = ''
-      if (all(chosen .eqv. (model%mesh%node == node))) problem = 'all ends at '//node_words(model%mesh, node)// &
-         ' would be released from it, and none stay: a joint needs a second element (an end that a support lets turn is PINNED)'
-      if (.not. any(chosen)) then
-         problem = 'no end of these elements is at '//node_words(model%mesh, node)
-         if (any(released)) problem = problem//', or it is released already'
-      end if
-      if (problem /= '') then
-         call deck%wrong('node or set', problem)
-         return
-      end if
-      call copy_node(deck%names, model%mesh, node)
-      new = release_t(node=node, own=model%mesh%n_nodes, free=joint%free)
-      where (chosen) model%mesh%node = new%own
-      released = released .or. chosen
-      model%release = [model%release, new]
-      call deck%names%node%append(joint%set, [new%own])
-      do i = 1, 3
-         if (.not. joint%free(i)) then
-            model%tie = [model%tie, same_component(new%own, i, node)]
-         else if (joint%stiffness > 0.0_wp) then
-            model%joint_spring = [model%joint_spring, joint_spring_t([node, new%own], i, joint%stiffness)]
-         end if
-      end do
-   end subroutine release
 end module read_releases

@@ -184,15 +184,13 @@ contains
    subroutine check_complete(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(in) :: model
+      character(:), allocatable :: message
       integer :: e, n
       n = count(model%mesh%section == 0)
       if (n == 0) return
       e = findloc(model%mesh%section, 0, 1)
-      if (n == 1) then
-         call deck%wrong_at_line(deck%names%element%line(e), element_words(model%mesh, e)//' has no *BEAM SECTION')
-      else
-         call deck%wrong_at_line(deck%names%element%line(e), to_text(n)//' elements have no *BEAM SECTION, the first is '// &
-            element_words(model%mesh, e))
-      end if
+      message = element_words(model%mesh, e)//' has no *BEAM SECTION'
+      if (n > 1) message = to_text(n)//' elements have no *BEAM SECTION, the first is '//element_words(model%mesh, e)
+      call deck%wrong_at_line(deck%names%element%line(e), message)
    end subroutine check_complete
 end module read_sections

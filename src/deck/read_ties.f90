@@ -21,134 +21,128 @@ contains
       allocate (deck%names%tie_origin(size(model%tie)))
       do while (deck%next_card('MPC|EQUATION'))
          if (deck%at%keyword == 'EQUATION') then
-            call read_equation(deck, model)
+            call read_equation()
          else
             do while (deck%next_line())
-               call read_pair(deck, model)
+               call read_pair()
             end do
          end if
       end do
-   end subroutine read_tie_cards
 
-   !> Reads a line of *MPC: nodes, and the node that they follow.
-   subroutine read_pair(deck, model)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(inout) :: model
-      character(:), allocatable :: kind
-      integer, allocatable :: nodes(:)
-      integer :: i, lead
-      kind = deck%word('TYPE')
-      nodes = deck%nodes('node or set')
-      lead = deck%node('node')
-      if (lead == 0) return
-      ! Nodes with rigid bars or links, and nodes that follow others in all components, need not belong to an element.
-      if (kind == 'BEAM' .or. kind == 'LINK') deck%names%connected(lead) = .true.
-      if (kind /= 'PIN') deck%names%connected(nodes) = .true.
-      if (.not. deck%on_elements('node or set', model%mesh, nodes)) return
-      if (.not. deck%on_elements('node', model%mesh, [lead])) return
-      do i = 1, size(nodes)
-         if (nodes(i) == lead) then
-            call deck%wrong('node', node_words(model%mesh, lead)//' cannot follow itself')
-         else if (kind == 'LINK' .and. norm2(model%mesh%x(:, nodes(i)) - model%mesh%x(:, lead)) <= 0.0_wp) then
-            call deck%wrong('node', 'nodes '//to_text(model%mesh%node_label(nodes(i)))//' and '// &
-               to_text(model%mesh%node_label(lead))//' are at the same place, and a link between them has no length; '// &
-               'TYPE=PIN joins them')
-         else
-            call tie_pair(deck, model, kind, nodes(i), lead)
-            cycle
-         end if
-         return
-      end do
-   end subroutine read_pair
+   contains
 
-   !> Ties the components of a node to those of another one.
-   subroutine tie_pair(deck, model, kind, node, other)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(inout) :: model
-      character(*), intent(in) :: kind     ! of *MPC
-      integer, intent(in) :: node, other   ! node follows the other one
-      type(tie_t) :: tie
-      integer :: lead, k
-      lead = other
-      if (kind == 'LINK') then
-         ! LINK: a bar with hinges at both ends. An additional node, pinned to the other one and with a rotation of its own, carries
-         ! the bar.
-         call copy_node(deck%names, model%mesh, other)
-         lead = model%mesh%n_nodes
-         do k = 1, 2
-            call add(deck, model, same_component(lead, k, other))
-         end do
-      end if
-      do k = 1, merge(2, 3, kind == 'PIN' .or. kind == 'LINK')
-         tie = same_component(node, k, lead)
-         if ((kind == 'BEAM' .or. kind == 'LINK') .and. k < 3) then
-            tie%turner = lead
-            tie%arm = model%mesh%x(:, node) - model%mesh%x(:, lead)
-         end if
-         call add(deck, model, tie)
-      end do
-   end subroutine tie_pair
-
-   !> Reads a card of *EQUATION: its first term follows the others.
-   subroutine read_equation(deck, model)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(inout) :: model
-      type(position_t) :: card, first
-      type(tie_t) :: tie
-      integer :: node, part, i
-      real(wp) :: lead
-      card = deck%at
-      lead = 1.0_wp
-      allocate (tie%of(0), tie%part(0), tie%factor(0))
-      do while (deck%next_line())
-         node = deck%node('node')
-         if (node == 0) return
-         part = deck%integer('dof')
-         if (.not. deck%on_elements('node', model%mesh, [node])) return
-         if (deck%at%line == card%line + 1) then
-            first = deck%at
-            tie%node = node
-            tie%component = part
-            lead = deck%real('coefficient')
-            cycle
-         else if (node == tie%node .and. part == tie%component) then
-            call deck%wrong('node', 'the first term stands again: a degree of freedom cannot follow itself')
+      !> Reads a line of *MPC: nodes, and the node that they follow.
+      subroutine read_pair()
+         character(:), allocatable :: kind
+         integer, allocatable :: nodes(:)
+         integer :: i, lead
+         kind = deck%word('TYPE')
+         nodes = deck%nodes('node or set')
+         lead = deck%node('node')
+         if (lead == 0) return
+         ! Nodes with rigid bars or links, and nodes that follow others in all components, need not belong to an element.
+         if (kind == 'BEAM' .or. kind == 'LINK') deck%names%connected(lead) = .true.
+         if (kind /= 'PIN') deck%names%connected(nodes) = .true.
+         if (.not. deck%on_elements('node or set', model%mesh, nodes)) return
+         if (.not. deck%on_elements('node', model%mesh, [lead])) return
+         do i = 1, size(nodes)
+            if (nodes(i) == lead) then
+               call deck%wrong('node', node_words(model%mesh, lead)//' cannot follow itself')
+            else if (kind == 'LINK' .and. norm2(model%mesh%x(:, nodes(i)) - model%mesh%x(:, lead)) <= 0.0_wp) then
+               call deck%wrong('node', 'nodes '//to_text(model%mesh%node_label(nodes(i)))//' and '// &
+                  to_text(model%mesh%node_label(lead))//' are at the same place, and a link between them has no length; '// &
+                  'TYPE=PIN joins them')
+            else
+               call tie_pair(kind, nodes(i), lead)
+               cycle
+            end if
             return
-         end if
-         do i = 1, size(tie%of)
-            if (tie%of(i) == node .and. tie%part(i) == part) exit
          end do
-         if (i > size(tie%of)) then
-            tie%of = [tie%of, node]
-            tie%part = [tie%part, part]
-            tie%factor = [tie%factor, 0.0_wp]
-         end if
-         tie%factor(i) = tie%factor(i) - deck%real('coefficient') / lead
-      end do
-      if (.not. deck%lines_sound()) return
-      deck%at = first
-      call add(deck, model, tie)
-   end subroutine read_equation
+      end subroutine read_pair
 
-   !> Adds a tie, unless its degree of freedom follows others already.
-   subroutine add(deck, model, tie)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(inout) :: model
-      type(tie_t), intent(in) :: tie
-      character(:), allocatable :: from
-      integer :: i
-      do i = 1, size(model%tie)
-         if (model%tie(i)%node /= tie%node .or. model%tie(i)%component /= tie%component) cycle
-         from = ', for it is a released end'
-         associate (origin => deck%names%tie_origin(i))
-            if (origin%card > 0) from = ', from '//deck%source%line_words(origin%line_at)
-         end associate
-         call deck%wrong(deck%field_name(1), dof_text(model, tie)//' follows others already'//from)
-         return
-      end do
-      model%tie = [model%tie, tie]
-      deck%names%tie_origin = [deck%names%tie_origin, deck%at]
-   end subroutine add
+      !> Ties the components of a node to those of another one.
+      subroutine tie_pair(kind, node, other)
+         character(*), intent(in) :: kind     ! of *MPC
+         integer, intent(in) :: node, other   ! node follows the other one
+         type(tie_t) :: tie
+         integer :: lead, k
+         lead = other
+         if (kind == 'LINK') then
+            ! LINK: a bar with hinges at both ends. An additional node, pinned to the other one and with a rotation of its own,
+            ! carries the bar.
+            call copy_node(deck%names, model%mesh, other)
+            lead = model%mesh%n_nodes
+            do k = 1, 2
+               call add(same_component(lead, k, other))
+            end do
+         end if
+         do k = 1, merge(2, 3, kind == 'PIN' .or. kind == 'LINK')
+            tie = same_component(node, k, lead)
+            if ((kind == 'BEAM' .or. kind == 'LINK') .and. k < 3) then
+               tie%turner = lead
+               tie%arm = model%mesh%x(:, node) - model%mesh%x(:, lead)
+            end if
+            call add(tie)
+         end do
+      end subroutine tie_pair
+
+      !> Reads a card of *EQUATION: its first term follows the others.
+      subroutine read_equation()
+         type(position_t) :: card, first
+         type(tie_t) :: tie
+         integer :: node, part, i
+         real(wp) :: lead
+         card = deck%at
+         lead = 1.0_wp
+         allocate (tie%of(0), tie%part(0), tie%factor(0))
+         do while (deck%next_line())
+            node = deck%node('node')
+            if (node == 0) return
+            part = deck%integer('dof')
+            if (.not. deck%on_elements('node', model%mesh, [node])) return
+            if (deck%at%line == card%line + 1) then
+               first = deck%at
+               tie%node = node
+               tie%component = part
+               lead = deck%real('coefficient')
+               cycle
+            else if (node == tie%node .and. part == tie%component) then
+               call deck%wrong('node', 'the first term stands again: a degree of freedom cannot follow itself')
+               return
+            end if
+            do i = 1, size(tie%of)
+               if (tie%of(i) == node .and. tie%part(i) == part) exit
+            end do
+            if (i > size(tie%of)) then
+               tie%of = [tie%of, node]
+               tie%part = [tie%part, part]
+               tie%factor = [tie%factor, 0.0_wp]
+            end if
+            tie%factor(i) = tie%factor(i) - deck%real('coefficient') / lead
+         end do
+         if (.not. deck%lines_sound()) return
+         deck%at = first
+         call add(tie)
+      end subroutine read_equation
+
+      !> Adds a tie, unless its degree of freedom follows others already.
+      subroutine add(tie)
+         type(tie_t), intent(in) :: tie
+         character(:), allocatable :: from
+         integer :: i
+         do i = 1, size(model%tie)
+            if (model%tie(i)%node /= tie%node .or. model%tie(i)%component /= tie%component) cycle
+            from = ', for it is a released end'
+            associate (origin => deck%names%tie_origin(i))
+               if (origin%card > 0) from = ', from '//deck%source%line_words(origin%line_at)
+            end associate
+            call deck%wrong(deck%field_name(1), dof_text(model, tie)//' follows others already'//from)
+            return
+         end do
+         model%tie = [model%tie, tie]
+         deck%names%tie_origin = [deck%names%tie_origin, deck%at]
+      end subroutine add
+   end subroutine read_tie_cards
 
    !> Orders ties so that their values can be computed one after the other; ties of supported degrees of freedom and circular ties
    !> are errors.
