@@ -47,15 +47,225 @@ contains
             call report_unknown(deck, card)
             cycle
          end if
-         deck%card(card)%keyword = deck%spec(deck%card(card)%spec)%keyword
-         call check_position(deck, card, reading)
-         call check_parameters(deck, card)
-         ! The parameters select the layout of the data lines. After a bad parameter the lines are checked only if the card has one
-         ! layout.
-         if (deck%card(card)%sound .or. size(deck%spec(deck%card(card)%spec)%layout) == 1) call check_lines(deck, card)
+         call check_card(deck, card, deck%spec(deck%card(card)%spec), reading)
       end do
       if (reading%open) call deck%complain(reading%open_card, deck%card(reading%open_card)%place, 'its *END STEP is missing')
    end subroutine check_cards
+
+   !> Checks one card: its place in the deck, its parameters, its data lines.
+   subroutine check_card(deck, card, spec, reading)
+      class(deck_t), intent(inout) :: deck
+      integer, intent(in) :: card                        ! index of the card
+      type(card_spec_t), intent(in) :: spec              ! its entry of the table
+      type(reading_t), intent(inout) :: reading
+      deck%card(card)%keyword = spec%keyword
+      call check_position(deck%card(card)%spec)
+      call check_parameters()
+      ! The parameters select the layout of the data lines. After a bad parameter the lines are checked only if the card has one
+      ! layout.
+      if (deck%card(card)%sound .or. size(spec%layout) == 1) call check_lines()
+
+   contains
+
+      !> Adds an error at the card, which is then not sound.
+      subroutine bad_card(place, message)
+         type(place_t), intent(in) :: place
+         character(*), intent(in) :: message
+         deck%card(card)%sound = .false.
+         call deck%complain(card, place, message)
+      end subroutine bad_card
+
+      !> Checks that the card is in the right part of the deck, and opens and closes steps.
+      subroutine check_position(kind)
+         integer, intent(in) :: kind                     ! position of the entry in the table
+         character(:), allocatable :: wrong
+         wrong = ''
+         if (spec%keyword == 'STEP') then
+            if (reading%open) wrong = 'the step that began in '// &
+               deck%source%line_words(deck%card(reading%open_card)%place%line)//' has no *END STEP yet'
+            reading%step = reading%step + 1
+            reading%open = .true.
+            reading%open_card = card
+            where (deck%spec%where == in_step) reading%first_use = 0
+         else if (spec%where == in_model .and. reading%step > 0) then
+            wrong = 'belongs in the model part, above the first *STEP'
+         else if (spec%where == in_step .and. .not. reading%open) then
+            wrong = 'belongs in a step, between *STEP and *END STEP'
+         else if (spec%where /= outside_step .and. reading%step > 0 .and. .not. reading%open) then
+            wrong = 'belongs in the model part, above the first *STEP, or in a step'
+         else if (spec%follows /= '' .and. reading%chain /= spec%follows) then
+            wrong = 'must stand below a *'//spec%follows
+         else if (spec%once .and. reading%first_use(kind) > 0) then
+            wrong = 'given twice, first in '//deck%source%line_words(deck%card(reading%first_use(kind))%place%line)
+         end if
+         deck%card(card)%step = merge(reading%step, 0, reading%open)
+         if (spec%keyword == 'END STEP') reading%open = .false.
+         if (spec%follows == '') reading%chain = spec%keyword
+         if (reading%first_use(kind) == 0) reading%first_use(kind) = card
+         if (wrong /= '') call bad_card(deck%card(card)%place, wrong)
+      end subroutine check_position
+
+      !> Checks and converts the given parameters, then those that are missing.
+      subroutine check_parameters()
+         character(:), allocatable :: wrong
+         type(place_t) :: place
+         integer :: p
+         do p = deck%card(card)%first_parameter, deck%card(card)%last_parameter
+            call check_parameter(p, place, wrong)
+            if (wrong == '') cycle
+            call bad_card(place, wrong)
+            ! An unknown name on a continuation line: the comma above it was superfluous, and the line is most likely a data line.
+            if (deck%parameter(p)%item == 0 .and. place%line > deck%card(card)%place%line) exit
+         end do
+         if (.not. deck%card(card)%sound) return
+         do p = 1, size(spec%parameter)
+            call check_presence(spec%parameter(p), deck%given_parameter(card, p))
+         end do
+      end subroutine check_parameters
+
+      !> Checks and converts one parameter, and notes its item.
+      subroutine check_parameter(p, place, wrong)
+         integer, intent(in) :: p                        ! position in deck%parameter
+         type(place_t), intent(out) :: place             ! of the error
+         character(:), allocatable, intent(out) :: wrong ! description of the error; '' if there is none
+         logical :: right
+         wrong = ''
+         associate (parameter => deck%parameter(p))
+            place = parameter%name
+            parameter%item = find_item(spec%parameter, deck%text_at(place))
+            if (parameter%item == 0) then
+               wrong = unknown_parameter(spec, deck%text_at(place))
+               if (place%line > deck%card(card)%place%line) &
+                  wrong = wrong//' (the line above ends in a comma, so the keyword goes on here)'
+               return
+            end if
+            associate (item => spec%parameter(parameter%item))
+               if (any(deck%parameter(deck%card(card)%first_parameter:p - 1)%item == parameter%item)) then
+                  wrong = item%name//' is given twice'
+               else if (item%kind == kind_flag) then
+                  if (parameter%has_value) wrong = item%name//' takes no value'
+               else if (parameter%value%last < parameter%value%first) then
+                  wrong = item%name//' needs a value: '//item%name//'='
+               else
+                  place = parameter%value
+                  call convert(item, deck%text_at(place), parameter%number, right)
+                  if (.not. right) wrong = value_error(item, deck%text_at(place))
+               end if
+            end associate
+         end associate
+      end subroutine check_parameter
+
+      !> Checks that a parameter is given if it is required, and not given if its condition is not satisfied.
+      subroutine check_presence(item, p)
+         type(item_t), intent(in) :: item                ! the parameter
+         integer, intent(in) :: p                        ! position in deck%parameter; 0: not given
+         character(:), allocatable :: why
+         type(place_t) :: place
+         if (index(item%only, '=') > 0) then
+            if (given_word(item%only(:index(item%only, '=') - 1)) == '') return ! that parameter is reported already
+         end if
+         if (p > 0 .and. .not. holds(item%only)) then
+            place = deck%parameter(p)%name
+            place%last = max(place%last, deck%parameter(p)%value%last)
+            call bad_card(place, item%name//' goes with '//separated(item%only, ', ')//' only')
+         else if (item%required .and. p == 0 .and. holds(item%only)) then
+            why = ''
+            if (item%only /= '') why = '; required with '//separated(item%only, ', ')
+            call bad_card(deck%card(card)%place, 'parameter '//item%name//' is missing'//why)
+         end if
+      end subroutine check_presence
+
+      !> The word given for a parameter, or its default, as the table spells it; '' if there is none.
+      pure function given_word(name) result(word)
+         character(*), intent(in) :: name
+         character(:), allocatable :: word
+         integer :: i, p
+         word = ''
+         i = find_item(spec%parameter, name)
+         if (i == 0) return
+         p = deck%given_parameter(card, i)
+         if (p == 0) word = spec%parameter(i)%default
+         if (p > 0) word = word_at(spec%parameter(i)%words, nint(deck%parameter(p)%number))
+      end function given_word
+
+      !> True if a condition of the table is satisfied: 'TYPE=CIRCLE|LINE' (one of these words), 'GENERATE' (given), ''.
+      pure logical function holds(condition)
+         character(*), intent(in) :: condition
+         character(:), allocatable :: word
+         integer :: equals
+         holds = .true.
+         if (condition == '') return
+         equals = index(condition, '=')
+         if (equals == 0) then
+            holds = deck%given_parameter(card, find_item(spec%parameter, condition)) > 0
+         else
+            word = given_word(condition(:equals - 1))
+            holds = .false.
+            if (word /= '') holds = word_index(condition(equals + 1:), word) > 0
+         end if
+      end function holds
+
+      !> Determines the layout that applies, and checks number and fields of the data lines.
+      subroutine check_lines()
+         integer :: first, last, l, i
+         first = deck%card(card)%first_line
+         last = deck%card(card)%last_line
+         if (size(spec%layout) == 0) then
+            if (last < first) return
+            call deck%complain(card, deck%whole_line(first), 'takes no data lines')
+            deck%data_line(first:last)%sound = .false.
+            return
+         end if
+         do i = 1, size(spec%layout)
+            if (holds(spec%layout(i)%when)) exit
+         end do
+         deck%card(card)%layout = i
+         associate (layout => spec%layout(i))
+            if (last - first + 1 < layout%least) then
+               call bad_card(deck%card(card)%place, 'a data line is missing: '//separated(names_of(layout%field), ', '))
+            else if (last - first + 1 > layout%most) then
+               call deck%complain(card, deck%whole_line(first + layout%most), 'takes '//plural(layout%most, 'data line')//' only')
+               deck%data_line(first + layout%most:last)%sound = .false.
+               last = first + layout%most - 1
+            end if
+            do l = first, merge(first - 1, last, spec%free_text)
+               call check_fields(l, layout%field, layout%last_repeats)
+            end do
+         end associate
+      end subroutine check_lines
+
+      !> Checks and converts the fields of a data line.
+      subroutine check_fields(line, item, last_repeats)
+         integer, intent(in) :: line                     ! index of the data line
+         type(item_t), intent(in) :: item(:)
+         logical, intent(in) :: last_repeats
+         type(place_t) :: place
+         character(:), allocatable :: wrong
+         integer :: f, i, before
+         logical :: right
+         do f = 1, max(deck%data_line(line)%n_fields, size(item))
+            i = f
+            if (last_repeats) i = min(f, size(item))
+            place = deck%field_place(line, f)
+            if (i > size(item)) then
+               wrong = 'a field too many; the line reads: '//separated(names_of(item), ', ')
+               if (foreign_field(spec%keyword, f) /= '') wrong = wrong//'; '//foreign_field(spec%keyword, f)
+            else if (.not. deck%field_given(line, f)) then
+               if (.not. item(i)%required) cycle
+               wrong = item(i)%name//' is missing; the line reads: '//separated(names_of(item), ', ')
+            else
+               before = deck%source%first(place%line) - 1
+               call convert(item(i), deck%source%text(before + place%first:before + place%last), &
+                  deck%number(deck%data_line(line)%first_field + f - 1), right)
+               if (right) cycle
+               wrong = value_error(item(i), deck%text_at(place))
+            end if
+            deck%data_line(line)%sound = .false.
+            call deck%complain(card, place, wrong)
+            if (i > size(item)) return
+         end do
+      end subroutine check_fields
+   end subroutine check_card
 
    !> Keywords of the cards of a deck and of the cards `always`, between bars, each once.
    pure function keys_of(deck) result(keys)
@@ -95,166 +305,6 @@ contains
       end if
    end function known_card
 
-   !> Checks that the card is in the right part of the deck, and opens and closes steps.
-   subroutine check_position(deck, card, reading)
-      class(deck_t), intent(inout) :: deck
-      integer, intent(in) :: card
-      type(reading_t), intent(inout) :: reading
-      character(:), allocatable :: wrong
-      integer :: i
-      i = deck%card(card)%spec
-      associate (spec => deck%spec(i))
-         wrong = ''
-         if (spec%keyword == 'STEP') then
-            if (reading%open) wrong = 'the step that began in '// &
-               deck%source%line_words(deck%card(reading%open_card)%place%line)//' has no *END STEP yet'
-            reading%step = reading%step + 1
-            reading%open = .true.
-            reading%open_card = card
-            where (deck%spec%where == in_step) reading%first_use = 0
-         else if (spec%where == in_model .and. reading%step > 0) then
-            wrong = 'belongs in the model part, above the first *STEP'
-         else if (spec%where == in_step .and. .not. reading%open) then
-            wrong = 'belongs in a step, between *STEP and *END STEP'
-         else if (spec%where /= outside_step .and. reading%step > 0 .and. .not. reading%open) then
-            wrong = 'belongs in the model part, above the first *STEP, or in a step'
-         else if (spec%follows /= '' .and. reading%chain /= spec%follows) then
-            wrong = 'must stand below a *'//spec%follows
-         else if (spec%once .and. reading%first_use(i) > 0) then
-            wrong = 'given twice, first in '//deck%source%line_words(deck%card(reading%first_use(i))%place%line)
-         end if
-         deck%card(card)%step = merge(reading%step, 0, reading%open)
-         if (spec%keyword == 'END STEP') reading%open = .false.
-         if (spec%follows == '') reading%chain = spec%keyword
-         if (reading%first_use(i) == 0) reading%first_use(i) = card
-      end associate
-      if (wrong == '') return
-      deck%card(card)%sound = .false.
-      call deck%complain(card, deck%card(card)%place, wrong)
-   end subroutine check_position
-
-   !> Checks and converts the given parameters, then those that are missing.
-   subroutine check_parameters(deck, card)
-      class(deck_t), intent(inout) :: deck
-      integer, intent(in) :: card
-      character(:), allocatable :: wrong
-      type(place_t) :: place
-      integer :: p
-      associate (spec => deck%spec(deck%card(card)%spec))
-         do p = deck%card(card)%first_parameter, deck%card(card)%last_parameter
-            call check_parameter(deck, card, p, place, wrong)
-            if (wrong == '') cycle
-            deck%card(card)%sound = .false.
-            call deck%complain(card, place, wrong)
-            ! An unknown name on a continuation line: the comma above it was superfluous, and the line is most likely a data line.
-            if (deck%parameter(p)%item == 0 .and. place%line > deck%card(card)%place%line) exit
-         end do
-         if (.not. deck%card(card)%sound) return
-         do p = 1, size(spec%parameter)
-            call check_presence(deck, card, p, spec%parameter(p))
-         end do
-      end associate
-   end subroutine check_parameters
-
-   !> Checks and converts one parameter, and notes its item.
-   subroutine check_parameter(deck, card, p, place, wrong)
-      class(deck_t), intent(inout) :: deck
-      integer, intent(in) :: card, p                     ! card; position in deck%parameter
-      type(place_t), intent(out) :: place                ! of the error
-      character(:), allocatable, intent(out) :: wrong    ! description of the error; '' if there is none
-      character(:), allocatable :: name
-      logical :: right
-      place = deck%parameter(p)%name
-      name = deck%text_at(place)
-      wrong = ''
-      associate (spec => deck%spec(deck%card(card)%spec), parameter => deck%parameter(p))
-         parameter%item = find_item(spec%parameter, name)
-         if (parameter%item == 0) then
-            wrong = unknown_parameter(spec, name)
-            if (place%line > deck%card(card)%place%line) &
-               wrong = wrong//' (the line above ends in a comma, so the keyword goes on here)'
-            return
-         end if
-         associate (item => spec%parameter(parameter%item))
-            if (any(deck%parameter(deck%card(card)%first_parameter:p - 1)%item == parameter%item)) then
-               wrong = item%name//' is given twice'
-            else if (item%kind == kind_flag) then
-               if (parameter%has_value) wrong = item%name//' takes no value'
-            else if (parameter%value%last < parameter%value%first) then
-               wrong = item%name//' needs a value: '//item%name//'='
-            else
-               place = parameter%value
-               call convert(item, deck%text_at(place), parameter%number, right)
-               if (.not. right) wrong = value_error(item, deck%text_at(place))
-            end if
-         end associate
-      end associate
-   end subroutine check_parameter
-
-   !> Checks that a parameter is given if it is required, and not given if its condition is not satisfied.
-   subroutine check_presence(deck, card, i, item)
-      class(deck_t), intent(inout) :: deck
-      integer, intent(in) :: card, i       ! card; position of the parameter in the table
-      type(item_t), intent(in) :: item     ! the parameter
-      type(place_t) :: place
-      integer :: p
-      if (index(item%only, '=') > 0) then
-         if (given_word(deck, card, item%only(:index(item%only, '=') - 1)) == '') return ! that parameter is reported already
-      end if
-      p = deck%given_parameter(card, i)
-      if (p > 0 .and. .not. holds(deck, card, item%only)) then
-         place = deck%parameter(p)%name
-         place%last = max(place%last, deck%parameter(p)%value%last)
-         call deck%complain(card, place, item%name//' goes with '//separated(item%only, ', ')//' only')
-      else if (item%required .and. p == 0 .and. holds(deck, card, item%only)) then
-         if (item%only == '') then
-            call deck%complain(card, deck%card(card)%place, 'parameter '//item%name//' is missing')
-         else
-            call deck%complain(card, deck%card(card)%place, 'parameter '//item%name// &
-               ' is missing; required with '//separated(item%only, ', '))
-         end if
-      else
-         return
-      end if
-      deck%card(card)%sound = .false.
-   end subroutine check_presence
-
-   !> The word given for a parameter, or its default, as the table spells it; '' if there is none.
-   pure function given_word(deck, card, name) result(word)
-      class(deck_t), intent(in) :: deck
-      integer, intent(in) :: card
-      character(*), intent(in) :: name
-      character(:), allocatable :: word
-      integer :: i, p
-      word = ''
-      associate (spec => deck%spec(deck%card(card)%spec))
-         i = find_item(spec%parameter, name)
-         if (i == 0) return
-         p = deck%given_parameter(card, i)
-         if (p == 0) word = spec%parameter(i)%default
-         if (p > 0) word = word_at(spec%parameter(i)%words, nint(deck%parameter(p)%number))
-      end associate
-   end function given_word
-
-   !> True if a condition of the table is satisfied: 'TYPE=CIRCLE|LINE' (one of these words), 'GENERATE' (given), ''.
-   pure logical function holds(deck, card, condition)
-      class(deck_t), intent(in) :: deck
-      integer, intent(in) :: card
-      character(*), intent(in) :: condition
-      character(:), allocatable :: word
-      integer :: equals
-      holds = .true.
-      if (condition == '') return
-      equals = index(condition, '=')
-      if (equals == 0) then
-         holds = deck%given_parameter(card, find_item(deck%spec(deck%card(card)%spec)%parameter, condition)) > 0
-      else
-         word = given_word(deck, card, condition(:equals - 1))
-         holds = .false.
-         if (word /= '') holds = word_index(condition(equals + 1:), word) > 0
-      end if
-   end function holds
-
    pure function unknown_parameter(spec, name) result(string)
       type(card_spec_t), intent(in) :: spec
       character(*), intent(in) :: name
@@ -270,72 +320,4 @@ contains
       string = 'unknown parameter '//quoted(name)//string
    end function unknown_parameter
 
-   !> Determines the layout that applies, and checks number and fields of the data lines.
-   subroutine check_lines(deck, card)
-      class(deck_t), intent(inout) :: deck
-      integer, intent(in) :: card
-      integer :: first, last, l, i
-      type(place_t) :: place
-      first = deck%card(card)%first_line
-      last = deck%card(card)%last_line
-      associate (spec => deck%spec(deck%card(card)%spec))
-         if (size(spec%layout) == 0) then
-            if (last < first) return
-            call deck%complain(card, deck%whole_line(first), 'takes no data lines')
-            deck%data_line(first:last)%sound = .false.
-            return
-         end if
-         do i = 1, size(spec%layout)
-            if (holds(deck, card, spec%layout(i)%when)) exit
-         end do
-         deck%card(card)%layout = i
-         associate (layout => spec%layout(i))
-            if (last - first + 1 < layout%least) then
-               deck%card(card)%sound = .false.
-               place = deck%card(card)%place
-               call deck%complain(card, place, 'a data line is missing: '//separated(names_of(layout%field), ', '))
-            else if (last - first + 1 > layout%most) then
-               call deck%complain(card, deck%whole_line(first + layout%most), 'takes '//plural(layout%most, 'data line')//' only')
-               deck%data_line(first + layout%most:last)%sound = .false.
-               last = first + layout%most - 1
-            end if
-            do l = first, merge(first - 1, last, spec%free_text)
-               call check_fields(deck, card, l, layout%field, layout%last_repeats)
-            end do
-         end associate
-      end associate
-   end subroutine check_lines
-
-   !> Checks and converts the fields of a data line.
-   subroutine check_fields(deck, card, line, item, last_repeats)
-      class(deck_t), intent(inout) :: deck
-      integer, intent(in) :: card, line
-      type(item_t), intent(in) :: item(:)
-      logical, intent(in) :: last_repeats
-      type(place_t) :: place
-      character(:), allocatable :: wrong
-      integer :: f, i, before
-      logical :: right
-      do f = 1, max(deck%data_line(line)%n_fields, size(item))
-         i = f
-         if (last_repeats) i = min(f, size(item))
-         if (i > size(item)) then
-            wrong = 'a field too many; the line reads: '//separated(names_of(item), ', ')
-            if (foreign_field(deck%card(card)%keyword, f) /= '') wrong = wrong//'; '//foreign_field(deck%card(card)%keyword, f)
-         else if (.not. deck%field_given(line, f)) then
-            if (.not. item(i)%required) cycle
-            wrong = item(i)%name//' is missing; the line reads: '//separated(names_of(item), ', ')
-         else
-            place = deck%field_place(line, f)
-            before = deck%source%first(place%line) - 1
-            call convert(item(i), deck%source%text(before + place%first:before + place%last), &
-               deck%number(deck%data_line(line)%first_field + f - 1), right)
-            if (right) cycle
-            wrong = value_error(item(i), deck%text_at(place))
-         end if
-         deck%data_line(line)%sound = .false.
-         call deck%complain(card, deck%field_place(line, f), wrong)
-         if (i > size(item)) return
-      end do
-   end subroutine check_fields
 end module card_check

@@ -31,6 +31,7 @@ module deck_assembly
       integer :: n_files = 0
       type(deck_file_t), allocatable :: file(:)    !! the first n_files are in use
       type(deck_parameters_t) :: parameters
+      type(diagnostics_t) :: diagnostics           !! errors found so far
       logical :: in_parameters = .false.           !! true: the data lines belong to a *PARAMETER card
       integer :: heading_file = 0                  !! file of the *HEADING to which the data lines belong; 0: another card
       type(place_t) :: included_at                 !! the deck's *INCLUDE from which the present lines come
@@ -46,14 +47,15 @@ contains
       type(diagnostics_t), intent(inout) :: diagnostics   !! receives the errors
       type(assembly_t) :: a
       type(deck_source_t) :: whole
+      a%diagnostics = diagnostics
       call a%read%add('')
       call a%expanded%add('')
       call a%record%add('')
       allocate (a%origin(2, 1024), a%typed(16), a%file(16))
       call add_file(a, source%name, 0)
-      call take_settings(a, settings, diagnostics)
-      call take_file(a, source, 1, 1, diagnostics)
-      call check_settings(a, settings, diagnostics)
+      call take_settings(a, settings)
+      call take_file(a, source, 1, 1)
+      call check_settings(a, settings)
       call source_from_text(a%read%text(:a%read%n), source%name, whole)
       whole%file = a%file(:a%n_files)
       whole%origin = a%origin(:, :a%n)
@@ -62,29 +64,28 @@ contains
       whole%expanded = a%expanded%text(:a%expanded%n)
       whole%record = set_beforehand(a)//a%record%text(:a%record%n)
       source = whole
+      diagnostics = a%diagnostics
    end subroutine assemble_deck
 
-   subroutine take_settings(a, settings, diagnostics)
+   subroutine take_settings(a, settings)
       type(assembly_t), intent(inout) :: a
       character(*), intent(in) :: settings(:)
-      type(diagnostics_t), intent(inout) :: diagnostics
       character(:), allocatable :: wrong
       integer :: i
       call a%parameters%start()
       do i = 1, size(settings)
          call a%parameters%set(trim(settings(i)), wrong)
-         if (wrong /= '') call diagnostics%add(place_t(), '--set '//quoted(trim(settings(i)))//': '//wrong)
+         if (wrong /= '') call a%diagnostics%add(place_t(), '--set '//quoted(trim(settings(i)))//': '//wrong)
       end do
    end subroutine take_settings
 
    !> Reports parameters set on the command line that the deck does not use.
-   subroutine check_settings(a, settings, diagnostics)
-      type(assembly_t), intent(in) :: a
+   subroutine check_settings(a, settings)
+      type(assembly_t), intent(inout) :: a
       character(*), intent(in) :: settings(:)
-      type(diagnostics_t), intent(inout) :: diagnostics
       character(:), allocatable :: known
       integer :: i, n
-      if (size(settings) == 0 .or. diagnostics%n > 0) return
+      if (size(settings) == 0 .or. a%diagnostics%n > 0) return
       known = ''
       n = 0
       do i = 1, a%parameters%n
@@ -96,7 +97,7 @@ contains
       if (n > most_names) known = known//' and '//to_text(n - most_names)//' more'
       do i = 1, a%parameters%n
          associate (parameter => a%parameters%list(i))
-            if (.not. parameter%in_deck) call diagnostics%add(place_t(), '--set '//quoted(parameter%name)// &
+            if (.not. parameter%in_deck) call a%diagnostics%add(place_t(), '--set '//quoted(parameter%name)// &
                ': the deck has no such parameter (it has: '//known(3:)//')')
          end associate
       end do
@@ -114,28 +115,26 @@ contains
       if (card /= '') card = '*PARAMETER'//nl//card
    end function set_beforehand
 
-   recursive subroutine take_file(a, source, file, depth, diagnostics)
+   recursive subroutine take_file(a, source, file, depth)
       type(assembly_t), intent(inout) :: a
       type(deck_source_t), intent(in) :: source
       integer, intent(in) :: file, depth
-      type(diagnostics_t), intent(inout) :: diagnostics
       integer :: i
       do i = 1, source%n_lines
          if (a%ended) exit
-         call take_line(a, source%line(i), [file, i], depth, diagnostics)
+         call take_line(a, source%line(i), [file, i], depth)
       end do
    end subroutine take_file
 
-   recursive subroutine take_line(a, typed, origin, depth, diagnostics)
+   recursive subroutine take_line(a, typed, origin, depth)
       type(assembly_t), intent(inout) :: a
       character(*), intent(in) :: typed
       integer, intent(in) :: origin(2), depth
-      type(diagnostics_t), intent(inout) :: diagnostics
       type(spot_t), allocatable :: spots(:)
       character(:), allocatable :: filled, wrong
       integer :: first
       if (a%n >= most_lines) then
-         call diagnostics%add(place_t(a%n, 1, 1), 'the deck has more than '//to_text(most_lines)// &
+         call a%diagnostics%add(place_t(a%n, 1, 1), 'the deck has more than '//to_text(most_lines)// &
             ' lines with all that it includes')
          a%ended = .true.
          return
@@ -151,11 +150,11 @@ contains
       else if (typed(first:first) /= '*' .and. .not. may_write_title(a, origin(1))) then
          ! An included file cannot continue the title of another file: the text of any file would become the title, and be stored in
          ! the results.
-         call diagnostics%add(a%included_at, '*INCLUDE: below *HEADING a deck that begins with a keyword; its text does not '// &
+         call a%diagnostics%add(a%included_at, '*INCLUDE: below *HEADING a deck that begins with a keyword; its text does not '// &
             'become the title')
          a%ended = .true.
       else if (a%in_parameters .and. typed(first:first) /= '*') then
-         call define_parameter(a, typed, first, origin, diagnostics)
+         call define_parameter(a, typed, first, origin)
       else if (typed(first:first) /= '*' .and. index(typed, '${') == 0) then
          call keep(a, origin, typed, typed, typed)
       else
@@ -163,13 +162,13 @@ contains
          if (wrong /= '') then
             call keep(a, origin, typed, typed, typed)
             associate (spot => spots(size(spots)))
-               call diagnostics%add(place_t(a%n, spot%typed(1), spot%typed(2)), &
+               call a%diagnostics%add(place_t(a%n, spot%typed(1), spot%typed(2)), &
                   quoted(typed(spot%typed(1):spot%typed(2)))//': '//wrong)
             end associate
          else if (keyword(filled) == 'INCLUDE') then
             call keep(a, origin, '', '** '//typed(first:), '** '//typed(first:))
             call note_typed(a, typed, [spot_t ::])
-            call include_file(a, filled, typed, first, depth, diagnostics)
+            call include_file(a, filled, typed, first, depth)
          else
             call keep(a, origin, filled, typed, typed)
             if (size(spots) > 0) call note_typed(a, typed, spots)
@@ -181,11 +180,10 @@ contains
       end if
    end subroutine take_line
 
-   subroutine define_parameter(a, typed, first, origin, diagnostics)
+   subroutine define_parameter(a, typed, first, origin)
       type(assembly_t), intent(inout) :: a
       character(*), intent(in) :: typed
       integer, intent(in) :: first, origin(2)
-      type(diagnostics_t), intent(inout) :: diagnostics
       character(:), allocatable :: wrong, as_set
       integer :: earlier
       call a%parameters%define(typed, a%n + 1, wrong, earlier, as_set)
@@ -199,15 +197,14 @@ contains
          wrong = 'the name was used in line '//to_text(a%origin(2, earlier))
          if (a%origin(1, earlier) /= origin(1)) wrong = wrong//' of '//quoted_path(a%file(a%origin(1, earlier))%name)
       end if
-      if (wrong /= '') call diagnostics%add(place_t(a%n, first, len_trim(typed)), '*PARAMETER: '//wrong)
+      if (wrong /= '') call a%diagnostics%add(place_t(a%n, first, len_trim(typed)), '*PARAMETER: '//wrong)
    end subroutine define_parameter
 
    !> Reads the deck named by *INCLUDE, and processes its lines.
-   recursive subroutine include_file(a, card, typed, first, depth, diagnostics)
+   recursive subroutine include_file(a, card, typed, first, depth)
       type(assembly_t), intent(inout) :: a
       character(*), intent(in) :: card, typed    ! the line with values, and the line as typed
       integer, intent(in) :: first, depth
-      type(diagnostics_t), intent(inout) :: diagnostics
       type(deck_source_t) :: source
       type(error_t), allocatable :: error
       character(:), allocatable :: path, wrong
@@ -245,12 +242,12 @@ contains
          if (allocated(error)) wrong = error%message
       end if
       if (wrong /= '') then
-         call diagnostics%add(place_t(a%n, first, len_trim(typed)), '*INCLUDE: '//wrong)
+         call a%diagnostics%add(place_t(a%n, first, len_trim(typed)), '*INCLUDE: '//wrong)
          return
       end if
       call add_file(a, path, here)
       file = a%n_files
-      call take_file(a, source, file, depth + 1, diagnostics)
+      call take_file(a, source, file, depth + 1)
    end subroutine include_file
 
    !> False if a file's text would become the title of a *HEADING that is neither in this file nor in a file included by it.

@@ -88,14 +88,11 @@ contains
       !! read_source_unit
       integer :: unit, status
       character(200) :: reason
+      call source_from_text('', path, source)
       call check_file(path, error)
-      if (allocated(error)) then
-         call source_from_text('', path, source)
-         return
-      end if
+      if (allocated(error)) return
       open (newunit=unit, file=path, status='old', action='read', iostat=status, iomsg=reason)
       if (status /= 0) then
-         call source_from_text('', path, source)
          call fail(error, 'cannot open the deck '//quoted_path(path)//': '//shortened(trim(reason), 120))
          return
       end if
@@ -113,6 +110,7 @@ contains
       character(chunk) :: buffer
       integer :: status, n, line, lines
       character(200) :: reason
+      call source_from_text('', name, source)
       call read%add('')
       line = 0      ! position before the present line
       lines = 0
@@ -120,8 +118,7 @@ contains
          read (unit, '(a)', advance='no', size=n, iostat=status, iomsg=reason) buffer
          if (is_iostat_end(status)) exit
          if (status /= 0 .and. .not. is_iostat_eor(status)) then
-            call source_from_text('', name, source)
-            call fail(error, 'cannot read the deck '//quoted_path(name)//': '//shortened(trim(reason), 120))
+            call refuse(shortened(trim(reason), 120))
             return
          end if
          call read%add(buffer(:n))
@@ -132,14 +129,13 @@ contains
             call refuse('it has more than '//to_text(longest_text)//' characters')
             return
          end if
-         if (is_iostat_eor(status)) then
-            call read%add(newline)
-            line = read%n
-            lines = lines + 1
-            if (lines > most_lines) then
-               call refuse('it has more than '//to_text(most_lines)//' lines')
-               return
-            end if
+         if (.not. is_iostat_eor(status)) cycle
+         call read%add(newline)
+         line = read%n
+         lines = lines + 1
+         if (lines > most_lines) then
+            call refuse('it has more than '//to_text(most_lines)//' lines')
+            return
          end if
       end do
       call source_from_text(read%text(:read%n), name, source)
@@ -148,7 +144,6 @@ contains
 
       subroutine refuse(why)
          character(*), intent(in) :: why
-         call source_from_text('', name, source)
          call fail(error, 'cannot read the deck '//quoted_path(name)//': '//why)
       end subroutine refuse
    end subroutine read_source_unit

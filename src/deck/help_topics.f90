@@ -42,7 +42,7 @@ contains
       logical :: found
       table = all_cards()
       found = .false.
-      call write_option(unit, topic, found)
+      call write_option()
       if (found) return
       i = find_card(table, without_star(topic))
       if (i > 0) then
@@ -58,7 +58,7 @@ contains
             call write_items(table(i)%layout(k)%field, '*'//table(i)%keyword//', field ', .false.)
          end do
       end do
-      if (.not. found) call write_foreign(unit, topic, table, found)
+      if (.not. found) call write_foreign()
       if (found) return
       near = nearest_word(words(2:), topic)
       if (near /= '') then
@@ -86,32 +86,57 @@ contains
             end associate
          end do
       end subroutine write_items
-   end subroutine write_help
 
-   !> Writes the lines about an option from the help text.
-   subroutine write_option(unit, topic, found)
-      integer, intent(in) :: unit
-      character(*), intent(in) :: topic
-      logical, intent(inout) :: found
-      character(:), allocatable :: all, line
-      integer :: first, length
-      logical :: inside
-      all = help_text()
-      inside = .false.
-      first = 1
-      do while (first <= len(all))
-         length = index(all(first:), new_line('a')) - 1
-         line = all(first:first + length - 1)
-         first = first + length + 1
-         if (index(line, '  -') == 1) then
-            inside = any(option_name(line) == [character(12) :: topic, '-'//topic, '--'//topic])
-         else if (index(line, '      ') /= 1) then
-            inside = .false.
+      !> Writes the lines about an option from the help text.
+      subroutine write_option()
+         character(:), allocatable :: all, line
+         integer :: first, length
+         logical :: inside
+         all = help_text()
+         inside = .false.
+         first = 1
+         do while (first <= len(all))
+            length = index(all(first:), new_line('a')) - 1
+            line = all(first:first + length - 1)
+            first = first + length + 1
+            if (index(line, '  -') == 1) then
+               inside = any(option_name(line) == [character(12) :: topic, '-'//topic, '--'//topic])
+            else if (index(line, '      ') /= 1) then
+               inside = .false.
+            end if
+            if (inside) write (unit, '(a)') line
+            found = found .or. inside
+         end do
+      end subroutine write_option
+
+      !> Writes the equivalents of a word of other programs, for all places where those programs use the word.
+      subroutine write_foreign()
+         character(8), parameter :: places(7) = [character(8) :: 'TYPE', 'METHOD', 'SECTION', 'field', 'quantity', 'type', 'dof']
+         character(:), allocatable :: answer
+         integer :: i
+         answer = foreign_card(without_star(topic))
+         if (answer /= '') call answer_with('*'//without_star(topic), answer)
+         answer = foreign_parameter('', topic)        ! of any card
+         if (answer /= '') call answer_with(topic, answer)
+         if (answer == '') then
+            do i = 1, size(table)
+               answer = foreign_parameter(table(i)%keyword, topic)
+               if (answer /= '') call answer_with('*'//table(i)%keyword//', '//topic, answer)
+            end do
          end if
-         if (inside) write (unit, '(a)') line
-         found = found .or. inside
-      end do
-   end subroutine write_option
+         do i = 1, size(places)
+            answer = foreign_value(trim(places(i)), topic)
+            if (answer /= '') call answer_with(trim(places(i))//' '//topic, answer)
+         end do
+      end subroutine write_foreign
+
+      !> Writes the answer for one place.
+      subroutine answer_with(what, answer)
+         character(*), intent(in) :: what, answer
+         write (unit, '(a)') what//': '//'a word of Abaqus and CalculiX; '//answer
+         found = .true.
+      end subroutine answer_with
+   end subroutine write_help
 
    !> Name of the option with which a line of the help text begins.
    pure function option_name(line) result(name)
@@ -120,40 +145,6 @@ contains
       name = line(3:)
       if (index(name, ' ') > 0) name = name(:index(name, ' ') - 1)
    end function option_name
-
-   !> Writes the equivalents of a word of other programs, for all places where those programs use the word.
-   subroutine write_foreign(unit, topic, table, found)
-      integer, intent(in) :: unit
-      character(*), intent(in) :: topic
-      type(card_spec_t), intent(in) :: table(:)
-      logical, intent(inout) :: found
-      character(*), parameter :: of = 'a word of Abaqus and CalculiX; '
-      character(8), parameter :: places(7) = [character(8) :: 'TYPE', 'METHOD', 'SECTION', 'field', 'quantity', 'type', 'dof']
-      character(:), allocatable :: answer
-      integer :: i
-      answer = foreign_card(without_star(topic))
-      if (answer /= '') call answer_with('*'//without_star(topic))
-      answer = foreign_parameter('', topic)        ! of any card
-      if (answer /= '') call answer_with(topic)
-      if (answer == '') then
-         do i = 1, size(table)
-            answer = foreign_parameter(table(i)%keyword, topic)
-            if (answer /= '') call answer_with('*'//table(i)%keyword//', '//topic)
-         end do
-      end if
-      do i = 1, size(places)
-         answer = foreign_value(trim(places(i)), topic)
-         if (answer /= '') call answer_with(trim(places(i))//' '//topic)
-      end do
-
-   contains
-
-      subroutine answer_with(what)
-         character(*), intent(in) :: what
-         write (unit, '(a)') what//': '//of//answer
-         found = .true.
-      end subroutine answer_with
-   end subroutine write_foreign
 
    !> Removes the star of a keyword.
    pure function without_star(topic) result(keyword)

@@ -57,14 +57,14 @@ contains
             shape%amplitude = [shape%amplitude, deck%real('amplitude')]
             shape%half_waves = [shape%half_waves, deck%real('half waves')]
             shape%phase = [shape%phase, deck%real('phase') * degree]
-            call check_half_waves(deck, mesh, chain, ok)
+            call check_half_waves()
          end do
       case ('CLAMPED')
          ok = deck%next_line()
          shape%shape = shape_clamped
          shape%amplitude = [deck%real('a1'), deck%real('a2')]
       case ('NODAL')
-         call read_nodal_offsets(deck, mesh, chain, offset, ok)
+         call read_nodal_offsets()
          if (ok) call nodal_imperfection(chain%knot, offset, chain%closed, shape)
       case default
          ok = deck%next_line()
@@ -72,69 +72,61 @@ contains
          call random_offsets(deck%integer('SEED'), deck%real('amplitude'), chain%closed, offset)
          call nodal_imperfection(chain%knot, offset, chain%closed, shape)
       end select
-   end subroutine read_shape
 
-   !> Checks the half waves of a line: the mesh must resolve them, and those of a closed chain must fit.
-   subroutine check_half_waves(deck, mesh, chain, ok)
-      type(checked_deck_t), intent(inout) :: deck
-      type(mesh_t), intent(in) :: mesh
-      type(chain_t), intent(in) :: chain
-      logical, intent(inout) :: ok  ! false after an error
-      integer, parameter :: most_of_any_mesh = 1000
-      integer :: most
-      ! The mesh resolves one half wave for each Gauss point of its elements, or for each straight element. If numbers of elements
-      ! are omitted, the program may make finer meshes, and a constant is the limit.
-      most = sum(max(1, mesh%stages(chain%element)))
-      if (any(deck%names%placed_line(mesh%curve(chain%element)) > 0)) most = max(most, most_of_any_mesh)
-      if (deck%real('half waves') > most) then
-         call deck%wrong('half waves', deck%text('half waves')//' half waves are more than '//to_text(most)// &
-            ', the most that the elements of the chain can follow')
-      else if (chain%closed .and. abs(modulo(deck%real('half waves'), 2.0_wp)) > 0.0_wp) then
-         call deck%wrong('half waves', 'a closed chain needs an even number of half waves')
-      else
-         return
-      end if
-      ok = .false.
-   end subroutine check_half_waves
+   contains
 
-   !> Reads SHAPE=NODAL: node or set, offset.
-   subroutine read_nodal_offsets(deck, mesh, chain, offset, ok)
-      type(checked_deck_t), intent(inout) :: deck
-      type(mesh_t), intent(in) :: mesh
-      type(chain_t), intent(in) :: chain
-      real(wp), allocatable, intent(out) :: offset(:)
-      logical, intent(out) :: ok
-      character(:), allocatable :: problem
-      integer, allocatable :: nodes(:)
-      integer :: place_in_chain(mesh%n_nodes), given_in(mesh%n_nodes)
-      integer :: i
-      ok = .true.
-      allocate (offset(size(chain%node)), source=0.0_wp)
-      place_in_chain = 0
-      given_in = 0
-      do i = size(chain%node), 1, -1
-         place_in_chain(chain%node(i)) = i
-      end do
-      do while (deck%next_line())
-         nodes = deck%nodes('node or set')
-         ok = ok .and. size(nodes) > 0
-         do i = 1, size(nodes)
-            associate (node => nodes(i))
-               problem = ''
-               if (given_in(node) > 0) problem = ' has an offset already, from '//deck%source%line_words(given_in(node))
-               if (place_in_chain(node) == 0) problem = ' is not on the chain'
-               if (problem /= '') then
-                  call deck%wrong('node or set', node_words(mesh, node)//problem)
-                  ok = .false.
-                  exit
-               end if
-               given_in(node) = deck%at%line_at
-               offset(place_in_chain(node)) = deck%real('offset')
-            end associate
+      !> Checks the half waves of a line: the mesh must resolve them, and those of a closed chain must fit.
+      subroutine check_half_waves()
+         integer, parameter :: most_of_any_mesh = 1000
+         integer :: most
+         ! The mesh resolves one half wave for each Gauss point of its elements, or for each straight element. If numbers of
+         ! elements are omitted, the program may make finer meshes, and a constant is the limit.
+         most = sum(max(1, mesh%stages(chain%element)))
+         if (any(deck%names%placed_line(mesh%curve(chain%element)) > 0)) most = max(most, most_of_any_mesh)
+         if (deck%real('half waves') > most) then
+            call deck%wrong('half waves', deck%text('half waves')//' half waves are more than '//to_text(most)// &
+               ', the most that the elements of the chain can follow')
+         else if (chain%closed .and. abs(modulo(deck%real('half waves'), 2.0_wp)) > 0.0_wp) then
+            call deck%wrong('half waves', 'a closed chain needs an even number of half waves')
+         else
+            return
+         end if
+         ok = .false.
+      end subroutine check_half_waves
+
+      !> Reads SHAPE=NODAL: node or set, offset.
+      subroutine read_nodal_offsets()
+         character(:), allocatable :: problem
+         integer, allocatable :: nodes(:)
+         integer :: place_in_chain(mesh%n_nodes), given_in(mesh%n_nodes)
+         integer :: i
+         allocate (offset(size(chain%node)), source=0.0_wp)
+         place_in_chain = 0
+         given_in = 0
+         do i = size(chain%node), 1, -1
+            place_in_chain(chain%node(i)) = i
          end do
-      end do
-      if (chain%closed) offset(size(offset)) = offset(1)
-   end subroutine read_nodal_offsets
+         do while (deck%next_line())
+            nodes = deck%nodes('node or set')
+            ok = ok .and. size(nodes) > 0
+            do i = 1, size(nodes)
+               associate (node => nodes(i))
+                  problem = ''
+                  if (given_in(node) > 0) problem = ' has an offset already, from '//deck%source%line_words(given_in(node))
+                  if (place_in_chain(node) == 0) problem = ' is not on the chain'
+                  if (problem /= '') then
+                     call deck%wrong('node or set', node_words(mesh, node)//problem)
+                     ok = .false.
+                     exit
+                  end if
+                  given_in(node) = deck%at%line_at
+                  offset(place_in_chain(node)) = deck%real('offset')
+               end associate
+            end do
+         end do
+         if (chain%closed) offset(size(offset)) = offset(1)
+      end subroutine read_nodal_offsets
+   end subroutine read_shape
 
    !> Assigns to the curves of a chain its imperfection, the last one in the list.
    subroutine mark_curves(model, chain)

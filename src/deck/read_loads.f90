@@ -2,7 +2,7 @@
 module read_loads
    use kinds, only: wp
    use text, only: to_text, separated
-   use model, only: model_t, mesh_t, load_t, new_load
+   use model, only: model_t, load_t, new_load
    use point_load, only: point_load_t
    use pole_load, only: pole_load_t
    use item_values, only: component_dof
@@ -43,25 +43,174 @@ contains
             if (deck%last_card('IMPERFECTION', s) > 0) shrunk_in = 0
          end do
          do while (deck%next_line())
-            select case (deck%at%keyword)
-            case ('CLOAD')
-               call read_node_load(deck, model%mesh, model%step(s)%load)
-            case ('POLE LOAD')
-               call read_pole_load(deck, model%mesh, model%step(s)%load)
-            case ('DLOAD')
-               call read_element_load(deck, model, model%step(s)%load)
-            case ('TEMPERATURE')
-               call read_temperature(deck, model, model%step(s)%load)
-            case ('OBSTACLE MOTION')
-               call read_motion(deck, model%step(s)%load)
-            case ('CONTACT INTERFERENCE')
-               call read_interference_line(deck, model, shrunk_in, model%step(s)%load)
-            case ('BOUNDARY')
-               call read_displacement(deck, model, prescribed_in, model%step(s)%load)
-            end select
+            call read_line(deck, model, prescribed_in, shrunk_in, model%step(s)%load)
          end do
       end do
    end subroutine read_load_cards
+
+   !> Reads one data line of a load.
+   subroutine read_line(deck, model, prescribed_in, shrunk_in, load)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model
+      integer, intent(inout) :: prescribed_in(:, :), shrunk_in(:)
+      type(load_t), intent(inout) :: load
+      select case (deck%at%keyword)
+      case ('CLOAD')
+         call read_node_load()
+      case ('POLE LOAD')
+         call read_pole_load()
+      case ('DLOAD')
+         call read_element_load()
+      case ('TEMPERATURE')
+         call read_temperature()
+      case ('OBSTACLE MOTION')
+         call read_motion(deck, load)
+      case ('CONTACT INTERFERENCE')
+         call read_interference_line(deck, model, shrunk_in, load)
+      case ('BOUNDARY')
+         call read_displacement()
+      end select
+
+   contains
+
+      !> Reads *CLOAD: node or set, dof, magnitude.
+      subroutine read_node_load()
+         integer, allocatable :: nodes(:)
+         integer :: dof
+         nodes = deck%nodes('node or set')
+         dof = deck%integer('dof')
+         if (.not. deck%on_elements('node or set', model%mesh, nodes, ' and cannot carry a load')) return
+         load%node_force(dof, nodes) = load%node_force(dof, nodes) + deck%real('magnitude')
+      end subroutine read_node_load
+
+      !> Reads *POLE LOAD: node or set, magnitude, x, y.
+      subroutine read_pole_load()
+         integer, allocatable :: nodes(:)
+         class(point_load_t), allocatable :: point
+         real(wp) :: pole(2)
+         integer :: i
+         pole = [deck%real('x'), deck%real('y')]
+         nodes = deck%nodes('node or set')
+         if (.not. deck%on_elements('node or set', model%mesh, nodes, ' and cannot carry a load')) return
+         do i = 1, size(nodes)
+            if (norm2(pole - model%mesh%x(:, nodes(i))) <= 0.0_wp) then
+               call deck%wrong('x', node_words(model%mesh, nodes(i))//' begins at this point: the force has no direction there')
+               return
+            end if
+            point = pole_load_t(node=nodes(i), magnitude=deck%real('magnitude'), pole=pole)
+            call load%add_point(point)
+         end do
+      end subroutine read_pole_load
+
+      !> Reads *DLOAD: element or set, type, magnitude, direction.
+      subroutine read_element_load()
+         integer, allocatable :: elements(:)
+         real(wp) :: magnitude, direction(2)
+         elements = deck%elements('element or set')
+         magnitude = deck%real('magnitude')
+         if (deck%word('type') == 'GRAV') then
+            direction = [deck%real('x direction'), deck%real('y direction')]
+            if (.not. deck%given('x direction')) then
+               call deck%wrong('x direction', 'GRAV needs a direction: x direction, y direction')
+            else if (.not. deck%given('y direction')) then
+               call deck%wrong('y direction', 'GRAV needs a direction: x direction, y direction')
+            else if (norm2(direction) <= 0.0_wp) then
+               call deck%wrong('x direction', 'the direction has no length')
+            else
+               call add_weight(elements, magnitude * direction / norm2(direction))
+            end if
+            return
+         else if (deck%count('x direction') > 0) then
+            call deck%wrong('x direction', 'a direction goes with GRAV only')
+            return
+         end if
+         select case (deck%word('type'))
+         case ('PX')
+            load%line_force(1, elements) = load%line_force(1, elements) + magnitude
+         case ('PY')
+            load%line_force(2, elements) = load%line_force(2, elements) + magnitude
+         case ('P')
+            load%pressure(elements) = load%pressure(elements) + magnitude
+         end select
+      end subroutine read_element_load
+
+      !> Adds the weight of elements.
+      subroutine add_weight(elements, gravity)
+         integer, intent(in) :: elements(:)
+         real(wp), intent(in) :: gravity(2)
+         integer :: i
+         do i = 1, size(elements)
+            associate (e => elements(i))
+               if (model%mesh%section(e) == 0) cycle ! reported elsewhere
+               associate (mass => model%section(model%mesh%section(e))%mass)
+                  if (mass <= 0.0_wp .and. .not. deck%names%sections_incomplete) then
+                     call deck%wrong('element or set', element_words(model%mesh, e)//' has no mass; it comes from *DENSITY, '// &
+                        'or from mass on *BEAM SECTION, SECTION=STIFFNESS')
+                     return
+                  end if
+                  load%line_force(:, e) = load%line_force(:, e) + mass * gravity
+               end associate
+            end associate
+         end do
+      end subroutine add_weight
+
+      !> Reads *TEMPERATURE: element or set, change, gradient.
+      subroutine read_temperature()
+         integer, allocatable :: elements(:)
+         integer :: i
+         elements = deck%elements('element or set')
+         do i = 1, size(elements)
+            associate (e => elements(i))
+               if (model%mesh%section(e) == 0) cycle ! reported elsewhere
+               associate (alpha => model%section(model%mesh%section(e))%expansion)
+                  if (.not. (abs(alpha) > 0.0_wp .or. deck%names%sections_incomplete)) then
+                     call deck%wrong('element or set', element_words(model%mesh, e)//' does not expand; alpha comes from '// &
+                        '*EXPANSION, or from alpha on *BEAM SECTION, SECTION=STIFFNESS')
+                     return
+                  end if
+                  load%strain(e) = load%strain(e) + alpha * deck%real('change')
+                  ! An element that is hotter on its left side bends to the right.
+                  load%curvature(e) = load%curvature(e) - alpha * deck%real('gradient')
+               end associate
+            end associate
+         end do
+      end subroutine read_temperature
+
+      !> Reads *BOUNDARY in a step: node or set, dof, last dof, value.
+      subroutine read_displacement()
+         integer, allocatable :: nodes(:)
+         character(:), allocatable :: of_node
+         logical :: dofs(3)
+         integer :: i, dof
+         if (.not. deck%given('value')) then
+            call deck%wrong('value', 'value is missing; supports stand above the first *STEP, here only prescribed displacements')
+            return
+         else if (deck%word('dof') /= '') then
+            call deck%wrong('dof', deck%word('dof')// &
+               ' is a support and belongs above the first *STEP; a step prescribes dofs 1, 2, 6')
+            return
+         end if
+         nodes = deck%nodes('node or set')
+         call read_dofs(deck, dofs)
+         do i = 1, size(nodes)
+            do dof = 1, 3
+               if (.not. dofs(dof)) cycle
+               of_node = 'dof '//to_text(component_dof(dof))//' of '//node_words(model%mesh, nodes(i))
+               if (.not. (model%fixed(dof, nodes(i)) .or. deck%names%supports_incomplete)) then
+                  call deck%wrong('dof', of_node//' is free; what is prescribed must be supported by a *BOUNDARY above the '// &
+                     'first *STEP')
+                  return
+               else if (prescribed_in(dof, nodes(i)) > 0) then
+                  call deck%wrong('dof', of_node//' is prescribed already, in '//deck%source%line_words(prescribed_in(dof, &
+                     nodes(i))))
+                  return
+               end if
+               prescribed_in(dof, nodes(i)) = deck%at%line_at
+               load%displacement(dof, nodes(i)) = deck%real('value')
+            end do
+         end do
+      end subroutine read_displacement
+   end subroutine read_line
 
    !> All load cards, for messages: *CLOAD, *DLOAD ...
    pure function load_card_list() result(list)
@@ -69,158 +218,4 @@ contains
       list = '*'//separated(load_cards, ', *')
    end function load_card_list
 
-   !> Reads *CLOAD: node or set, dof, magnitude.
-   subroutine read_node_load(deck, mesh, load)
-      type(checked_deck_t), intent(inout) :: deck
-      type(mesh_t), intent(in) :: mesh
-      type(load_t), intent(inout) :: load
-      integer, allocatable :: nodes(:)
-      integer :: dof
-      nodes = deck%nodes('node or set')
-      dof = deck%integer('dof')
-      if (.not. deck%on_elements('node or set', mesh, nodes, ' and cannot carry a load')) return
-      load%node_force(dof, nodes) = load%node_force(dof, nodes) + deck%real('magnitude')
-   end subroutine read_node_load
-
-   !> Reads *POLE LOAD: node or set, magnitude, x, y.
-   subroutine read_pole_load(deck, mesh, load)
-      type(checked_deck_t), intent(inout) :: deck
-      type(mesh_t), intent(in) :: mesh
-      type(load_t), intent(inout) :: load
-      integer, allocatable :: nodes(:)
-      class(point_load_t), allocatable :: point
-      real(wp) :: pole(2)
-      integer :: i
-      pole = [deck%real('x'), deck%real('y')]
-      nodes = deck%nodes('node or set')
-      if (.not. deck%on_elements('node or set', mesh, nodes, ' and cannot carry a load')) return
-      do i = 1, size(nodes)
-         if (norm2(pole - mesh%x(:, nodes(i))) <= 0.0_wp) then
-            call deck%wrong('x', node_words(mesh, nodes(i))//' begins at this point: the force has no direction there')
-            return
-         end if
-         point = pole_load_t(node=nodes(i), magnitude=deck%real('magnitude'), pole=pole)
-         call load%add_point(point)
-      end do
-   end subroutine read_pole_load
-
-   !> Reads *DLOAD: element or set, type, magnitude, direction.
-   subroutine read_element_load(deck, model, load)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      type(load_t), intent(inout) :: load
-      integer, allocatable :: elements(:)
-      real(wp) :: magnitude, direction(2)
-      elements = deck%elements('element or set')
-      magnitude = deck%real('magnitude')
-      if (deck%word('type') == 'GRAV') then
-         direction = [deck%real('x direction'), deck%real('y direction')]
-         if (.not. deck%given('x direction')) then
-            call deck%wrong('x direction', 'GRAV needs a direction: x direction, y direction')
-         else if (.not. deck%given('y direction')) then
-            call deck%wrong('y direction', 'GRAV needs a direction: x direction, y direction')
-         else if (norm2(direction) <= 0.0_wp) then
-            call deck%wrong('x direction', 'the direction has no length')
-         else
-            call add_weight(deck, model, elements, magnitude * direction / norm2(direction), load)
-         end if
-         return
-      else if (deck%count('x direction') > 0) then
-         call deck%wrong('x direction', 'a direction goes with GRAV only')
-         return
-      end if
-      select case (deck%word('type'))
-      case ('PX')
-         load%line_force(1, elements) = load%line_force(1, elements) + magnitude
-      case ('PY')
-         load%line_force(2, elements) = load%line_force(2, elements) + magnitude
-      case ('P')
-         load%pressure(elements) = load%pressure(elements) + magnitude
-      end select
-   end subroutine read_element_load
-
-   !> Adds the weight of elements.
-   subroutine add_weight(deck, model, elements, gravity, load)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: elements(:)
-      real(wp), intent(in) :: gravity(2)
-      type(load_t), intent(inout) :: load
-      integer :: i
-      do i = 1, size(elements)
-         associate (e => elements(i))
-            if (model%mesh%section(e) == 0) cycle ! reported elsewhere
-            associate (mass => model%section(model%mesh%section(e))%mass)
-               if (mass <= 0.0_wp .and. .not. deck%names%sections_incomplete) then
-                  call deck%wrong('element or set', element_words(model%mesh, e)//' has no mass; it comes from *DENSITY, '// &
-                     'or from mass on *BEAM SECTION, SECTION=STIFFNESS')
-                  return
-               end if
-               load%line_force(:, e) = load%line_force(:, e) + mass * gravity
-            end associate
-         end associate
-      end do
-   end subroutine add_weight
-
-   !> Reads *TEMPERATURE: element or set, change, gradient.
-   subroutine read_temperature(deck, model, load)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      type(load_t), intent(inout) :: load
-      integer, allocatable :: elements(:)
-      integer :: i
-      elements = deck%elements('element or set')
-      do i = 1, size(elements)
-         associate (e => elements(i))
-            if (model%mesh%section(e) == 0) cycle ! reported elsewhere
-            associate (alpha => model%section(model%mesh%section(e))%expansion)
-               if (.not. (abs(alpha) > 0.0_wp .or. deck%names%sections_incomplete)) then
-                  call deck%wrong('element or set', element_words(model%mesh, e)//' does not expand; alpha comes from '// &
-                     '*EXPANSION, or from alpha on *BEAM SECTION, SECTION=STIFFNESS')
-                  return
-               end if
-               load%strain(e) = load%strain(e) + alpha * deck%real('change')
-               ! An element that is hotter on its left side bends to the right.
-               load%curvature(e) = load%curvature(e) - alpha * deck%real('gradient')
-            end associate
-         end associate
-      end do
-   end subroutine read_temperature
-
-   !> Reads *BOUNDARY in a step: node or set, dof, last dof, value.
-   subroutine read_displacement(deck, model, prescribed_in, load)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      integer, intent(inout) :: prescribed_in(:, :)
-      type(load_t), intent(inout) :: load
-      integer, allocatable :: nodes(:)
-      character(:), allocatable :: of_node
-      logical :: dofs(3)
-      integer :: i, dof
-      if (.not. deck%given('value')) then
-         call deck%wrong('value', 'value is missing; supports stand above the first *STEP, here only prescribed displacements')
-         return
-      else if (deck%word('dof') /= '') then
-         call deck%wrong('dof', deck%word('dof')//' is a support and belongs above the first *STEP; a step prescribes dofs 1, 2, 6')
-         return
-      end if
-      nodes = deck%nodes('node or set')
-      call read_dofs(deck, dofs)
-      do i = 1, size(nodes)
-         do dof = 1, 3
-            if (.not. dofs(dof)) cycle
-            of_node = 'dof '//to_text(component_dof(dof))//' of '//node_words(model%mesh, nodes(i))
-            if (.not. (model%fixed(dof, nodes(i)) .or. deck%names%supports_incomplete)) then
-               call deck%wrong('dof', of_node//' is free; what is prescribed must be supported by a *BOUNDARY above the '// &
-                  'first *STEP')
-               return
-            else if (prescribed_in(dof, nodes(i)) > 0) then
-               call deck%wrong('dof', of_node//' is prescribed already, in '//deck%source%line_words(prescribed_in(dof, nodes(i))))
-               return
-            end if
-            prescribed_in(dof, nodes(i)) = deck%at%line_at
-            load%displacement(dof, nodes(i)) = deck%real('value')
-         end do
-      end do
-   end subroutine read_displacement
 end module read_loads

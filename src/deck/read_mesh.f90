@@ -39,15 +39,15 @@ contains
       do while (deck%next_card('NODE|ELEMENT|LINE|ARC|RING|NSET|ELSET'))
          select case (deck%at%keyword)
          case ('NODE')
-            call read_nodes(deck, grown)
+            call read_nodes()
          case ('ELEMENT')
-            call read_elements(deck, grown)
+            call read_elements()
          case ('NSET')
-            call read_set(deck, deck%names%node)
+            call read_set(deck%names%node)
          case ('ELSET')
-            call read_set(deck, deck%names%element)
+            call read_set(deck%names%element)
          case default
-            call read_curves(deck, grown)
+            call read_curves()
          end select
       end do
       call grown%take(model%mesh, model%curve)
@@ -57,151 +57,244 @@ contains
       do e = 1, model%mesh%n_elements
          deck%names%connected(model%mesh%node(:, e)) = .true.
       end do
-   end subroutine read_mesh_cards
 
-   subroutine read_nodes(deck, grown)
-      type(checked_deck_t), intent(inout) :: deck
-      type(growing_mesh_t), intent(inout) :: grown
-      type(element_card_t) :: common
-      common = common_to(deck)
-      do while (deck%next_line())
-         if (.not. is_new_label(deck, deck%names%node)) cycle
-         call new_node(deck, grown, deck%integer('label'), [deck%real('x'), deck%real('y')])
-         call deck%names%node%append(common%node_set, [grown%mesh%n_nodes])
-      end do
-   end subroutine read_nodes
+   contains
 
-   subroutine read_elements(deck, grown)
-      type(checked_deck_t), intent(inout) :: deck
-      type(growing_mesh_t), intent(inout) :: grown
-      type(element_card_t) :: common
-      integer :: node(2)
-      common = common_to(deck)
-      do while (deck%next_line())
-         if (.not. is_new_label(deck, deck%names%element)) cycle
-         node = end_nodes(deck, grown, 'second node')
-         if (minval(node) > 0) then
-            call new_element(deck, grown, deck%integer('label'), node, common, 0, &
-               [0.0_wp, norm2(grown%mesh%x(:, node(2)) - grown%mesh%x(:, node(1)))], .false.)
-         else
-            deck%names%mesh_incomplete = .true.
+      subroutine read_nodes()
+         type(element_card_t) :: common
+         common = common_to()
+         do while (deck%next_line())
+            if (.not. is_new_label(deck%names%node)) cycle
+            call new_node(deck%integer('label'), [deck%real('x'), deck%real('y')])
+            call deck%names%node%append(common%node_set, [grown%mesh%n_nodes])
+         end do
+      end subroutine read_nodes
+
+      subroutine read_elements()
+         type(element_card_t) :: common
+         integer :: node(2)
+         common = common_to()
+         do while (deck%next_line())
+            if (.not. is_new_label(deck%names%element)) cycle
+            node = end_nodes('second node')
+            if (minval(node) > 0) then
+               call new_element(deck%integer('label'), node, common, 0, &
+                  [0.0_wp, norm2(grown%mesh%x(:, node(2)) - grown%mesh%x(:, node(1)))], .false.)
+            else
+               deck%names%mesh_incomplete = .true.
+            end if
+         end do
+      end subroutine read_elements
+
+      !> False, and an error is added, if the label of a line is used already.
+      logical function is_new_label(labels) result(is_new)
+         type(labels_t), intent(in) :: labels   ! of nodes or elements
+         integer :: old
+         old = labels%find(deck%integer('label'))
+         is_new = old == 0
+         if (.not. is_new) call deck%wrong('label', trim(labels%what)//' '//to_text(deck%integer('label'))// &
+            ' was defined in '//deck%source%line_words(labels%line(old)))
+      end function is_new_label
+
+      !> Kind of the elements of a card, and the sets that receive its nodes and elements.
+      type(element_card_t) function common_to() result(common)
+         if (deck%at%keyword /= 'NODE') then
+            call element_kind(deck%word('TYPE'), common%family, common%stages)
+            if (deck%given('ELSET')) call deck%names%element%begin_set(deck%text('ELSET'), common%element_set)
          end if
-      end do
-   end subroutine read_elements
+         if (deck%at%keyword == 'ELEMENT') return
+         if (deck%given('NSET')) call deck%names%node%begin_set(deck%text('NSET'), common%node_set)
+      end function common_to
 
-   !> False, and an error is added, if the label of a line is used already.
-   logical function is_new_label(deck, labels) result(is_new)
-      type(checked_deck_t), intent(inout) :: deck
-      type(labels_t), intent(in) :: labels   ! of nodes or elements
-      integer :: old
-      old = labels%find(deck%integer('label'))
-      is_new = old == 0
-      if (.not. is_new) call deck%wrong('label', trim(labels%what)//' '//to_text(deck%integer('label'))// &
-         ' was defined in '//deck%source%line_words(labels%line(old)))
-   end function is_new_label
+      !> Reads *LINE, *ARC and *RING: one curve for each data line.
+      subroutine read_curves()
+         type(element_card_t) :: common
+         type(curve_t) :: curve
+         integer :: node(2), elements
+         real(wp) :: grading
+         logical :: placed, ok
+         common = common_to()
+         do while (deck%next_line())
+            call read_curve(node, curve)
+            placed = .not. deck%given('elements')
+            elements = deck%integer('elements')
+            if (placed) elements = output_elements
+            call read_division(common, elements, grading, ok)
+            if (ok .and. minval(node) > 0) then
+               call grown%add_curve(curve)
+               call mesh_curve(node, graded_division(curve%length, elements, grading), common, placed)
+               deck%names%placed_line = [deck%names%placed_line, merge(deck%at%line, 0, placed)]
+            else
+               deck%names%mesh_incomplete = .true.
+            end if
+         end do
+      end subroutine read_curves
 
-   !> Kind of the elements of a card, and the sets that receive its nodes and elements.
-   type(element_card_t) function common_to(deck) result(common)
-      type(checked_deck_t), intent(inout) :: deck
-      if (deck%at%keyword /= 'NODE') then
-         call element_kind(deck%word('TYPE'), common%family, common%stages)
-         if (deck%given('ELSET')) call deck%names%element%begin_set(deck%text('ELSET'), common%element_set)
-      end if
-      if (deck%at%keyword == 'ELEMENT') return
-      if (deck%given('NSET')) call deck%names%node%begin_set(deck%text('NSET'), common%node_set)
-   end function common_to
+      !> Reads end nodes and shape of a curve.
+      subroutine read_curve(node, curve)
+         integer, intent(out) :: node(2)      ! end nodes, equal for a ring; 0 after an error
+         type(curve_t), intent(out) :: curve
+         type(error_t), allocatable :: error
+         real(wp) :: x(2, 2), centre(2)
+         if (deck%at%keyword == 'RING') then
+            node = deck%node('node')
+         else
+            node = end_nodes('last node')
+         end if
+         if (minval(node) == 0) return
+         x = grown%mesh%x(:, node)
+         if (deck%at%keyword == 'LINE') then
+            curve = line_curve(x(:, 1), x(:, 2))
+            return
+         end if
+         centre = [deck%real('xc'), deck%real('yc')]
+         if (deck%at%keyword == 'ARC') then
+            call arc_curve(x(:, 1), x(:, 2), centre, deck%word('DIRECTION') == 'ANTICLOCKWISE', curve, error)
+            if (.not. allocated(error)) return
+            call deck%wrong_line(error%message)
+         else if (norm2(x(:, 1) - centre) > 0.0_wp) then
+            curve = ring_curve(x(:, 1), centre)
+            return
+         else
+            call deck%wrong_line('the centre is at the node')
+         end if
+         node = 0
+      end subroutine read_curve
 
-   !> Reads *LINE, *ARC and *RING: one curve for each data line.
-   subroutine read_curves(deck, grown)
-      type(checked_deck_t), intent(inout) :: deck
-      type(growing_mesh_t), intent(inout) :: grown
-      type(element_card_t) :: common
-      type(curve_t) :: curve
-      integer :: node(2), elements
-      real(wp) :: grading
-      logical :: placed, ok
-      common = common_to(deck)
-      do while (deck%next_line())
-         call read_curve(deck, grown, node, curve)
+      !> Reads the grading of a curve, and checks that it can be divided into so many elements.
+      subroutine read_division(common, elements, grading, ok)
+         type(element_card_t), intent(in) :: common
+         integer, intent(in) :: elements      ! given, or those for the output
+         real(wp), intent(out) :: grading
+         logical, intent(out) :: ok
+         logical :: placed
+         integer :: before
+         before = deck%diagnostics%n
          placed = .not. deck%given('elements')
-         elements = deck%integer('elements')
-         if (placed) elements = output_elements
-         call read_division(deck, grown, common, elements, grading, ok)
-         if (ok .and. minval(node) > 0) then
-            call grown%add_curve(curve)
-            call mesh_curve(deck, grown, node, graded_division(curve%length, elements, grading), common, placed)
-            deck%names%placed_line = [deck%names%placed_line, merge(deck%at%line, 0, placed)]
+         grading = 1.0_wp
+         if (placed .and. common%stages < 2) then
+            call deck%wrong_line('the number of elements can be left out of those of order 4, 6 and 8 only (TYPE)')
+         else if (deck%at%keyword == 'RING') then
+            if (elements < 3) call deck%wrong('elements', 'a ring needs at least 3 elements')
          else
-            deck%names%mesh_incomplete = .true.
+            grading = deck%real('grading')
+            if (placed .and. deck%given('grading')) call deck%wrong('grading', 'grading needs a number of elements')
+            if (elements == 1 .and. abs(grading - 1.0_wp) > 0.0_wp) call deck%wrong('grading', 'grading needs at least 2 elements')
          end if
-      end do
-   end subroutine read_curves
+         ok = deck%diagnostics%n == before
+         if (.not. ok) return
+         if (elements > huge(1) - max(deck%names%node%greatest, deck%names%element%greatest) - 2) then
+            call deck%wrong('elements', 'too many elements to number')
+         else if (.not. fits(real(grown%mesh%n_elements, wp) + elements)) then
+            call deck%wrong('elements', 'so many elements need about '//to_text(nint(1.0e-9_wp * bytes_of_element * &
+               (real(grown%mesh%n_elements, wp) + elements)))//' GB of memory, more than can be had')
+         end if
+         ok = deck%diagnostics%n == before
+      end subroutine read_division
 
-   !> Reads end nodes and shape of a curve.
-   subroutine read_curve(deck, grown, node, curve)
-      type(checked_deck_t), intent(inout) :: deck
-      type(growing_mesh_t), intent(in) :: grown
-      integer, intent(out) :: node(2)      ! end nodes, equal for a ring; 0 after an error
-      type(curve_t), intent(out) :: curve
-      type(error_t), allocatable :: error
-      real(wp) :: x(2, 2), centre(2)
-      if (deck%at%keyword == 'RING') then
-         node = deck%node('node')
-      else
-         node = end_nodes(deck, grown, 'last node')
-      end if
-      if (minval(node) == 0) return
-      x = grown%mesh%x(:, node)
-      if (deck%at%keyword == 'LINE') then
-         curve = line_curve(x(:, 1), x(:, 2))
-         return
-      end if
-      centre = [deck%real('xc'), deck%real('yc')]
-      if (deck%at%keyword == 'ARC') then
-         call arc_curve(x(:, 1), x(:, 2), centre, deck%word('DIRECTION') == 'ANTICLOCKWISE', curve, error)
-         if (.not. allocated(error)) return
-         call deck%wrong_line(error%message)
-      else if (norm2(x(:, 1) - centre) > 0.0_wp) then
-         curve = ring_curve(x(:, 1), centre)
-         return
-      else
-         call deck%wrong_line('the centre is at the node')
-      end if
-      node = 0
-   end subroutine read_curve
+      !> Adds nodes and elements on the last curve, from its first to its last node.
+      subroutine mesh_curve(ends, s, common, placed)
+         integer, intent(in) :: ends(2)             ! indices of the end nodes, equal for a ring
+         real(wp), intent(in) :: s(0:)              ! ends of the elements on the curve
+         type(element_card_t), intent(in) :: common
+         logical, intent(in) :: placed              ! true: the deck omits the number of elements
+         type(imperfection_t) :: none(0)
+         integer :: i, from, to
+         real(wp) :: x(2), angle, speed
+         from = ends(1)
+         call deck%names%node%append(common%node_set, [from])
+         do i = 1, ubound(s, 1)
+            to = ends(2)
+            if (i < ubound(s, 1)) then
+               call curve_point(grown%curve(grown%n_curves), none, s(i), x, angle, speed)
+               call new_node(deck%names%node%greatest + 1, x)
+               to = grown%mesh%n_nodes
+            end if
+            call new_element(deck%names%element%greatest + 1, [from, to], common, grown%n_curves, s(i - 1:i), placed)
+            call deck%names%node%append(common%node_set, [to])
+            from = to
+         end do
+      end subroutine mesh_curve
 
-   !> Reads the grading of a curve, and checks that it can be divided into so many elements.
-   subroutine read_division(deck, grown, common, elements, grading, ok)
-      type(checked_deck_t), intent(inout) :: deck
-      type(growing_mesh_t), intent(in) :: grown
-      type(element_card_t), intent(in) :: common
-      integer, intent(in) :: elements      ! given, or those for the output
-      real(wp), intent(out) :: grading
-      logical, intent(out) :: ok
-      logical :: placed
-      integer :: before
-      before = deck%diagnostics%n
-      placed = .not. deck%given('elements')
-      grading = 1.0_wp
-      if (placed .and. common%stages < 2) then
-         call deck%wrong_line('the number of elements can be left out of those of order 4, 6 and 8 only (TYPE)')
-      else if (deck%at%keyword == 'RING') then
-         if (elements < 3) call deck%wrong('elements', 'a ring needs at least 3 elements')
-      else
-         grading = deck%real('grading')
-         if (placed .and. deck%given('grading')) call deck%wrong('grading', 'grading needs a number of elements')
-         if (elements == 1 .and. abs(grading - 1.0_wp) > 0.0_wp) call deck%wrong('grading', 'grading needs at least 2 elements')
-      end if
-      ok = deck%diagnostics%n == before
-      if (.not. ok) return
-      if (elements > huge(1) - max(deck%names%node%greatest, deck%names%element%greatest) - 2) then
-         call deck%wrong('elements', 'too many elements to number')
-      else if (.not. fits(real(grown%mesh%n_elements, wp) + elements)) then
-         call deck%wrong('elements', 'so many elements need about '//to_text(nint(1.0e-9_wp * bytes_of_element * &
-            (real(grown%mesh%n_elements, wp) + elements)))//' GB of memory, more than can be had')
-      end if
-      ok = deck%diagnostics%n == before
-   end subroutine read_division
+      !> Reads *NSET and *ELSET.
+      subroutine read_set(labels)
+         type(labels_t), pointer, intent(in) :: labels ! of nodes or elements
+         integer :: set, k
+         call labels%begin_set(deck%text(deck%at%keyword), set)
+         do while (deck%next_line())
+            if (deck%given('GENERATE')) then
+               call labels%append(set, range_of(labels))
+               cycle
+            end if
+            do k = 1, deck%count(deck%field_name(1))
+               call labels%append(set, deck%members(deck%field_name(1), labels%what, k))
+            end do
+         end do
+      end subroutine read_set
+
+      !> Reads one line of a set with GENERATE.
+      function range_of(labels) result(members)
+         type(labels_t), intent(in) :: labels       ! of nodes or elements
+         integer, allocatable :: members(:)         ! nodes or elements up to the first one that is not defined
+         integer :: first, last, increment, label, n
+         first = deck%integer('first')
+         last = deck%integer('last')
+         increment = deck%integer('increment')
+         allocate (members(0))
+         if (last < first) then
+            call deck%wrong('last', 'the last label must not be below the first one')
+            return
+         else if (mod(last - first, increment) /= 0) then
+            call deck%wrong_line('the last label is not a whole number of increments from the first one')
+            return
+         end if
+         deallocate (members)
+         allocate (members(0:min((last - first) / increment, labels%n)))
+         do n = 0, (last - first) / increment
+            label = first + n * increment
+            members(n) = labels%find(label)
+            if (members(n) > 0) cycle
+            if (.not. deck%names%mesh_incomplete) call deck%wrong_line(trim(labels%what)//' '//to_text(label)// &
+               ' is not defined above this line')
+            members = members(:n - 1)
+            return
+         end do
+      end function range_of
+
+      !> First and second node of an element or of a row of elements; 0, and an error is added, if they cannot be used.
+      function end_nodes(second) result(node)
+         character(*), intent(in) :: second         ! name of the field with the second node
+         integer :: node(2)
+         node(1) = deck%node('first node')
+         node(2) = deck%node(second)
+         if (minval(node) == 0) return
+         if (node(1) == node(2)) then
+            call deck%wrong(second, 'both nodes are node '//deck%text('first node'))
+         else if (norm2(grown%mesh%x(:, node(2)) - grown%mesh%x(:, node(1))) <= 0.0_wp) then
+            call deck%wrong('first node', 'the length is zero: both nodes are at the same place', last=second)
+         else
+            return
+         end if
+         node = 0
+      end function end_nodes
+
+      subroutine new_node(label, x)
+         integer, intent(in) :: label
+         real(wp), intent(in) :: x(2)
+         call grown%add_node(label, x)
+         call deck%names%node%add(label, deck%at%line_at)
+      end subroutine new_node
+
+      subroutine new_element(label, node, common, curve, s, placed)
+         integer, intent(in) :: label, node(2), curve
+         type(element_card_t), intent(in) :: common
+         real(wp), intent(in) :: s(2)
+         logical, intent(in) :: placed
+         call grown%add_element(label, node, common%family, common%stages, curve, s, placed)
+         call deck%names%element%add(label, deck%at%line_at)
+         call deck%names%element%append(common%element_set, [deck%names%element%n])
+      end subroutine new_element
+   end subroutine read_mesh_cards
 
    !> True for a number of elements for which there is enough memory, and whose equations can be numbered.
    logical function fits(elements)
@@ -210,116 +303,4 @@ contains
       if (fits) fits = can_be_had(bytes_of_element * elements)
    end function fits
 
-   !> Adds nodes and elements on the last curve, from its first to its last node.
-   subroutine mesh_curve(deck, grown, ends, s, common, placed)
-      type(checked_deck_t), intent(inout) :: deck
-      type(growing_mesh_t), intent(inout) :: grown
-      integer, intent(in) :: ends(2)             ! indices of the end nodes, equal for a ring
-      real(wp), intent(in) :: s(0:)              ! ends of the elements on the curve
-      type(element_card_t), intent(in) :: common
-      logical, intent(in) :: placed              ! true: the deck omits the number of elements
-      type(imperfection_t) :: none(0)
-      integer :: i, from, to
-      real(wp) :: x(2), angle, speed
-      from = ends(1)
-      call deck%names%node%append(common%node_set, [from])
-      do i = 1, ubound(s, 1)
-         to = ends(2)
-         if (i < ubound(s, 1)) then
-            call curve_point(grown%curve(grown%n_curves), none, s(i), x, angle, speed)
-            call new_node(deck, grown, deck%names%node%greatest + 1, x)
-            to = grown%mesh%n_nodes
-         end if
-         call new_element(deck, grown, deck%names%element%greatest + 1, [from, to], common, grown%n_curves, s(i - 1:i), placed)
-         call deck%names%node%append(common%node_set, [to])
-         from = to
-      end do
-   end subroutine mesh_curve
-
-   !> Reads *NSET and *ELSET.
-   subroutine read_set(deck, labels)
-      type(checked_deck_t), intent(inout), target :: deck
-      type(labels_t), pointer, intent(in) :: labels ! of nodes or elements
-      integer :: set, k
-      call labels%begin_set(deck%text(deck%at%keyword), set)
-      do while (deck%next_line())
-         if (deck%given('GENERATE')) then
-            call labels%append(set, range_of(deck, labels))
-            cycle
-         end if
-         do k = 1, deck%count(deck%field_name(1))
-            call labels%append(set, deck%members(deck%field_name(1), labels%what, k))
-         end do
-      end do
-   end subroutine read_set
-
-   !> Reads one line of a set with GENERATE.
-   function range_of(deck, labels) result(members)
-      type(checked_deck_t), intent(inout) :: deck
-      type(labels_t), intent(in) :: labels       ! of nodes or elements
-      integer, allocatable :: members(:)         ! nodes or elements up to the first one that is not defined
-      integer :: first, last, increment, label, n
-      first = deck%integer('first')
-      last = deck%integer('last')
-      increment = deck%integer('increment')
-      allocate (members(0))
-      if (last < first) then
-         call deck%wrong('last', 'the last label must not be below the first one')
-         return
-      else if (mod(last - first, increment) /= 0) then
-         call deck%wrong_line('the last label is not a whole number of increments from the first one')
-         return
-      end if
-      deallocate (members)
-      allocate (members(0:min((last - first) / increment, labels%n)))
-      do n = 0, (last - first) / increment
-         label = first + n * increment
-         members(n) = labels%find(label)
-         if (members(n) > 0) cycle
-         if (.not. deck%names%mesh_incomplete) call deck%wrong_line(trim(labels%what)//' '//to_text(label)// &
-            ' is not defined above this line')
-         members = members(:n - 1)
-         return
-      end do
-   end function range_of
-
-   !> First and second node of an element or of a row of elements; 0, and an error is added, if they cannot be used.
-   function end_nodes(deck, grown, second) result(node)
-      type(checked_deck_t), intent(inout) :: deck
-      type(growing_mesh_t), intent(in) :: grown
-      character(*), intent(in) :: second         ! name of the field with the second node
-      integer :: node(2)
-      node(1) = deck%node('first node')
-      node(2) = deck%node(second)
-      if (minval(node) == 0) return
-      if (node(1) == node(2)) then
-         call deck%wrong(second, 'both nodes are node '//deck%text('first node'))
-      else if (norm2(grown%mesh%x(:, node(2)) - grown%mesh%x(:, node(1))) <= 0.0_wp) then
-         call deck%wrong('first node', 'the length is zero: both nodes are at the same place', last=second)
-      else
-         return
-      end if
-      node = 0
-   end function end_nodes
-
-   subroutine new_node(deck, grown, label, x)
-      type(checked_deck_t), intent(inout) :: deck
-      type(growing_mesh_t), intent(inout) :: grown
-      integer, intent(in) :: label
-      real(wp), intent(in) :: x(2)
-      call grown%add_node(label, x)
-      call deck%names%node%add(label, deck%at%line_at)
-   end subroutine new_node
-
-   subroutine new_element(deck, grown, label, node, common, curve, s, placed)
-      type(checked_deck_t), intent(inout) :: deck
-      type(growing_mesh_t), intent(inout) :: grown
-      integer, intent(in) :: label, node(2), curve
-      type(element_card_t), intent(in) :: common
-      real(wp), intent(in) :: s(2)
-      logical, intent(in) :: placed
-      call grown%add_element(label, node, common%family, common%stages, curve, s, placed)
-      call deck%names%element%add(label, deck%at%line_at)
-      call deck%names%element%append(common%element_set, [deck%names%element%n])
-   end subroutine new_element
 end module read_mesh
