@@ -36,67 +36,68 @@ contains
       type(card_spec_t), intent(in) :: card
       integer :: i
       write (unit, '(a)') '', '### `*'//card%keyword//'`', ''
-      write (unit, '(a)') card%meaning//' *'//place_text(card)//'*'
+      write (unit, '(a)') card%meaning//' *'//place_text()//'*'
       if (size(card%parameter) > 0) then
          write (unit, '(a)') '', '| parameter | value | default | meaning |', '|---|---|---|---|'
          do i = 1, size(card%parameter)
-            call write_parameter(unit, card%parameter(i))
+            call write_parameter(card%parameter(i))
          end do
       end if
       if (size(card%layout) == 0) write (unit, '(a)') '', 'No data lines.'
       do i = 1, size(card%layout)
-         if (size(card%layout(i)%field) > 0) call write_layout(unit, card%layout(i), size(card%layout) > 1)
+         if (size(card%layout(i)%field) > 0) call write_layout(card%layout(i))
          if (size(card%layout(i)%field) == 0) write (unit, '(a)') '', 'Data lines: free text.'
       end do
+
+   contains
+
+      !> Part of the deck in which the card may be used, and how often.
+      pure function place_text() result(string)
+         character(:), allocatable :: string
+         string = trim(places(card%where))
+         if (card%follows /= '') string = string//', below `*'//card%follows//'`'
+         if (card%once .and. card%where == in_step) string = string//', once in each'
+         if (card%once .and. card%where == in_model) string = string//', once'
+         string = string//'.'
+      end function place_text
+
+      subroutine write_parameter(item)
+         type(item_t), intent(in) :: item
+         character(:), allocatable :: name, default, meaning
+         name = '`'//item%name//'`'
+         if (item%required .and. item%only == '') name = '**'//name//'**'
+         default = item%default
+         if (default == '' .and. item%required) default = 'required'
+         meaning = item%meaning
+         if (item%only /= '') meaning = meaning//'; with '//alternatives(item%only)//' only'
+         write (unit, '(a)') '| '//name//' | '//kind_text(item)//' | '//default//' | '//meaning//' |'
+      end subroutine write_parameter
+
+      subroutine write_layout(layout)
+         type(layout_t), intent(in) :: layout
+         logical :: many ! true: the card has further layouts
+         character(:), allocatable :: string, default
+         integer :: i
+         many = size(card%layout) > 1
+         string = 'Data lines'
+         if (layout%most == 1) string = 'One data line'
+         if (many .and. layout%when /= '') string = string//' with '//alternatives(layout%when)
+         if (many .and. layout%when == '') string = string//' otherwise'
+         if (layout%least == 0) string = string//', which may be left out'
+         string = string//': `'//separated(names_of(layout%field), ', ')
+         if (layout%last_repeats) string = string//', ...'
+         write (unit, '(a)') '', string//'`', '', '| field | value | unit | default | meaning |', '|---|---|---|---|---|'
+         do i = 1, size(layout%field)
+            associate (item => layout%field(i))
+               default = item%default
+               if (item%required) default = 'required'
+               if (item%times_field > 0) default = default//' times the size of '//layout%field(item%times_field)%name
+               write (unit, '(a)') '| '//item%name//' | '//kind_text(item)//' | '//item%unit//' | '//default//' | '// &
+                  item%meaning//' |'
+            end associate
+         end do
+      end subroutine write_layout
    end subroutine write_card
-
-   !> Part of the deck in which the card may be used, and how often.
-   pure function place_text(card) result(string)
-      type(card_spec_t), intent(in) :: card
-      character(:), allocatable :: string
-      string = trim(places(card%where))
-      if (card%follows /= '') string = string//', below `*'//card%follows//'`'
-      if (card%once .and. card%where == in_step) string = string//', once in each'
-      if (card%once .and. card%where == in_model) string = string//', once'
-      string = string//'.'
-   end function place_text
-
-   subroutine write_parameter(unit, item)
-      integer, intent(in) :: unit
-      type(item_t), intent(in) :: item
-      character(:), allocatable :: name, default, meaning
-      name = '`'//item%name//'`'
-      if (item%required .and. item%only == '') name = '**'//name//'**'
-      default = item%default
-      if (default == '' .and. item%required) default = 'required'
-      meaning = item%meaning
-      if (item%only /= '') meaning = meaning//'; with '//alternatives(item%only)//' only'
-      write (unit, '(a)') '| '//name//' | '//kind_text(item)//' | '//default//' | '//meaning//' |'
-   end subroutine write_parameter
-
-   subroutine write_layout(unit, layout, many)
-      integer, intent(in) :: unit
-      type(layout_t), intent(in) :: layout
-      logical, intent(in) :: many ! true: the card has further layouts
-      character(:), allocatable :: string, default
-      integer :: i
-      string = 'Data lines'
-      if (layout%most == 1) string = 'One data line'
-      if (many .and. layout%when /= '') string = string//' with '//alternatives(layout%when)
-      if (many .and. layout%when == '') string = string//' otherwise'
-      if (layout%least == 0) string = string//', which may be left out'
-      string = string//': `'//separated(names_of(layout%field), ', ')
-      if (layout%last_repeats) string = string//', ...'
-      write (unit, '(a)') '', string//'`', '', '| field | value | unit | default | meaning |', '|---|---|---|---|---|'
-      do i = 1, size(layout%field)
-         associate (item => layout%field(i))
-            default = item%default
-            if (item%required) default = 'required'
-            if (item%times_field > 0) default = default//' times the size of '//layout%field(item%times_field)%name
-            write (unit, '(a)') '| '//item%name//' | '//kind_text(item)//' | '//item%unit//' | '//default//' | '//item%meaning//' |'
-         end associate
-      end do
-   end subroutine write_layout
 
    !> Permitted values.
    pure function kind_text(item) result(string)

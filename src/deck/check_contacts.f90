@@ -47,7 +47,7 @@ contains
       do while (deck%next_card('CONTACT'))
          contact = contact + 1
          if (.not. couples(model%obstacle(model%contact(contact)%obstacle))) cycle
-         found = contact_problem(model, list, patches, model%contact(contact)%obstacle)
+         found = contact_problem(model%contact(contact)%obstacle)
          if (found == '') cycle
          problem = found
          last = deck%at
@@ -56,34 +56,33 @@ contains
       deck%at = last
       call deck%wrong('NSET', problem)
       call deck%rewind()
-   end subroutine check_ground_candidates
 
-   !> Reason why an obstacle with coupled ground cannot carry its candidates; '' if it can.
-   function contact_problem(model, list, patches, obstacle) result(problem)
-      type(model_t), intent(in) :: model
-      type(candidates_t), intent(in) :: list
-      type(patches_t), intent(in) :: patches
-      integer, intent(in) :: obstacle
-      character(:), allocatable :: problem
-      integer :: pair(2), alone
-      problem = ''
-      if (patches%n > most_candidates) then
-         problem = 'all obstacles that carry load sideways have '//to_text(patches%n)//' candidates; with a full matrix of '// &
-            'compliances '//to_text(most_candidates)//' are allowed'
-         return
-      end if
-      alone = findloc(list%obstacle == obstacle .and. .not. list%tributary > 0.0_wp, .true., 1)
-      if (alone > 0 .and. model%obstacle(obstacle)%ground == ground_half_space) then
-         problem = node_words(model%mesh, list%node(alone))//' is a candidate without an element to another one: a force on '// &
-            'no area sinks into a half-space without limit'
-         return
-      end if
-      pair = first_overlap(patches, list, obstacle)
-      if (pair(1) == 0) return
-      problem = 'nodes '//to_text(model%mesh%node_label(list%node(pair(1))))//' and '// &
-         to_text(model%mesh%node_label(list%node(pair(2))))//' load the same place of the ground, which carries load sideways; '// &
-         'give one of the rods an obstacle of its own'
-   end function contact_problem
+   contains
+
+      !> Reason why an obstacle with coupled ground cannot carry its candidates; '' if it can.
+      function contact_problem(obstacle) result(problem)
+         integer, intent(in) :: obstacle
+         character(:), allocatable :: problem
+         integer :: pair(2), alone
+         problem = ''
+         if (patches%n > most_candidates) then
+            problem = 'all obstacles that carry load sideways have '//to_text(patches%n)//' candidates; with a full matrix of '// &
+               'compliances '//to_text(most_candidates)//' are allowed'
+            return
+         end if
+         alone = findloc(list%obstacle == obstacle .and. .not. list%tributary > 0.0_wp, .true., 1)
+         if (alone > 0 .and. model%obstacle(obstacle)%ground == ground_half_space) then
+            problem = node_words(model%mesh, list%node(alone))//' is a candidate without an element to another one: a force on '// &
+               'no area sinks into a half-space without limit'
+            return
+         end if
+         pair = first_overlap(patches, list, obstacle)
+         if (pair(1) == 0) return
+         problem = 'nodes '//to_text(model%mesh%node_label(list%node(pair(1))))//' and '// &
+            to_text(model%mesh%node_label(list%node(pair(2))))//' load the same place of the ground, which carries load '// &
+            'sideways; give one of the rods an obstacle of its own'
+      end function contact_problem
+   end subroutine check_ground_candidates
 
    !> Reports the first node of each *CONTACT and *GAP at which contact is impossible.
    subroutine check_contact_of_tied_nodes(deck, model)
@@ -93,43 +92,43 @@ contains
       contact = 0
       do while (deck%next_card('CONTACT'))
          contact = contact + 1
-         call check_tied_nodes(deck, 'NSET', model, model%contact(contact))
+         call check_tied_nodes('NSET', model%contact(contact))
       end do
       do while (deck%next_card('GAP'))
          do while (deck%next_line())
             contact = contact + 1
-            call check_tied_nodes(deck, 'node or set', model, model%contact(contact))
+            call check_tied_nodes('node or set', model%contact(contact))
          end do
       end do
-   end subroutine check_contact_of_tied_nodes
 
-   !> Reports the first node of a contact at which contact is impossible.
-   subroutine check_tied_nodes(deck, name, model, contact)
-      type(checked_deck_t), intent(inout) :: deck
-      character(*), intent(in) :: name                  ! name of the item that names the nodes
-      type(model_t), intent(in) :: model
-      type(contact_t), intent(in) :: contact
-      character(:), allocatable :: why
-      integer :: i
-      associate (obstacle => model%obstacle(contact%obstacle))
-         if (.not. obstacle%rigid .and. obstacle%ground == ground_independent) return
-         do i = 1, size(contact%node)
-            if (.not. any(model%tie%node == contact%node(i) .and. (model%tie%component < 3 .or. .not. obstacle%rigid))) cycle
-            if (.not. obstacle%rigid) then
-               why = 'cannot lie on ground that carries load sideways: that needs rods without joints'
-            else if (obstacle%at_nodes) then
-               why = 'cannot have a rigid stop: give it to the node that it follows, or give it a STIFFNESS'
-            else if (touches_too(model, contact, contact%node(i), leader(model, contact%node(i)))) then
-               cycle
-            else
-               why = 'cannot touch a rigid obstacle: let the node that it follows touch it, give the obstacle a '// &
-                  'foundation, or take a stiff rod instead of the joint'
-            end if
-            call deck%wrong(name, node_words(model%mesh, contact%node(i))//' follows another one and '//why)
-            return
-         end do
-      end associate
-   end subroutine check_tied_nodes
+   contains
+
+      !> Reports the first node of a contact at which contact is impossible.
+      subroutine check_tied_nodes(name, contact)
+         character(*), intent(in) :: name                  ! name of the item that names the nodes
+         type(contact_t), intent(in) :: contact
+         character(:), allocatable :: why
+         integer :: i
+         associate (obstacle => model%obstacle(contact%obstacle))
+            if (.not. obstacle%rigid .and. obstacle%ground == ground_independent) return
+            do i = 1, size(contact%node)
+               if (.not. any(model%tie%node == contact%node(i) .and. (model%tie%component < 3 .or. .not. obstacle%rigid))) cycle
+               if (.not. obstacle%rigid) then
+                  why = 'cannot lie on ground that carries load sideways: that needs rods without joints'
+               else if (obstacle%at_nodes) then
+                  why = 'cannot have a rigid stop: give it to the node that it follows, or give it a STIFFNESS'
+               else if (touches_too(model, contact, contact%node(i), leader(model, contact%node(i)))) then
+                  cycle
+               else
+                  why = 'cannot touch a rigid obstacle: let the node that it follows touch it, give the obstacle a '// &
+                     'foundation, or take a stiff rod instead of the joint'
+               end if
+               call deck%wrong(name, node_words(model%mesh, contact%node(i))//' follows another one and '//why)
+               return
+            end do
+         end associate
+      end subroutine check_tied_nodes
+   end subroutine check_contact_of_tied_nodes
 
    !> Among tied nodes at one position only one remains in contact: nodes that follow another node of the same rigid contact are
    !> removed from it.

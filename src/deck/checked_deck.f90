@@ -30,101 +30,74 @@ module checked_deck
    type, extends(card_values_t) :: checked_deck_t
       type(deck_names_t) :: names       !! what the readers have defined so far
    contains
-      procedure :: nodes, elements, members, node, on_elements, named, touched_obstacle, quantity, defines
+      procedure :: nodes, elements, node, on_elements, named, touched_obstacle, quantity, defines
    end type checked_deck_t
 
 contains
 
    !> The nodes that a label or a set names; none, and an error is added, if they are not defined.
-   function nodes(self, name)
+   function nodes(self, name, nth)
       class(checked_deck_t), intent(inout) :: self
       character(*), intent(in) :: name       !! of the parameter or field in the card table
+      integer, intent(in), optional :: nth   !! which one of a field that repeats; default 1
       integer, allocatable :: nodes(:)       !! node indices
-      nodes = self%members(name, 'node')
+      nodes = members_of(self, name, nth, self%names%node, self%names%element)
    end function nodes
 
    !> The elements that a label or a set names; none, and an error is added, if they are not defined.
-   function elements(self, name)
+   function elements(self, name, nth)
       class(checked_deck_t), intent(inout) :: self
       character(*), intent(in) :: name       !! of the parameter or field in the card table
+      integer, intent(in), optional :: nth   !! which one of a field that repeats; default 1
       integer, allocatable :: elements(:)    !! element indices
-      elements = self%members(name, 'element')
+      elements = members_of(self, name, nth, self%names%element, self%names%node)
    end function elements
 
    !> The node that a label names; 0, and an error is added, if it is not defined.
    integer function node(self, name)
       class(checked_deck_t), intent(inout) :: self
       character(*), intent(in) :: name       !! of the field in the card table
-      node = self%names%node%find(self%integer(name))
-      if (node == 0) call undefined_label(self, name, 1, self%names%node)
+      integer, allocatable :: found(:)
+      found = self%nodes(name)
+      node = 0
+      if (size(found) > 0) node = found(1)
    end function node
 
-   !> The nodes or elements that a label or a set names; none, and an error is added, if they are not defined.
-   function members(self, name, what, nth)
-      class(checked_deck_t), intent(inout) :: self
-      character(*), intent(in) :: name       !! of the parameter or field in the card table
-      character(*), intent(in) :: what       !! 'node' or 'element'
-      integer, intent(in), optional :: nth   !! which one of a field that repeats; default 1
-      integer, allocatable :: members(:)     !! indices
-      if (what == 'node') then
-         members = members_of(self, name, nth, self%names%node, self%names%element)
-      else
-         members = members_of(self, name, nth, self%names%element, self%names%node)
-      end if
-   end function members
-
+   !> The nodes or elements that a label or a set names. An error is added if they are not defined, unless their definition may have
+   !> an error.
    function members_of(self, name, nth, labels, others) result(members)
       class(checked_deck_t), intent(inout) :: self
       character(*), intent(in) :: name
       integer, intent(in), optional :: nth
-      type(labels_t), intent(in) :: labels, others
+      type(labels_t), intent(in) :: labels, others ! of the kind that is named, and of the other kind
       integer, allocatable :: members(:)
+      character(:), allocatable :: typed, what, hint
       integer :: label, i
       allocate (members(0))
+      typed = self%text(name, nth)
       label = nint(self%real(name, nth))
       if (label == 0) then
-         i = labels%set_names%find(self%text(name, nth))
+         i = labels%set_names%find(typed)
          if (i > 0) members = labels%members(i)
-         if (i == 0) call undefined_set(self, name, nth, labels, others)
+         what = trim(labels%what)//' set '//quoted(typed)
       else
          i = labels%find(label)
          if (i > 0) members = [i]
-         if (i == 0) call undefined_label(self, name, nth, labels)
+         what = trim(labels%what)//' '//to_text(label)
       end if
-   end function members_of
-
-   !> Adds the error about a label that is not defined, unless its definition may have an error.
-   subroutine undefined_label(self, name, nth, labels)
-      class(checked_deck_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      integer, intent(in), optional :: nth
-      type(labels_t), intent(in) :: labels
-      character(:), allocatable :: range
-      if (self%names%mesh_incomplete) return
-      range = ' (there are no '//trim(labels%what)//'s)'
-      if (labels%n > 0) range = ' (labels run from '//to_text(labels%least)//' to '//to_text(labels%greatest)//')'
-      call self%wrong(name, trim(labels%what)//' '//to_text(nint(self%real(name, nth)))//' is not defined'// &
-         trim(merge(' above this line', '                ', self%names%above_only))//range, nth)
-   end subroutine undefined_label
-
-   !> Adds the error about a set that is not defined, unless its definition may have an error.
-   subroutine undefined_set(self, name, nth, labels, others)
-      class(checked_deck_t), intent(inout) :: self
-      character(*), intent(in) :: name
-      integer, intent(in), optional :: nth
-      type(labels_t), intent(in) :: labels, others ! kind of the set, and the other kind
-      character(:), allocatable :: set, message
-      if (self%names%mesh_incomplete) return
-      set = self%text(name, nth)
-      message = trim(labels%what)//' set '//quoted(set)//' is not defined'// &
-         trim(merge(' above this line', '                ', self%names%above_only))
-      if (others%set_names%find(set) > 0) then
-         message = message//' ('//quoted(set)//' is a set of '//trim(others%what)//'s)'
+      if (i > 0 .or. self%names%mesh_incomplete) return
+      if (label == 0 .and. others%set_names%find(typed) > 0) then
+         hint = ' ('//quoted(typed)//' is a set of '//trim(others%what)//'s)'
+      else if (label == 0) then
+         hint = suggestion(labels%set_names, typed)
+      else if (labels%n > 0) then
+         hint = ' (labels run from '//to_text(labels%least)//' to '//to_text(labels%greatest)//')'
       else
-         message = message//suggestion(labels%set_names, set)
+         hint = ' (there are no '//trim(labels%what)//'s)'
       end if
-      call self%wrong(name, message, nth)
-   end subroutine undefined_set
+      if (self%names%above_only) hint = ' above this line'//hint
+      call self%wrong(name, what//' is not defined'//hint, nth)
+   end function members_of
 
    !> False, and an error is added, if one of the nodes belongs to no element.
    logical function on_elements(self, name, mesh, nodes, consequence)

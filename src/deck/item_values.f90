@@ -68,16 +68,16 @@ contains
       character(:), allocatable :: wrong, near
       select case (item%kind)
       case (kind_word)
-         wrong = word_error(item, typed)
+         wrong = word_error()
       case (kind_name)
          wrong = item%name//' must be a name (a letter, then letters, digits, _ - . +; at most '//to_text(name_length)// &
             ' characters), not '//quoted(typed)
       case (kind_integer, kind_real)
-         wrong = number_error(item, typed)
+         wrong = number_error()
       case (kind_label)
-         wrong = item%name//' must be a positive integer'//label_limit(typed)//', not '//quoted(typed)
+         wrong = item%name//' must be a positive integer'//label_limit()//', not '//quoted(typed)
       case (kind_label_or_set)
-         wrong = item%name//' must be a label (positive integer'//label_limit(typed)//') or the name of a set, not '//quoted(typed)
+         wrong = item%name//' must be a label (positive integer'//label_limit()//') or the name of a set, not '//quoted(typed)
       case (kind_component)
          wrong = item%name//' must be 1 (x), 2 (y) or 6 (rotation), not '//quoted(typed)
       case default
@@ -90,48 +90,57 @@ contains
             wrong = item%name//' must be an integer from 1 to 6 or one of '//separated(item%words, ', ')//', not '//quoted(typed)
          end if
       end select
+
+   contains
+
+      pure function word_error() result(wrong)
+         character(:), allocatable :: wrong, pair
+         integer :: i
+         wrong = item%name//' cannot be '//quoted(typed)//'; '//choices(item%words, typed)
+         if (foreign_value(item%name, typed) /= '') wrong = item%name//' cannot be '//quoted(typed)//foreign// &
+            foreign_value(item%name, typed)
+         do i = 1, word_count(item%former)
+            pair = word_at(item%former, i)
+            if (pair(:index(pair, ' ') - 1) == squeeze(typed)) wrong = item%name//' cannot be '//squeeze(typed)// &
+               ' any more; write '//pair(index(pair, ' ') + 1:)
+         end do
+      end function word_error
+
+      pure function number_error() result(wrong)
+         character(:), allocatable :: wrong, most
+         integer :: whole
+         real(wp) :: x
+         logical :: is_number, too_large
+         if (item%kind == kind_integer) then
+            call parse_integer(typed, whole, is_number)
+            x = whole
+            too_large = .not. is_number .and. whole /= 0 .or. abs(x) > item%most
+            most = 'at most '//to_text(item%most)
+         else
+            call parse_real(typed, x, is_number)
+            too_large = .not. is_number .and. x > 0.0_wp .or. abs(x) > largest_real
+            most = 'numbers are at most '//to_text(largest_real)//' in size'
+         end if
+         if (too_large) then
+            wrong = item%name//' is too large: '//quoted(typed)//'; '//most
+         else if (is_number) then
+            wrong = item%name//' must be '//trim(bound_words(item%bound))//', not '//quoted(typed)
+         else
+            wrong = item%name//' must be '//trim(merge('an integer', 'a number  ', item%kind == kind_integer))//', not '// &
+               quoted(typed)
+         end if
+      end function number_error
+
+      !> Largest permitted label, for the message about a label that exceeds it; else ''.
+      pure function label_limit() result(string)
+         character(:), allocatable :: string
+         integer :: label
+         logical :: ok
+         call parse_integer(typed, label, ok)
+         string = ''
+         if (label == huge(label)) string = ' below '//to_text(huge(label))
+      end function label_limit
    end function value_error
-
-   pure function word_error(item, typed) result(wrong)
-      type(item_t), intent(in) :: item
-      character(*), intent(in) :: typed
-      character(:), allocatable :: wrong, pair
-      integer :: i
-      wrong = item%name//' cannot be '//quoted(typed)//'; '//choices(item%words, typed)
-      if (foreign_value(item%name, typed) /= '') wrong = item%name//' cannot be '//quoted(typed)//foreign// &
-         foreign_value(item%name, typed)
-      do i = 1, word_count(item%former)
-         pair = word_at(item%former, i)
-         if (pair(:index(pair, ' ') - 1) == squeeze(typed)) wrong = item%name//' cannot be '//squeeze(typed)// &
-            ' any more; write '//pair(index(pair, ' ') + 1:)
-      end do
-   end function word_error
-
-   pure function number_error(item, typed) result(wrong)
-      type(item_t), intent(in) :: item
-      character(*), intent(in) :: typed
-      character(:), allocatable :: wrong, most
-      integer :: whole
-      real(wp) :: x
-      logical :: is_number, too_large
-      if (item%kind == kind_integer) then
-         call parse_integer(typed, whole, is_number)
-         x = whole
-         too_large = .not. is_number .and. whole /= 0 .or. abs(x) > item%most
-         most = 'at most '//to_text(item%most)
-      else
-         call parse_real(typed, x, is_number)
-         too_large = .not. is_number .and. x > 0.0_wp .or. abs(x) > largest_real
-         most = 'numbers are at most '//to_text(largest_real)//' in size'
-      end if
-      if (too_large) then
-         wrong = item%name//' is too large: '//quoted(typed)//'; '//most
-      else if (is_number) then
-         wrong = item%name//' must be '//trim(bound_words(item%bound))//', not '//quoted(typed)
-      else
-         wrong = item%name//' must be '//trim(merge('an integer', 'a number  ', item%kind == kind_integer))//', not '//quoted(typed)
-      end if
-   end function number_error
 
    !> "accepted: A, B, C" for words between bars, or the word that was probably meant.
    pure function choices(words, typed) result(string)
@@ -153,17 +162,6 @@ contains
       is_name = len(string) > 0 .and. len(string) <= name_length .and. verify(string, letters//'0123456789-.+') == 0
       if (is_name) is_name = index(letters, string(1:1)) > 0
    end function is_name
-
-   !> Largest permitted label, for the message about a label that exceeds it; else ''.
-   pure function label_limit(typed) result(string)
-      character(*), intent(in) :: typed
-      character(:), allocatable :: string
-      integer :: label
-      logical :: ok
-      call parse_integer(typed, label, ok)
-      string = ''
-      if (label == huge(label)) string = ' below '//to_text(huge(label))
-   end function label_limit
 
    !> True if a number is within one of the bounds of card_spec.
    pure logical function within(bound, x)

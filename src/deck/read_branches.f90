@@ -51,9 +51,9 @@ contains
       if (deck%given('NAME')) branch%name = deck%text('NAME')
       branch%bifurcation = deck%integer('BIFURCATION')
       branch%mode = deck%integer('MODE')
-      if (deck%given('OF')) call find_parent(deck, known, branch%of) ! before the name of this card is added
+      if (deck%given('OF')) call find_parent() ! before the name of this card is added
       branch%increment = deck%real('INCREMENT')
-      if (deck%given('INCREMENT')) call check_increment(deck, branch%increment, step)
+      if (deck%given('INCREMENT')) call check_increment()
       branch%max_points = step%max_points
       if (deck%given('POINTS')) branch%max_points = deck%integer('POINTS')
       allocate (branch%stop(0))
@@ -73,33 +73,29 @@ contains
          branch%side = -1
          step%branch = [step%branch, branch]
       end if
+
+   contains
+
+      !> The branch named by OF: a preceding one with a single side.
+      subroutine find_parent()
+         integer :: position
+         position = known%list%find(deck%text('OF'))
+         if (position > 0) then
+            branch%of = known%branch(position)
+            if (known%two_sides(position)) call deck%wrong('OF', 'branch '//deck%text('OF')// &
+               ' has two sides; give it SIDE=PLUS or MINUS')
+         else if (.not. known%list%incomplete) then
+            call deck%wrong('OF', 'branch '//deck%text('OF')//' is not defined above this line in the step')
+         end if
+      end subroutine find_parent
+
+      !> If the step limits arc lengths, the first increment of a branch must be within these limits.
+      subroutine check_increment()
+         if (step%method == method_load .or. step%method == method_displacement) return
+         if (branch%increment >= step%smallest .and. branch%increment <= step%largest) return
+         call deck%wrong('INCREMENT', 'INCREMENT must lie between the smallest and the largest arc length of the step: '// &
+            to_text(step%smallest)//' to '//to_text(step%largest))
+      end subroutine check_increment
    end subroutine read_branch
 
-   !> The branch named by OF: a preceding one with a single side.
-   subroutine find_parent(deck, known, parent)
-      type(checked_deck_t), intent(inout) :: deck
-      type(branch_names_t), intent(in) :: known
-      integer, intent(out) :: parent ! 0: there is none
-      integer :: position
-      parent = 0
-      position = known%list%find(deck%text('OF'))
-      if (position > 0) then
-         parent = known%branch(position)
-         if (known%two_sides(position)) call deck%wrong('OF', 'branch '//deck%text('OF')// &
-            ' has two sides; give it SIDE=PLUS or MINUS')
-      else if (.not. known%list%incomplete) then
-         call deck%wrong('OF', 'branch '//deck%text('OF')//' is not defined above this line in the step')
-      end if
-   end subroutine find_parent
-
-   !> If the step limits arc lengths, the first increment of a branch must be within these limits.
-   subroutine check_increment(deck, increment, step)
-      type(checked_deck_t), intent(inout) :: deck
-      real(wp), intent(in) :: increment
-      type(step_t), intent(in) :: step
-      if (step%method == method_load .or. step%method == method_displacement) return
-      if (increment >= step%smallest .and. increment <= step%largest) return
-      call deck%wrong('INCREMENT', 'INCREMENT must lie between the smallest and the largest arc length of the step: '// &
-         to_text(step%smallest)//' to '//to_text(step%largest))
-   end subroutine check_increment
 end module read_branches

@@ -227,7 +227,8 @@ contains
                cycle
             end if
             do k = 1, deck%count(deck%field_name(1))
-               call labels%append(set, deck%members(deck%field_name(1), labels%what, k))
+               if (labels%what == 'node') call labels%append(set, deck%nodes(deck%field_name(1), k))
+               if (labels%what == 'element') call labels%append(set, deck%elements(deck%field_name(1), k))
             end do
          end do
       end subroutine read_set

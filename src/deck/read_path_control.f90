@@ -16,23 +16,79 @@ contains
       type(checked_deck_t), intent(inout) :: deck       !! with the monitors
       type(model_t), intent(inout) :: model             !! with contacts; receives step%stop, locate, turning, field_...
       do while (deck%next_card('STOP|LOCATE|TURNING POINTS|FIELD OUTPUT'))
-         associate (step => model%step(deck%at%step))
-            if (deck%at%keyword == 'FIELD OUTPUT') step%field_every = deck%integer('EVERY')
-            do while (deck%next_line())
-               select case (deck%at%keyword)
-               case ('STOP')
-                  call read_bound(deck, step%stop)
-               case ('LOCATE')
-                  call read_values(deck, step)
-               case ('TURNING POINTS')
-                  call read_turning(deck, step)
-               case ('FIELD OUTPUT')
-                  call read_fields(deck, size(model%contact) > 0, step)
-               end select
-            end do
-         end associate
+         call read_card(deck, size(model%contact) > 0, model%step(deck%at%step))
       end do
    end subroutine read_path_cards
+
+   subroutine read_card(deck, has_contact, step)
+      type(checked_deck_t), intent(inout) :: deck
+      logical, intent(in) :: has_contact
+      type(step_t), intent(inout) :: step
+      if (deck%at%keyword == 'FIELD OUTPUT') step%field_every = deck%integer('EVERY')
+      do while (deck%next_line())
+         select case (deck%at%keyword)
+         case ('STOP')
+            call read_bound(deck, step%stop)
+         case ('LOCATE')
+            call read_values()
+         case ('TURNING POINTS')
+            call read_turning()
+         case ('FIELD OUTPUT')
+            call read_fields()
+         end select
+      end do
+
+   contains
+
+      !> Reads a line of *LOCATE: quantity, value, ...
+      subroutine read_values()
+         type(threshold_t) :: threshold
+         integer :: k
+         threshold%monitor = deck%quantity('quantity')
+         if (threshold%monitor < 0) return
+         do k = 1, deck%count('value')
+            threshold%value = deck%real('value', k)
+            step%locate = [step%locate, threshold]
+         end do
+      end subroutine read_values
+
+      !> Reads a line of *TURNING POINTS: monitors.
+      subroutine read_turning()
+         integer :: k, monitor
+         do k = 1, deck%count('monitor')
+            if (same_name(deck%text('monitor', k), 'LOAD')) then
+               call deck%wrong('monitor', 'turning points of the load factor are limit points, which are always located', k)
+               cycle
+            end if
+            monitor = deck%named('monitor', deck%names%monitor, 'monitor', k)
+            if (monitor == 0) cycle
+            if (any(step%turning == monitor)) then
+               call deck%wrong('monitor', 'monitor '//deck%text('monitor', k)//' is named already in this step', k)
+            else
+               step%turning = [step%turning, monitor]
+            end if
+         end do
+      end subroutine read_turning
+
+      !> Reads a line of *FIELD OUTPUT.
+      subroutine read_fields()
+         integer :: k
+         do k = 1, deck%count('field')
+            select case (deck%word('field', k))
+            case ('DISPLACEMENT')
+               step%field_displacement = .true.
+            case ('SECTION FORCES')
+               step%field_section_forces = .true.
+            case ('REACTION')
+               step%field_reaction = .true.
+            case ('GAP')
+               step%field_gap = .true.
+            end select
+            if (has_contact .or. deck%names%contacts_incomplete) cycle
+            if (any(deck%word('field', k) == ['REACTION', 'GAP     '])) call deck%wrong('field', 'the deck has no *CONTACT', k)
+         end do
+      end subroutine read_fields
+   end subroutine read_card
 
    !> Reads a line of *STOP or *BRANCH: quantity, sense, value.
    subroutine read_bound(deck, stop)
@@ -45,62 +101,6 @@ contains
       threshold%value = deck%real('value')
       stop = [stop, threshold]
    end subroutine read_bound
-
-   !> Reads a line of *LOCATE: quantity, value, ...
-   subroutine read_values(deck, step)
-      type(checked_deck_t), intent(inout) :: deck
-      type(step_t), intent(inout) :: step
-      type(threshold_t) :: threshold
-      integer :: k
-      threshold%monitor = deck%quantity('quantity')
-      if (threshold%monitor < 0) return
-      do k = 1, deck%count('value')
-         threshold%value = deck%real('value', k)
-         step%locate = [step%locate, threshold]
-      end do
-   end subroutine read_values
-
-   !> Reads a line of *TURNING POINTS: monitors.
-   subroutine read_turning(deck, step)
-      type(checked_deck_t), intent(inout) :: deck
-      type(step_t), intent(inout) :: step
-      integer :: k, monitor
-      do k = 1, deck%count('monitor')
-         if (same_name(deck%text('monitor', k), 'LOAD')) then
-            call deck%wrong('monitor', 'turning points of the load factor are limit points, which are always located', k)
-            cycle
-         end if
-         monitor = deck%named('monitor', deck%names%monitor, 'monitor', k)
-         if (monitor == 0) cycle
-         if (any(step%turning == monitor)) then
-            call deck%wrong('monitor', 'monitor '//deck%text('monitor', k)//' is named already in this step', k)
-         else
-            step%turning = [step%turning, monitor]
-         end if
-      end do
-   end subroutine read_turning
-
-   !> Reads a line of *FIELD OUTPUT.
-   subroutine read_fields(deck, has_contact, step)
-      type(checked_deck_t), intent(inout) :: deck
-      logical, intent(in) :: has_contact
-      type(step_t), intent(inout) :: step
-      integer :: k
-      do k = 1, deck%count('field')
-         select case (deck%word('field', k))
-         case ('DISPLACEMENT')
-            step%field_displacement = .true.
-         case ('SECTION FORCES')
-            step%field_section_forces = .true.
-         case ('REACTION')
-            step%field_reaction = .true.
-         case ('GAP')
-            step%field_gap = .true.
-         end select
-         if (has_contact .or. deck%names%contacts_incomplete) cycle
-         if (any(deck%word('field', k) == ['REACTION', 'GAP     '])) call deck%wrong('field', 'the deck has no *CONTACT', k)
-      end do
-   end subroutine read_fields
 
    !> Checks that each step has a load to be scaled, a controlled quantity, and an end. A LOAD step without *STOP ends at load
    !> factor 1.

@@ -98,8 +98,8 @@ contains
          section = section_t()
          section_line(size(model%section) + 1) = deck%at%card_at
          if (deck%next_line()) then
-            if (m > 0) call section_of_material(deck, material(m), section)
-            if (.not. deck%given('MATERIAL')) call section_of_stiffness(deck, section)
+            if (m > 0) call section_of_material(material(m))
+            if (.not. deck%given('MATERIAL')) call section_of_stiffness()
             section%name = deck%text('ELSET')
          end if
          model%section = [model%section, section]
@@ -117,68 +117,66 @@ contains
          if (deck%word('SECTION') == 'INEXTENSIBLE' .and. i > 0) call deck%wrong('SECTION', &
             element_words(model%mesh, elements(i))//' is UL2, whose force is EA times its stretch; INEXTENSIBLE needs GE elements')
       end do
-   end subroutine read_beam_sections
 
-   !> EA, EI, GA, mass and expansion of a shape made of a material.
-   subroutine section_of_material(deck, material, section)
-      type(checked_deck_t), intent(inout) :: deck
-      type(material_t), intent(in) :: material
-      type(section_t), intent(inout) :: section
-      real(wp) :: area, inertia, shear_area, a, b
-      section%shear_rigid = deck%word('SHEAR') == 'RIGID'
-      select case (deck%word('SECTION'))
-      case ('RECT')
-         a = deck%real('width')
-         b = deck%real('height')
-         area = a * b
-         inertia = a * b**3 / 12
-         shear_area = area * 5 / 6
-      case ('CIRC')
-         a = deck%real('radius')
-         area = pi * a**2
-         inertia = pi * a**4 / 4
-         shear_area = 0.9_wp * area
-      case ('PIPE')
-         a = deck%real('radius')
-         b = deck%real('thickness')
-         if (b > a) call deck%wrong('thickness', 'the thickness must not be larger than the radius')
-         ! Differences of powers, without cancellation for thin walls.
-         area = pi * b * (2 * a - b)
-         inertia = area * (a**2 + (a - b)**2) / 4
-         shear_area = 0.5_wp * area
-      case default
-         area = deck%real('A')
-         inertia = deck%real('I')
-         shear_area = deck%real('shear area')
-         if (section%shear_rigid .and. shear_area > 0.0_wp) then
-            call deck%wrong('shear area', 'a shear area goes with SHEAR=FLEXIBLE only')
-         else if (.not. (section%shear_rigid .or. shear_area > 0.0_wp)) then
-            call deck%wrong('shear area', 'shear area is missing; required with SHEAR=FLEXIBLE')
+   contains
+
+      !> EA, EI, GA, mass and expansion of a shape made of a material.
+      subroutine section_of_material(material)
+         type(material_t), intent(in) :: material
+         real(wp) :: area, inertia, shear_area, a, b
+         section%shear_rigid = deck%word('SHEAR') == 'RIGID'
+         select case (deck%word('SECTION'))
+         case ('RECT')
+            a = deck%real('width')
+            b = deck%real('height')
+            area = a * b
+            inertia = a * b**3 / 12
+            shear_area = area * 5 / 6
+         case ('CIRC')
+            a = deck%real('radius')
+            area = pi * a**2
+            inertia = pi * a**4 / 4
+            shear_area = 0.9_wp * area
+         case ('PIPE')
+            a = deck%real('radius')
+            b = deck%real('thickness')
+            if (b > a) call deck%wrong('thickness', 'the thickness must not be larger than the radius')
+            ! Differences of powers, without cancellation for thin walls.
+            area = pi * b * (2 * a - b)
+            inertia = area * (a**2 + (a - b)**2) / 4
+            shear_area = 0.5_wp * area
+         case default
+            area = deck%real('A')
+            inertia = deck%real('I')
+            shear_area = deck%real('shear area')
+            if (section%shear_rigid .and. shear_area > 0.0_wp) then
+               call deck%wrong('shear area', 'a shear area goes with SHEAR=FLEXIBLE only')
+            else if (.not. (section%shear_rigid .or. shear_area > 0.0_wp)) then
+               call deck%wrong('shear area', 'shear area is missing; required with SHEAR=FLEXIBLE')
+            end if
+         end select
+         section%ea = material%e * area
+         section%ei = material%e * inertia
+         section%ga = 0.5_wp * material%e / (1.0_wp + material%nu) * shear_area
+         section%mass = material%rho * area
+         section%expansion = material%alpha
+      end subroutine section_of_material
+
+      !> Reads SECTION=STIFFNESS, INEXTENSIBLE: given stiffnesses.
+      subroutine section_of_stiffness()
+         section%inextensible = deck%word('SECTION') == 'INEXTENSIBLE'
+         if (section%inextensible) then
+            section%ea = ieee_value(section%ea, ieee_positive_inf)
+         else
+            section%ea = deck%real('EA')
          end if
-      end select
-      section%ea = material%e * area
-      section%ei = material%e * inertia
-      section%ga = 0.5_wp * material%e / (1.0_wp + material%nu) * shear_area
-      section%mass = material%rho * area
-      section%expansion = material%alpha
-   end subroutine section_of_material
-
-   !> Reads SECTION=STIFFNESS, INEXTENSIBLE: given stiffnesses.
-   subroutine section_of_stiffness(deck, section)
-      type(checked_deck_t), intent(in) :: deck
-      type(section_t), intent(inout) :: section
-      section%inextensible = deck%word('SECTION') == 'INEXTENSIBLE'
-      if (section%inextensible) then
-         section%ea = ieee_value(section%ea, ieee_positive_inf)
-      else
-         section%ea = deck%real('EA')
-      end if
-      section%ei = deck%real('EI')
-      section%shear_rigid = .not. deck%given('GA')
-      section%ga = deck%real('GA')
-      section%mass = deck%real('mass')
-      section%expansion = deck%real('alpha')
-   end subroutine section_of_stiffness
+         section%ei = deck%real('EI')
+         section%shear_rigid = .not. deck%given('GA')
+         section%ga = deck%real('GA')
+         section%mass = deck%real('mass')
+         section%expansion = deck%real('alpha')
+      end subroutine section_of_stiffness
+   end subroutine read_beam_sections
 
    !> Reports elements without a section, at the line that defines the first of these.
    subroutine check_complete(deck, model)
