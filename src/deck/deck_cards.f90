@@ -75,15 +75,153 @@ contains
          first = first_letter(source%text(source%first(line):source%last(line)))
          if (first == 0) cycle
          if (letter_at(source, line, first) == '*') then
-            call split_keyword_line(deck, line, first)
+            call split_keyword_line(line, first)
          else if (deck%n_cards > 0) then
-            call split_data_line(deck, line)
+            call split_data_line(line)
          else if (.not. astray) then
             call deck%diagnostics%add(place_t(line, first, line_end(source, line)), &
                'data before the first keyword; a deck begins with a keyword such as *HEADING')
             astray = .true.
          end if
       end do
+
+   contains
+
+      !> Splits a keyword line and its parameters; `line` becomes the last line of the keyword.
+      subroutine split_keyword_line(line, first)
+         integer, intent(inout) :: line
+         integer, intent(in) :: first                         ! column of the star
+         type(place_t) :: place
+         integer :: comma, length, next
+         comma = next_comma(line, first)
+         place = trimmed(line, first, comma - 1)
+         call new_card(place)
+         if (place%last == place%first) then
+            deck%card(deck%n_cards)%sound = .false.
+            call deck%diagnostics%add(place, 'a keyword is missing after the star')
+         end if
+         length = line_end(source, line)
+         do while (comma <= length)
+            if (comma == length) then
+               ! The comma ends the line: the card continues in the next line that is not a comment.
+               next = next_line(line)
+               if (next == 0) then
+                  call missing(line, comma, 'a parameter must follow the last comma')
+                  return
+               end if
+               line = next
+               length = line_end(source, line)
+               comma = 0
+            end if
+            place%first = comma + 1
+            comma = next_comma(line, place%first)
+            place = trimmed(line, place%first, comma - 1)
+            if (place%last < place%first) then
+               call missing(line, comma, 'a parameter is missing before the comma')
+            else
+               call split_parameter(place)
+            end if
+         end do
+      end subroutine split_keyword_line
+
+      !> Reports a missing parameter; the card is then not sound.
+      subroutine missing(line, column, message)
+         integer, intent(in) :: line, column      ! where a parameter is missing
+         character(*), intent(in) :: message
+         deck%card(deck%n_cards)%sound = .false.
+         call deck%complain(deck%n_cards, place_t(line, column, column), message)
+      end subroutine missing
+
+      !> The line on which a keyword line continues; 0 if another card or the end follows.
+      pure integer function next_line(line)
+         integer, intent(in) :: line
+         integer :: first
+         do next_line = line + 1, source%n_lines
+            first = first_letter(source%text(source%first(next_line):source%last(next_line)))
+            if (first == 0) cycle
+            if (letter_at(source, next_line, first) == '*') exit
+            return
+         end do
+         next_line = 0
+      end function next_line
+
+      !> Splits NAME or NAME=value.
+      subroutine split_parameter(place)
+         type(place_t), intent(in) :: place
+         integer :: equals
+         deck%n_parameters = deck%n_parameters + 1
+         deck%card(deck%n_cards)%last_parameter = deck%n_parameters
+         equals = index(deck%text_at(place), '=')
+         associate (parameter => deck%parameter(deck%n_parameters))
+            parameter%has_value = equals > 0
+            if (parameter%has_value) then
+               equals = place%first + equals - 1
+               parameter%name = trimmed(place%line, place%first, equals - 1)
+               parameter%value = trimmed(place%line, equals + 1, place%last)
+            else
+               parameter%name = place
+               parameter%value = place_t(place%line, place%last + 1, place%last)
+            end if
+         end associate
+      end subroutine split_parameter
+
+      subroutine new_card(place)
+         type(place_t), intent(in) :: place
+         deck%n_cards = deck%n_cards + 1
+         associate (card => deck%card(deck%n_cards))
+            card%keyword = squeeze(deck%text_at(place_t(place%line, place%first + 1, place%last)))
+            card%place = place
+            card%first_parameter = deck%n_parameters + 1
+            card%last_parameter = deck%n_parameters
+            card%first_line = deck%n_lines + 1
+            card%last_line = deck%n_lines
+         end associate
+      end subroutine new_card
+
+      !> Splits a data line into its fields between commas; a comma at the end of the line begins no field.
+      subroutine split_data_line(line)
+         integer, intent(in) :: line
+         integer :: comma, from, length
+         deck%n_lines = deck%n_lines + 1
+         deck%card(deck%n_cards)%last_line = deck%n_lines
+         associate (data_line => deck%data_line(deck%n_lines))
+            data_line%card = deck%n_cards
+            data_line%line = line
+            data_line%first_field = deck%n_fields + 1
+            length = line_end(source, line)
+            from = 1
+            do while (from <= length)
+               comma = next_comma(line, from)
+               deck%n_fields = deck%n_fields + 1
+               deck%field(deck%n_fields) = trimmed(line, from, comma - 1)
+               from = comma + 1
+            end do
+            data_line%n_fields = deck%n_fields - data_line%first_field + 1
+         end associate
+      end subroutine split_data_line
+
+      !> The place from `from` to `to` without the blanks at both ends; last = first - 1 if nothing is left.
+      pure type(place_t) function trimmed(line, from, to) result(place)
+         integer, intent(in) :: line, from, to
+         place = place_t(line, from, to)
+         do while (place%last >= place%first)
+            if (.not. is_blank(letter_at(source, line, place%last))) exit
+            place%last = place%last - 1
+         end do
+         do while (place%first < place%last)
+            if (.not. is_blank(letter_at(source, line, place%first))) exit
+            place%first = place%first + 1
+         end do
+      end function trimmed
+
+      !> Column of the next comma from a column on; one past the line's end if there is none.
+      pure integer function next_comma(line, from) result(column)
+         integer, intent(in) :: line, from
+         integer :: found
+         found = index(source%text(source%first(line) + from - 1:source%last(line)), ',')
+         column = from + found - 1
+         if (found == 0) column = source%last(line) - source%first(line) + 2
+      end function next_comma
    end subroutine split_deck
 
    !> How often a letter occurs in a text.
@@ -181,146 +319,4 @@ contains
       letter_at = source%text(position:position)
    end function letter_at
 
-   !> The place from `from` to `to` without the blanks at both ends; last = first - 1 if nothing is left.
-   pure type(place_t) function trimmed(source, line, from, to) result(place)
-      type(deck_source_t), intent(in) :: source
-      integer, intent(in) :: line, from, to
-      place = place_t(line, from, to)
-      do while (place%last >= place%first)
-         if (.not. is_blank(letter_at(source, line, place%last))) exit
-         place%last = place%last - 1
-      end do
-      do while (place%first < place%last)
-         if (.not. is_blank(letter_at(source, line, place%first))) exit
-         place%first = place%first + 1
-      end do
-   end function trimmed
-
-   !> Column of the next comma from a column on; one past the line's end if there is none.
-   pure integer function next_comma(source, line, from) result(column)
-      type(deck_source_t), intent(in) :: source
-      integer, intent(in) :: line, from
-      integer :: found
-      found = index(source%text(source%first(line) + from - 1:source%last(line)), ',')
-      column = from + found - 1
-      if (found == 0) column = source%last(line) - source%first(line) + 2
-   end function next_comma
-
-   !> Splits a keyword line and its parameters; `line` becomes the last line of the keyword.
-   subroutine split_keyword_line(deck, line, first)
-      class(deck_t), intent(inout) :: deck
-      integer, intent(inout) :: line
-      integer, intent(in) :: first                         ! column of the star
-      type(place_t) :: place
-      integer :: comma, length, next
-      comma = next_comma(deck%source, line, first)
-      place = trimmed(deck%source, line, first, comma - 1)
-      call new_card(deck, place)
-      if (place%last == place%first) then
-         deck%card(deck%n_cards)%sound = .false.
-         call deck%diagnostics%add(place, 'a keyword is missing after the star')
-      end if
-      length = line_end(deck%source, line)
-      do while (comma <= length)
-         if (comma == length) then
-            ! The comma ends the line: the card continues in the next line that is not a comment.
-            next = next_line(deck%source, line)
-            if (next == 0) then
-               call missing('a parameter must follow the last comma')
-               return
-            end if
-            line = next
-            length = line_end(deck%source, line)
-            comma = 0
-         end if
-         place%first = comma + 1
-         comma = next_comma(deck%source, line, place%first)
-         place = trimmed(deck%source, line, place%first, comma - 1)
-         if (place%last < place%first) then
-            call missing('a parameter is missing before the comma')
-         else
-            call split_parameter(deck, place)
-         end if
-      end do
-
-   contains
-
-      subroutine missing(message)
-         character(*), intent(in) :: message
-         deck%card(deck%n_cards)%sound = .false.
-         call deck%complain(deck%n_cards, place_t(line, comma, comma), message)
-      end subroutine missing
-   end subroutine split_keyword_line
-
-   !> The line on which a keyword line continues; 0 if another card or the end follows.
-   pure integer function next_line(source, line)
-      type(deck_source_t), intent(in) :: source
-      integer, intent(in) :: line
-      integer :: first
-      do next_line = line + 1, source%n_lines
-         first = first_letter(source%text(source%first(next_line):source%last(next_line)))
-         if (first == 0) cycle
-         if (letter_at(source, next_line, first) == '*') exit
-         return
-      end do
-      next_line = 0
-   end function next_line
-
-   !> Splits NAME or NAME=value.
-   subroutine split_parameter(deck, place)
-      class(deck_t), intent(inout) :: deck
-      type(place_t), intent(in) :: place
-      integer :: equals
-      deck%n_parameters = deck%n_parameters + 1
-      deck%card(deck%n_cards)%last_parameter = deck%n_parameters
-      equals = index(deck%text_at(place), '=')
-      associate (parameter => deck%parameter(deck%n_parameters))
-         parameter%has_value = equals > 0
-         if (parameter%has_value) then
-            equals = place%first + equals - 1
-            parameter%name = trimmed(deck%source, place%line, place%first, equals - 1)
-            parameter%value = trimmed(deck%source, place%line, equals + 1, place%last)
-         else
-            parameter%name = place
-            parameter%value = place_t(place%line, place%last + 1, place%last)
-         end if
-      end associate
-   end subroutine split_parameter
-
-   subroutine new_card(deck, place)
-      class(deck_t), intent(inout) :: deck
-      type(place_t), intent(in) :: place
-      deck%n_cards = deck%n_cards + 1
-      associate (card => deck%card(deck%n_cards))
-         card%keyword = squeeze(deck%text_at(place_t(place%line, place%first + 1, place%last)))
-         card%place = place
-         card%first_parameter = deck%n_parameters + 1
-         card%last_parameter = deck%n_parameters
-         card%first_line = deck%n_lines + 1
-         card%last_line = deck%n_lines
-      end associate
-   end subroutine new_card
-
-   !> Splits a data line into its fields between commas; a comma at the end of the line begins no field.
-   subroutine split_data_line(deck, line)
-      class(deck_t), intent(inout) :: deck
-      integer, intent(in) :: line
-      integer :: comma, from, length
-      deck%n_lines = deck%n_lines + 1
-      deck%card(deck%n_cards)%last_line = deck%n_lines
-      associate (data_line => deck%data_line(deck%n_lines))
-         data_line%card = deck%n_cards
-         data_line%line = line
-         data_line%first_field = deck%n_fields + 1
-         length = line_end(deck%source, line)
-         from = 1
-         do while (from <= length)
-            comma = next_comma(deck%source, line, from)
-            deck%n_fields = deck%n_fields + 1
-            deck%field(deck%n_fields) = trimmed(deck%source, line, from, comma - 1)
-            from = comma + 1
-         end do
-         data_line%n_fields = deck%n_fields - data_line%first_field + 1
-      end associate
-   end subroutine split_data_line
 end module deck_cards

@@ -37,7 +37,7 @@ contains
    end subroutine start
 
    !> Adds NAME=VALUE from the command line, before the deck is read.
-   pure subroutine set(self, string, wrong)
+   subroutine set(self, string, wrong)
       class(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string                !! as typed
       character(:), allocatable, intent(out) :: wrong   !! description of the error; '' if there is none
@@ -51,7 +51,7 @@ contains
    end subroutine set
 
    !> Adds a line of a *PARAMETER card. A value set on the command line is kept.
-   pure subroutine define(self, string, line, wrong, earlier, as_set)
+   subroutine define(self, string, line, wrong, earlier, as_set)
       class(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string                !! NAME = VALUE
       integer, intent(in) :: line                       !! of the deck
@@ -90,7 +90,7 @@ contains
    end subroutine define
 
    !> Replaces every ${...} of a line.
-   pure subroutine fill(self, typed, filled, spots, wrong)
+   subroutine fill(self, typed, filled, spots, wrong)
       class(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: typed                   !! the line
       character(:), allocatable, intent(out) :: filled    !! the line with values; undefined after an error
@@ -135,7 +135,7 @@ contains
    end subroutine fill
 
    !> The text that replaces ${string}.
-   pure subroutine value_of(self, string, value, wrong)
+   subroutine value_of(self, string, value, wrong)
       type(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string
       character(:), allocatable, intent(out) :: value, wrong
@@ -167,7 +167,7 @@ contains
    end subroutine note_use
 
    !> Reads NAME = VALUE.
-   pure subroutine new_parameter(self, string, parameter, wrong)
+   subroutine new_parameter(self, string, parameter, wrong)
       type(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string
       type(deck_parameter_t), intent(out) :: parameter
@@ -207,7 +207,7 @@ contains
    end subroutine new_parameter
 
    !> Evaluates a formula.
-   pure subroutine find_value(self, string, number, wrong)
+   subroutine find_value(self, string, number, wrong)
       type(deck_parameters_t), intent(inout) :: self
       character(*), intent(in) :: string
       real(wp), intent(out) :: number

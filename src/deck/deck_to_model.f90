@@ -15,13 +15,12 @@ module deck_to_model
    use read_mesh, only: read_mesh_cards
    use read_imperfections, only: read_imperfection_cards, read_mode_imperfection_cards
    use read_sections, only: read_section_cards
-   use read_supports, only: read_support_cards, read_spring_cards
+   use read_supports, only: read_support_cards, read_spring_cards, read_gap_cards
    use read_releases, only: read_release_cards
    use read_ties, only: read_tie_cards, order_ties
    use read_obstacles, only: read_foundation_law_cards, read_obstacle_cards
    use read_contact, only: read_contact_cards, choose_contact_points
    use read_interference, only: note_pushed_out
-   use read_gap_supports, only: read_gap_cards
    use read_monitors, only: read_monitor_cards, read_contact_print_cards
    use read_steps, only: read_step_cards
    use read_loads, only: read_load_cards, load_cards

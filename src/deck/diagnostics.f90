@@ -66,59 +66,76 @@ contains
       if (present(coloured)) paint = coloured
       report = ''
       if (diagnostics%n == 0) return
-      order = first_by_place(diagnostics, min(diagnostics%n, most_shown))
+      order = first_by_place(min(diagnostics%n, most_shown))
       do i = 1, size(order)
-         report = report//described(diagnostics%item(order(i)), source, paint)
+         report = report//described(diagnostics%item(order(i)))
       end do
       if (diagnostics%n > most_shown) report = report//'and '//to_text(diagnostics%n - most_shown)//' more'// &
          new_line('a')
       report = report//plural(diagnostics%n, 'error')//' in '//printable(source%name)//new_line('a')
-   end function diagnostics_report
 
-   !> Text of one error: file:line:column: message, the line, and carets. Of a long line the part around the place is shown.
-   pure function described(item, source, paint) result(string)
-      type(diagnostic_t), intent(in) :: item
-      type(deck_source_t), intent(in) :: source
-      logical, intent(in) :: paint !! true: the message is bold, the carets are red
-      character(:), allocatable :: string
-      character(:), allocatable :: line, margin, shown
-      character(8) :: number
-      integer :: first, last, from, to
-      if (item%place%line == 0) then
-         string = printable(source%name)//': '//painted(printable(item%message), bold, paint)//new_line('a')
-         return
-      else if (source%n_lines == 0) then
-         string = printable(source%name)//':1:1: '//painted(printable(item%message), bold, paint)//new_line('a')
-         return
-      end if
-      first = item%place%first
-      last = max(item%place%last, first)
-      call source%as_typed(item%place%line, first, last, line)
-      ! Columns count characters; a character outside ASCII takes several bytes.
-      margin = blanked(printable(line(:min(first - 1, len(line)))))//repeat(' ', max(0, first - 1 - len(line)))
-      associate (origin => source%origin(:, item%place%line))
-         string = printable(source%file(origin(1))%name)//':'//to_text(origin(2))//':'//to_text(1 + len(margin))//': '// &
-            painted(printable(item%message), bold, paint)//new_line('a')
-         write (number, '(i8)') origin(2)
-      end associate
-      from = 1
-      to = len(line)
-      if (len(line) > longest_line) then
-         from = max(1, min(first - least_before, len(line) - longest_line + 1))
-         if (from > 1) from = character_end(line, from - 1) + 1
-         to = character_end(line, min(len(line), from + longest_line - 1))
-         margin = blanked(printable(line(from:min(first - 1, len(line)))))//repeat(' ', max(0, first - 1 - len(line)))
-      end if
-      shown = printable(line(from:to))
-      if (from > 1) shown = '...'//shown
-      if (from > 1) margin = '   '//margin
-      if (to < len(line)) shown = shown//'...'
-      string = string//number//' | '//shown//new_line('a')
-      last = min(last, max(to, first))
-      if (last <= len(line)) last = first - 1 + characters(printable(line(first:last)))
-      string = string//repeat(' ', 8)//' | '//margin//painted(repeat('^', max(1, last - first + 1)), red, paint)// &
-         & new_line('a')
-   end function described
+   contains
+
+      !> Text of one error: file:line:column: message, the line, and carets. Of a long line the part around the place is shown.
+      pure function described(item) result(string)
+         type(diagnostic_t), intent(in) :: item
+         character(:), allocatable :: string
+         character(:), allocatable :: line, margin, shown
+         character(8) :: number
+         integer :: first, last, from, to
+         if (item%place%line == 0) then
+            string = printable(source%name)//': '//painted(printable(item%message), bold, paint)//new_line('a')
+            return
+         else if (source%n_lines == 0) then
+            string = printable(source%name)//':1:1: '//painted(printable(item%message), bold, paint)//new_line('a')
+            return
+         end if
+         first = item%place%first
+         last = max(item%place%last, first)
+         call source%as_typed(item%place%line, first, last, line)
+         ! Columns count characters; a character outside ASCII takes several bytes.
+         margin = blanked(printable(line(:min(first - 1, len(line)))))//repeat(' ', max(0, first - 1 - len(line)))
+         associate (origin => source%origin(:, item%place%line))
+            string = printable(source%file(origin(1))%name)//':'//to_text(origin(2))//':'//to_text(1 + len(margin))//': '// &
+               painted(printable(item%message), bold, paint)//new_line('a')
+            write (number, '(i8)') origin(2)
+         end associate
+         from = 1
+         to = len(line)
+         if (len(line) > longest_line) then
+            from = max(1, min(first - least_before, len(line) - longest_line + 1))
+            if (from > 1) from = character_end(line, from - 1) + 1
+            to = character_end(line, min(len(line), from + longest_line - 1))
+            margin = blanked(printable(line(from:min(first - 1, len(line)))))//repeat(' ', max(0, first - 1 - len(line)))
+         end if
+         shown = printable(line(from:to))
+         if (from > 1) shown = '...'//shown
+         if (from > 1) margin = '   '//margin
+         if (to < len(line)) shown = shown//'...'
+         string = string//number//' | '//shown//new_line('a')
+         last = min(last, max(to, first))
+         if (last <= len(line)) last = first - 1 + characters(printable(line(first:last)))
+         string = string//repeat(' ', 8)//' | '//margin//painted(repeat('^', max(1, last - first + 1)), red, paint)//new_line('a')
+      end function described
+
+      !> Positions of the first errors by line, then by column; equal places keep their order.
+      pure function first_by_place(n) result(order)
+         integer, intent(in) :: n          !! how many
+         integer :: order(n)               !! positions in diagnostics%item
+         logical :: taken(diagnostics%n)
+         integer :: k, i, first
+         taken = .false.
+         do k = 1, n
+            first = findloc(taken, .false., 1)
+            do i = first + 1, diagnostics%n
+               if (taken(i)) cycle
+               if (before(diagnostics%item(i)%place, diagnostics%item(first)%place)) first = i
+            end do
+            order(k) = first
+            taken(first) = .true.
+         end do
+      end function first_by_place
+   end function diagnostics_report
 
    !> Blanks with the printed width of a text; tabs are kept.
    pure function blanked(string) result(blanks)
@@ -150,25 +167,6 @@ contains
       character(1), intent(in) :: byte
       inside_character = iand(iachar(byte), 192) == 128
    end function inside_character
-
-   !> Positions of the first errors by line, then by column; equal places keep their order.
-   pure function first_by_place(diagnostics, n) result(order)
-      type(diagnostics_t), intent(in) :: diagnostics
-      integer, intent(in) :: n          !! how many
-      integer :: order(n)               !! positions in diagnostics%item
-      logical :: taken(diagnostics%n)
-      integer :: k, i, first
-      taken = .false.
-      do k = 1, n
-         first = findloc(taken, .false., 1)
-         do i = first + 1, diagnostics%n
-            if (taken(i)) cycle
-            if (before(diagnostics%item(i)%place, diagnostics%item(first)%place)) first = i
-         end do
-         order(k) = first
-         taken(first) = .true.
-      end do
-   end function first_by_place
 
    !> True if a place is before another one; the deck as a whole comes last.
    pure logical function before(one, other)
