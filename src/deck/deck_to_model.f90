@@ -20,10 +20,9 @@ module deck_to_model
    use read_ties, only: read_tie_cards, order_ties
    use read_obstacles, only: read_foundation_law_cards, read_obstacle_cards
    use read_contact, only: read_contact_cards, choose_contact_points
-   use read_interference, only: note_pushed_out
    use read_monitors, only: read_monitor_cards, read_contact_print_cards
    use read_steps, only: read_step_cards
-   use read_loads, only: read_load_cards, load_cards
+   use read_loads, only: note_pushed_out, read_load_cards, load_cards
    use read_path_control, only: read_path_cards, check_steps
    use read_branches, only: read_branch_cards
    use check_contacts, only: check_ground_candidates, check_contact_of_tied_nodes, touch_by_leaders

@@ -11,7 +11,6 @@ module read_contact
    use initial_overlap, only: overlap_of_nodes, overlap_between, deepest_start
    use checked_deck, only: checked_deck_t
    use deck_names, only: node_words, element_words
-   use read_interference, only: pushes_out
    implicit none
    private
    public :: read_contact_cards, choose_contact_points
@@ -67,8 +66,7 @@ contains
             end associate
          end do
          call check_size()
-         if (obstacle%bilateral) return
-         if (pushes_out(deck, obstacle%name)) return
+         if (obstacle%bilateral .or. deck%names%pushed_out%find(obstacle%name) > 0) return
          ! With errors in obstacles or imperfections the positions of the obstacle or of the nodes may be wrong: no further message.
          if (.not. (deck%names%obstacle%incomplete .or. deck%names%imperfections_incomplete)) call check_start()
       end subroutine check_candidates
@@ -155,7 +153,7 @@ contains
       !> If reactions are distributed, obstacles must not penetrate the stress-free structure between the nodes either.
       subroutine check_between()
          character(:), allocatable :: overlap
-         if (obstacle%bilateral .or. pushes_out(deck, obstacle%name)) return
+         if (obstacle%bilateral .or. deck%names%pushed_out%find(obstacle%name) > 0) return
          call overlap_between(model, contact, overlap)
          if (overlap /= '') call deck%wrong('NSET', overlap)
       end subroutine check_between

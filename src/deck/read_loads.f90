@@ -5,20 +5,33 @@ module read_loads
    use model, only: model_t, load_t, new_load
    use point_load, only: point_load_t
    use pole_load, only: pole_load_t
+   use obstacle_geometry, only: obstacle_gap
    use item_values, only: component_dof
    use checked_deck, only: checked_deck_t
    use deck_names, only: node_words, element_words
-   use read_obstacles, only: read_motion
-   use read_interference, only: read_interference_line
    use read_supports, only: read_dofs
    implicit none
    private
-   public :: read_load_cards, load_cards, load_card_list
+   public :: note_pushed_out, read_load_cards, load_cards, load_card_list
 
    !> Keywords of all cards that are loads only; a new load card is added here. (*BOUNDARY in a step is a load, too.)
    character(*), parameter :: load_cards = 'CLOAD|POLE LOAD|DLOAD|TEMPERATURE|OBSTACLE MOTION|CONTACT INTERFERENCE'
 
 contains
+
+   !> Notes the obstacles whose initial penetration some step pushes out: nodes may begin behind them.
+   subroutine note_pushed_out(deck)
+      type(checked_deck_t), intent(inout) :: deck       !! receives names%pushed_out
+      integer :: i
+      logical :: is_new
+      do while (deck%next_card('CONTACT INTERFERENCE'))
+         if (.not. deck%given('SHRINK')) cycle
+         do while (deck%next_line())
+            call deck%names%pushed_out%add(deck%text('obstacle'), i, is_new)
+         end do
+      end do
+   end subroutine note_pushed_out
+
 
    !> Reads the loads of all steps.
    subroutine read_load_cards(deck, model)
@@ -64,9 +77,9 @@ contains
       case ('TEMPERATURE')
          call read_temperature()
       case ('OBSTACLE MOTION')
-         call read_motion(deck, load)
+         call read_motion()
       case ('CONTACT INTERFERENCE')
-         call read_interference_line(deck, model, shrunk_in, load)
+         call read_interference()
       case ('BOUNDARY')
          call read_displacement()
       end select
@@ -210,6 +223,51 @@ contains
             end do
          end do
       end subroutine read_displacement
+
+      !> Reads *OBSTACLE MOTION: obstacle, dx, dy.
+      subroutine read_motion()
+         integer :: obstacle
+         obstacle = deck%named('obstacle', deck%names%obstacle, 'obstacle')
+         if (obstacle == 0) return
+         load%motion(:, obstacle) = load%motion(:, obstacle) + [deck%real('dx'), deck%real('dy')]
+      end subroutine read_motion
+
+      !> Reads *CONTACT INTERFERENCE: obstacle, value; with SHRINK only the obstacle.
+      subroutine read_interference()
+         integer :: obstacle
+         logical :: ok
+         call deck%touched_obstacle('obstacle', obstacle, ok)
+         if (.not. ok) return
+         if (.not. deck%given('SHRINK')) then
+            load%closing(obstacle) = load%closing(obstacle) + deck%real('interference')
+         else if (shrunk_in(obstacle) > 0) then
+            call deck%wrong('obstacle', deck%source%line_words(shrunk_in(obstacle))//' pushes out all that penetrates already')
+         else if (.not. (deck%names%contacts_incomplete .or. deck%names%mesh_incomplete .or. begins_behind(obstacle) .or. &
+            deck%names%has_modes)) then
+            call deck%wrong('obstacle', 'nothing begins behind '//trim(model%obstacle(obstacle)%name))
+         else
+            load%resolved(obstacle) = 1.0_wp
+            if (model%step(deck%at%step)%n_modes == 0) shrunk_in(obstacle) = deck%at%line_at
+         end if
+      end subroutine read_interference
+
+      !> True if some candidate begins behind the obstacle.
+      logical function begins_behind(obstacle) result(behind)
+         integer, intent(in) :: obstacle
+         real(wp) :: gap, normal(2), bend
+         integer :: c, i
+         associate (at_nodes => model%obstacle(obstacle)%at_nodes)
+            behind = at_nodes .and. any(model%contact%obstacle == obstacle .and. model%contact%gap < 0.0_wp)
+            if (at_nodes .or. model%obstacle(obstacle)%bilateral) return
+         end associate
+         do c = 1, size(model%contact)
+            if (model%contact(c)%obstacle /= obstacle) cycle
+            do i = 1, size(model%contact(c)%node)
+               call obstacle_gap(model%obstacle(obstacle), model%mesh%x(:, model%contact(c)%node(i)), gap, normal, bend)
+               behind = behind .or. gap + model%contact(c)%gap < 0.0_wp
+            end do
+         end do
+      end function begins_behind
    end subroutine read_line
 
    !> All load cards, for messages: *CLOAD, *DLOAD ...

@@ -1,8 +1,8 @@
-!> Reads *OBSTACLE and *FOUNDATION LAW, and *OBSTACLE MOTION of the steps.
+!> Reads *OBSTACLE and *FOUNDATION LAW.
 module read_obstacles
    use kinds, only: wp, degree
    use text, only: to_text
-   use model, only: model_t, load_t, law_t
+   use model, only: model_t, law_t
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, obstacle_spline, &
       & ground_independent, ground_half_space, ground_pasternak
    use obstacle_curve, only: crosses_itself
@@ -11,7 +11,7 @@ module read_obstacles
    use checked_deck, only: checked_deck_t
    implicit none
    private
-   public :: read_foundation_law_cards, read_obstacle_cards, read_motion
+   public :: read_foundation_law_cards, read_obstacle_cards
 
    real(wp), parameter :: half_turn = 180.0_wp       !! [degrees] largest turn of an arc
    real(wp), parameter :: back = 175.0_wp            !! [degrees] larger turns at a corner are rejected: the curve would reverse
@@ -235,14 +235,4 @@ contains
       write (buffer, '(es16.3e3)') x * (1.0_wp - 5.0e-4_wp)
       read (buffer, *) rounded_down
    end function rounded_down
-
-   !> Reads a line of *OBSTACLE MOTION: obstacle, dx, dy.
-   subroutine read_motion(deck, load)
-      type(checked_deck_t), intent(inout) :: deck
-      type(load_t), intent(inout) :: load
-      integer :: obstacle
-      obstacle = deck%named('obstacle', deck%names%obstacle, 'obstacle')
-      if (obstacle == 0) return
-      load%motion(:, obstacle) = load%motion(:, obstacle) + [deck%real('dx'), deck%real('dy')]
-   end subroutine read_motion
 end module read_obstacles

@@ -8,7 +8,6 @@ module read_supports
    use item_values, only: component_dof
    use checked_deck, only: checked_deck_t
    use deck_names, only: node_words
-   use read_interference, only: pushes_out
    implicit none
    private
    public :: read_support_cards, read_spring_cards, read_gap_cards, read_dofs
@@ -47,7 +46,8 @@ contains
       type(model_t), intent(inout) :: model             !! with the supports; receives spring and joint_spring
       character(:), allocatable :: problem
       integer, allocatable :: nodes(:)
-      integer :: dof, other, i
+      integer :: dof, i
+      integer :: other                                  ! second node; 0: the ground
       allocate (model%spring(3, model%mesh%n_nodes), source=0.0_wp)
       call complete_joints(model)
       do while (deck%next_card('SPRING'))
@@ -60,7 +60,7 @@ contains
                if (other == 0) cycle
             end if
             do i = 1, size(nodes)
-               problem = spring_problem(deck, model, dof, nodes(i), other)
+               problem = spring_problem(nodes(i))
                if (problem /= '') then
                   call deck%wrong('node or set', node_words(model%mesh, nodes(i))//' '//problem)
                   exit
@@ -72,25 +72,24 @@ contains
             end do
          end do
       end do
-   end subroutine read_spring_cards
 
-   !> Reason why a node cannot have a spring to the ground or to another node; '' if it can.
-   function spring_problem(deck, model, dof, node, other) result(problem)
-      type(checked_deck_t), intent(in) :: deck
-      type(model_t), intent(in) :: model
-      integer, intent(in) :: dof         ! component
-      integer, intent(in) :: node, other ! other: 0 for the ground
-      character(:), allocatable :: problem
-      problem = ''
-      if (deck%names%is_loose(node)) problem = 'belongs to no element'
-      if (other == 0) then
-         if (model%fixed(dof, node)) problem = 'is supported in this degree of freedom already'
-      else
-         if (node == other) problem = 'is the second node, too'
-         if (all(model%fixed(dof, [node, other]))) problem = 'is supported in this degree of freedom, and the second node, too'
-         if (deck%names%is_loose(other)) problem = 'has a spring to a node of no element'
-      end if
-   end function spring_problem
+   contains
+
+      !> Reason why a node cannot have a spring to the ground or to another node; '' if it can.
+      function spring_problem(node) result(problem)
+         integer, intent(in) :: node
+         character(:), allocatable :: problem
+         problem = ''
+         if (deck%names%is_loose(node)) problem = 'belongs to no element'
+         if (other == 0) then
+            if (model%fixed(dof, node)) problem = 'is supported in this degree of freedom already'
+         else
+            if (node == other) problem = 'is the second node, too'
+            if (all(model%fixed(dof, [node, other]))) problem = 'is supported in this degree of freedom, and the second node, too'
+            if (deck%names%is_loose(other)) problem = 'has a spring to a node of no element'
+         end if
+      end function spring_problem
+   end subroutine read_spring_cards
 
    !> Components of a range of degrees of freedom, or of a word of *BOUNDARY; none, and an error is added, if they are invalid.
    subroutine read_dofs(deck, dofs)
@@ -116,6 +115,7 @@ contains
       dofs = component_dof >= first .and. component_dof <= last
       if (.not. any(dofs)) call deck%wrong('dof', 'a plane rod has the degrees of freedom 1, 2 and 6 only')
    end subroutine read_dofs
+
    !> Reads the one-sided supports: each card becomes an obstacle, each data line a contact.
    subroutine read_gap_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with mesh and laws; receives the names of the cards as those of obstacles
@@ -139,9 +139,38 @@ contains
          model%obstacle = [model%obstacle, obstacle]
          stopped_in = 0
          do while (deck%next_line())
-            call read_stops(deck, normal, stopped_in, model)
+            call read_stops()
          end do
       end do
+
+   contains
+
+      !> Reads a data line: node or set, clearance.
+      subroutine read_stops()
+         type(contact_t) :: contact
+         character(:), allocatable :: problem
+         integer :: i
+         contact%obstacle = size(model%obstacle)
+         contact%gap = deck%real('clearance')
+         contact%node = deck%nodes('node or set')
+         if (contact%gap < 0.0_wp .and. deck%names%pushed_out%find(obstacle%name) == 0) call deck%wrong('clearance', &
+            'a clearance below zero needs *CONTACT INTERFERENCE, SHRINK in a step, which pushes out what penetrates')
+         do i = 1, size(contact%node)
+            associate (node => contact%node(i))
+               problem = ''
+               if (deck%names%is_loose(node)) problem = 'belongs to no element'
+               if (.not. any(.not. model%fixed(1:2, node) .and. abs(normal) > parallel)) &
+                  problem = 'is supported in this direction already'
+               if (stopped_in(node) > 0) problem = 'has a stop of this card already, from '// &
+                  deck%source%line_words(stopped_in(node))
+               stopped_in(node) = deck%at%line_at
+               if (problem == '') cycle
+               call deck%wrong('node or set', node_words(model%mesh, node)//' '//problem)
+            end associate
+            exit
+         end do
+         model%contact = [model%contact, contact]
+      end subroutine read_stops
    end subroutine read_gap_cards
 
    !> Unit vector at an angle [degrees]; exact along the axes.
@@ -153,33 +182,4 @@ contains
       where (abs(d) > 1.0_wp - epsilon(d)) d = sign(1.0_wp, d)
    end function direction
 
-   !> Reads a data line: node or set, clearance.
-   subroutine read_stops(deck, normal, stopped_in, model)
-      type(checked_deck_t), intent(inout) :: deck
-      real(wp), intent(in) :: normal(2)                 !! direction in which the stops push
-      integer, intent(inout) :: stopped_in(:)
-      type(model_t), intent(inout) :: model             !! its last obstacle is that of the card
-      type(contact_t) :: contact
-      character(:), allocatable :: problem
-      integer :: i
-      contact%obstacle = size(model%obstacle)
-      contact%gap = deck%real('clearance')
-      contact%node = deck%nodes('node or set')
-      if (contact%gap < 0.0_wp .and. .not. pushes_out(deck, model%obstacle(contact%obstacle)%name)) call deck%wrong('clearance', &
-         'a clearance below zero needs *CONTACT INTERFERENCE, SHRINK in a step, which pushes out what penetrates')
-      do i = 1, size(contact%node)
-         associate (node => contact%node(i))
-            problem = ''
-            if (deck%names%is_loose(node)) problem = 'belongs to no element'
-            if (.not. any(.not. model%fixed(1:2, node) .and. abs(normal) > parallel)) &
-               problem = 'is supported in this direction already'
-            if (stopped_in(node) > 0) problem = 'has a stop of this card already, from '//deck%source%line_words(stopped_in(node))
-            stopped_in(node) = deck%at%line_at
-            if (problem == '') cycle
-            call deck%wrong('node or set', node_words(model%mesh, node)//' '//problem)
-         end associate
-         exit
-      end do
-      model%contact = [model%contact, contact]
-   end subroutine read_stops
 end module read_supports
