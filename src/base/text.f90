@@ -3,7 +3,7 @@ module text
    use kinds, only: wp, i8
    implicit none
    private
-   public :: upper, squeeze, same_name, is_blank, to_text, rounded, join, nearest_word, plural
+   public :: upper, squeeze, same_name, is_blank, to_text, rounded, nearest_word, plural
    public :: parse_integer, parse_real, word_count, word_at, word_index, separated
 
    !> The shortest text of an integer, or of a real that reads back as the same number.
@@ -129,19 +129,6 @@ contains
       string = to_text(number)//' '//noun
       if (number /= 1) string = string//'s'
    end function plural
-
-   !> The words (trailing blanks dropped) with a separator between them.
-   pure function join(words, separator) result(string)
-      character(*), intent(in) :: words(:)  !! any number of words
-      character(*), intent(in) :: separator !! such as ', '
-      character(:), allocatable :: string
-      integer :: i
-      string = ''
-      do i = 1, size(words)
-         if (i > 1) string = string//separator
-         string = string//trim(words(i))
-      end do
-   end function join
 
    !> Number of words in a list separated by bars, such as 'RECT|CIRC|PIPE'.
    pure integer function word_count(list)

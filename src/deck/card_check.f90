@@ -319,5 +319,4 @@ contains
       end if
       string = 'unknown parameter '//quoted(name)//string
    end function unknown_parameter
-
 end module card_check

@@ -318,5 +318,4 @@ contains
       position = source%first(line) + column - 1
       letter_at = source%text(position:position)
    end function letter_at
-
 end module deck_cards

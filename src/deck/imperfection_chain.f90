@@ -23,7 +23,7 @@ contains
 
    !> Checks that the elements form one smooth chain of whole curves.
    subroutine follow_chain(deck, model, element, chain, ok)
-      type(checked_deck_t), intent(inout) :: deck       !! receives the first error, at ELSET
+      type(checked_deck_t), intent(inout) :: deck       !! at the *IMPERFECTION; receives the first error, at ELSET
       type(model_t), intent(in) :: model                !! with the mesh, and the imperfections of its curves so far
       integer, intent(in) :: element(:)                 !! in the order of their set
       type(chain_t), intent(out) :: chain
@@ -106,5 +106,4 @@ contains
          corner = abs(modulo(turn + pi, 2 * pi) - pi)
       end function corner
    end subroutine follow_chain
-
 end module imperfection_chain

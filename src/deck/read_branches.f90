@@ -1,6 +1,5 @@
 !> Reads *BRANCH: paths that start at a bifurcation of a step.
 module read_branches
-   use kinds, only: wp
    use text, only: to_text
    use model, only: model_t, step_t, branch_t, method_load, method_displacement
    use checked_deck, only: checked_deck_t
@@ -97,5 +96,4 @@ contains
             to_text(step%smallest)//' to '//to_text(step%largest))
       end subroutine check_increment
    end subroutine read_branch
-
 end module read_branches

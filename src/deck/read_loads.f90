@@ -32,7 +32,6 @@ contains
       end do
    end subroutine note_pushed_out
 
-
    !> Reads the loads of all steps.
    subroutine read_load_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the mesh and obstacles
@@ -275,5 +274,4 @@ contains
       character(:), allocatable :: list
       list = '*'//separated(load_cards, ', *')
    end function load_card_list
-
 end module read_loads

@@ -303,5 +303,4 @@ contains
       fits = band_entries * elements <= huge(1)
       if (fits) fits = can_be_had(bytes_of_element * elements)
    end function fits
-
 end module read_mesh

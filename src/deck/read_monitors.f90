@@ -3,7 +3,7 @@
 module read_monitors
    use kinds, only: wp
    use text, only: same_name
-   use model, only: model_t, monitor_t, contact_print_t, quantity_displacement, quantity_reaction, quantity_contact
+   use model, only: model_t, monitor_t, contact_print_t, quantity_reaction, quantity_contact
    use obstacle_types, only: obstacle_circle, obstacle_arc
    use checked_deck, only: checked_deck_t
    implicit none

@@ -123,5 +123,4 @@ contains
       chosen = .false.
       chosen(:, elements) = model%mesh%node(:, elements) == node
    end function ends_of
-
 end module read_releases

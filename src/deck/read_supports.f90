@@ -93,7 +93,7 @@ contains
 
    !> Components of a range of degrees of freedom, or of a word of *BOUNDARY; none, and an error is added, if they are invalid.
    subroutine read_dofs(deck, dofs)
-      type(checked_deck_t), intent(inout) :: deck
+      type(checked_deck_t), intent(inout) :: deck !! at a line with the fields dof and last dof
       logical, intent(out) :: dofs(3)  !! (x, y, rotation) true for the components named
       integer :: first, last
       dofs = .false.
@@ -181,5 +181,4 @@ contains
       where (abs(d) < epsilon(d) * max(abs(angle), 1.0_wp)) d = 0.0_wp
       where (abs(d) > 1.0_wp - epsilon(d)) d = sign(1.0_wp, d)
    end function direction
-
 end module read_supports

@@ -32,7 +32,6 @@ contains
       if (bar%estimated) corrected = value + bar%correction
    end function stored_correction
 
-
    !> Error bar for tables.
    pure function bar_text(bar) result(text)
       type(error_bar_t), intent(in) :: bar

@@ -12,7 +12,6 @@ module side_tables
    private
    public :: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
 
-
    !> Words of the table of one curve.
    type :: curve_words_t
       integer :: step = 0, curve = 0              !! its step, and its index there
