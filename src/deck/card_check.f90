@@ -35,6 +35,7 @@ contains
    subroutine check_cards(deck)
       class(deck_t), intent(inout) :: deck               !! as split; receives the entries of the table that it needs, and errors
       type(reading_t) :: reading
+      character(:), allocatable :: typed
       integer :: card
       deck%spec = cards_of(keys_of(deck))
       allocate (deck%number(deck%n_fields), source=0.0_wp)
@@ -44,7 +45,9 @@ contains
          if (.not. deck%card(card)%sound .and. deck%card(card)%keyword == '') cycle
          deck%card(card)%spec = find_card(deck%spec, deck%card(card)%keyword)
          if (deck%card(card)%spec == 0) then
-            call report_unknown(deck, card)
+            deck%card(card)%sound = .false.
+            typed = deck%text_at(deck%card(card)%place)
+            call deck%diagnostics%add(deck%card(card)%place, 'unknown keyword '//quoted(typed)//known_card(all_cards(), typed(2:)))
             cycle
          end if
          call check_card(deck, card, deck%spec(deck%card(card)%spec), reading)
@@ -277,15 +280,6 @@ contains
          if (index(keys, '|'//deck%card(card)%keyword//'|') == 0) keys = keys//deck%card(card)%keyword//'|'
       end do
    end function keys_of
-
-   subroutine report_unknown(deck, card)
-      class(deck_t), intent(inout) :: deck
-      integer, intent(in) :: card
-      character(:), allocatable :: typed
-      deck%card(card)%sound = .false.
-      typed = deck%text_at(deck%card(card)%place)
-      call deck%diagnostics%add(deck%card(card)%place, 'unknown keyword '//quoted(typed)//known_card(all_cards(), typed(2:)))
-   end subroutine report_unknown
 
    !> Suggestion for a keyword that is not in the table, to be appended to a message.
    pure function known_card(table, keyword) result(string)

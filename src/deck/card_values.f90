@@ -80,7 +80,8 @@ contains
       class(card_values_t), intent(inout) :: self
       found = .false.
       do while (self%at%line < self%card(self%at%card)%last_line)
-         self%at = self%at_line(self%at%line + 1)
+         self%at%line = self%at%line + 1
+         self%at%line_at = self%data_line(self%at%line)%line
          found = self%data_line(self%at%line)%sound
          if (found) return
       end do

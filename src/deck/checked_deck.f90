@@ -73,27 +73,24 @@ contains
       integer, allocatable :: members(:)
       character(:), allocatable :: typed, what, hint
       integer :: label, i
-      allocate (members(0))
-      typed = self%text(name, nth)
       label = nint(self%real(name, nth))
-      if (label == 0) then
-         i = labels%set_names%find(typed)
-         if (i > 0) members = labels%members(i)
-         what = trim(labels%what)//' set '//quoted(typed)
-      else
+      if (label > 0) then
          i = labels%find(label)
-         if (i > 0) members = [i]
-         what = trim(labels%what)//' '//to_text(label)
+         members = pack([i], i > 0)
+      else
+         i = labels%set_names%find(self%text(name, nth))
+         members = labels%members(i)
       end if
       if (i > 0 .or. self%names%mesh_incomplete) return
-      if (label == 0 .and. others%set_names%find(typed) > 0) then
-         hint = ' ('//quoted(typed)//' is a set of '//trim(others%what)//'s)'
-      else if (label == 0) then
-         hint = suggestion(labels%set_names, typed)
-      else if (labels%n > 0) then
-         hint = ' (labels run from '//to_text(labels%least)//' to '//to_text(labels%greatest)//')'
-      else
+      typed = self%text(name, nth)
+      if (label > 0) then
+         what = trim(labels%what)//' '//to_text(label)
          hint = ' (there are no '//trim(labels%what)//'s)'
+         if (labels%n > 0) hint = ' (labels run from '//to_text(labels%least)//' to '//to_text(labels%greatest)//')'
+      else
+         what = trim(labels%what)//' set '//quoted(typed)
+         hint = suggestion(labels%set_names, typed)
+         if (others%set_names%find(typed) > 0) hint = ' ('//quoted(typed)//' is a set of '//trim(others%what)//'s)'
       end if
       if (self%names%above_only) hint = ' above this line'//hint
       call self%wrong(name, what//' is not defined'//hint, nth)

@@ -101,7 +101,7 @@ contains
          do e = 1, model%mesh%n_elements
             length(e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
          end do
-         where (.not. within_contact(model, contact)) length = 0.0_wp
+         where (.not. within_contact()) length = 0.0_wp
          e = maxloc(length, 1)
          if (obstacle%kind == obstacle_line .or. e == 0) return
          if (obstacle%kind == obstacle_circle) then
@@ -125,7 +125,7 @@ contains
       !> All elements of a contact must have the same direction along the rod: arc lengths and regions count along them.
       subroutine check_directions()
          integer :: leaving(model%mesh%n_nodes), entering(model%mesh%n_nodes), node
-         call count_elements(model, contact, leaving, entering)
+         call count_elements(leaving, entering)
          do node = 1, model%mesh%n_nodes
             if (max(leaving(node), entering(node)) /= 2 .or. min(leaving(node), entering(node)) /= 0) cycle
             call deck%wrong('NSET', 'two elements run against each other at '//node_words(model%mesh, node)// &
@@ -142,10 +142,10 @@ contains
             contact%along = .not. obstacle%bilateral
             if (.not. contact%along) reason = 'an obstacle that is not BILATERAL'
          else
-            reason = distribution_needs(model, contact)
+            reason = distribution_needs()
             contact%distributed = reason == ''
             if (contact%distributed) call check_between()
-            if (reason /= '' .and. .not. stands_at_nodes(model, contact)) contact%needs = reason
+            if (reason /= '' .and. .not. stands_at_nodes()) contact%needs = reason
          end if
          if (reason /= '' .and. deck%word('POINTS') == 'ALONG') call deck%wrong('POINTS', 'ALONG needs '//reason)
       end subroutine read_points
@@ -157,6 +157,64 @@ contains
          call overlap_between(model, contact, overlap)
          if (overlap /= '') call deck%wrong('NSET', overlap)
       end subroutine check_between
+
+      !> True for the elements with both nodes in a contact.
+      pure function within_contact() result(within)
+         logical :: within(model%mesh%n_elements)
+         logical :: candidate(model%mesh%n_nodes)
+         candidate = .false.
+         candidate(contact%node) = .true.
+         within = candidate(model%mesh%node(1, :)) .and. candidate(model%mesh%node(2, :))
+      end function within_contact
+
+      !> Numbers of elements of a contact that begin and end at each node.
+      pure subroutine count_elements(leaving, entering)
+         integer, intent(out) :: leaving(:), entering(:)
+         logical :: within(model%mesh%n_elements)
+         integer :: e
+         within = within_contact()
+         leaving = 0
+         entering = 0
+         do e = 1, model%mesh%n_elements
+            if (.not. within(e)) cycle
+            leaving(model%mesh%node(1, e)) = leaving(model%mesh%node(1, e)) + 1
+            entering(model%mesh%node(2, e)) = entering(model%mesh%node(2, e)) + 1
+         end do
+      end subroutine count_elements
+
+      !> True for a contact with a foundation that the deck requires to act at nodes: coupled ground, or no element with both nodes
+      !> in the contact.
+      logical function stands_at_nodes() result(stands)
+         stands = obstacle%ground /= ground_independent .or. .not. any(within_contact())
+      end function stands_at_nodes
+
+      !> Condition for reactions inside elements that a contact with a foundation does not meet; '' if its nodes are those of
+      !> unbranched chains of GE elements.
+      function distribution_needs() result(reason)
+         character(:), allocatable :: reason
+         integer :: leaving(model%mesh%n_nodes), entering(model%mesh%n_nodes), e, i
+         reason = ''
+         if (obstacle%ground /= ground_independent) then
+            reason = 'a foundation that does not carry load sideways'
+            return
+         end if
+         e = findloc(within_contact() .and. .not. collocates(model%mesh%family), .true., 1)
+         if (e > 0) then
+            reason = 'GE elements; '//element_words(model%mesh, e)//' is not'
+            return
+         end if
+         call count_elements(leaving, entering)
+         do i = 1, size(contact%node)
+            associate (node => contact%node(i))
+               if (leaving(node) + entering(node) == 0) then
+                  reason = 'elements between its nodes; '//node_words(model%mesh, node)//' is alone'
+               else if (max(leaving(node), entering(node)) > 1) then
+                  reason = 'chains without branches; there is one at '//node_words(model%mesh, node)
+               end if
+            end associate
+            if (reason /= '') return
+         end do
+      end function distribution_needs
    end subroutine check_contact
 
    !> The given nodes, and the nodes of element ends released at them if the rod beyond belongs to the nodes, too.
@@ -197,70 +255,4 @@ contains
          end associate
       end do
    end subroutine choose_contact_points
-
-   !> True for the elements with both nodes in a contact.
-   pure function within_contact(model, contact) result(within)
-      type(model_t), intent(in) :: model
-      type(contact_t), intent(in) :: contact
-      logical :: within(model%mesh%n_elements)
-      logical :: candidate(model%mesh%n_nodes)
-      candidate = .false.
-      candidate(contact%node) = .true.
-      within = candidate(model%mesh%node(1, :)) .and. candidate(model%mesh%node(2, :))
-   end function within_contact
-
-   !> Numbers of elements of a contact that begin and end at each node.
-   pure subroutine count_elements(model, contact, leaving, entering)
-      type(model_t), intent(in) :: model
-      type(contact_t), intent(in) :: contact
-      integer, intent(out) :: leaving(:), entering(:)
-      logical :: within(model%mesh%n_elements)
-      integer :: e
-      within = within_contact(model, contact)
-      leaving = 0
-      entering = 0
-      do e = 1, model%mesh%n_elements
-         if (.not. within(e)) cycle
-         leaving(model%mesh%node(1, e)) = leaving(model%mesh%node(1, e)) + 1
-         entering(model%mesh%node(2, e)) = entering(model%mesh%node(2, e)) + 1
-      end do
-   end subroutine count_elements
-
-   !> True for a contact with a foundation that the deck requires to act at nodes: coupled ground, or no element with both nodes in
-   !> the contact.
-   logical function stands_at_nodes(model, contact) result(stands)
-      type(model_t), intent(in) :: model
-      type(contact_t), intent(in) :: contact
-      stands = model%obstacle(contact%obstacle)%ground /= ground_independent .or. .not. any(within_contact(model, contact))
-   end function stands_at_nodes
-
-   !> Condition for reactions inside elements that a contact with a foundation does not meet; '' if its nodes are those of
-   !> unbranched chains of GE elements.
-   function distribution_needs(model, contact) result(reason)
-      type(model_t), intent(in) :: model
-      type(contact_t), intent(in) :: contact
-      character(:), allocatable :: reason
-      integer :: leaving(model%mesh%n_nodes), entering(model%mesh%n_nodes), e, i
-      reason = ''
-      if (model%obstacle(contact%obstacle)%ground /= ground_independent) then
-         reason = 'a foundation that does not carry load sideways'
-         return
-      end if
-      e = findloc(within_contact(model, contact) .and. .not. collocates(model%mesh%family), .true., 1)
-      if (e > 0) then
-         reason = 'GE elements; '//element_words(model%mesh, e)//' is not'
-         return
-      end if
-      call count_elements(model, contact, leaving, entering)
-      do i = 1, size(contact%node)
-         associate (node => contact%node(i))
-            if (leaving(node) + entering(node) == 0) then
-               reason = 'elements between its nodes; '//node_words(model%mesh, node)//' is alone'
-            else if (max(leaving(node), entering(node)) > 1) then
-               reason = 'chains without branches; there is one at '//node_words(model%mesh, node)
-            end if
-         end associate
-         if (reason /= '') return
-      end do
-   end function distribution_needs
 end module read_contact

@@ -207,42 +207,39 @@ contains
             'only SHAPE=MODE may stand in a step; all other shapes belong above the first *STEP')
          if (s == 0 .or. .not. of_mode) cycle
          if (model%step(s)%n_modes > 0) cycle ! reported elsewhere
-         call find_buckling_step(deck, from_step)
+         call find_buckling_step(from_step)
          call follow_chain(deck, model, deck%elements('ELSET'), chain, ok)
-         if (ok .and. from_step > 0) call read_modes(deck, from_step, model%step(from_step)%n_modes, chain%element, &
-            model%step(s)%mode_offset)
+         if (ok .and. from_step > 0) call read_modes(model%step(from_step)%n_modes, model%step(s)%mode_offset)
       end do
+
+   contains
+
+      !> The step named by STEP: an earlier one with *BUCKLE.
+      subroutine find_buckling_step(step)
+         integer, intent(out) :: step      ! 0: none
+         step = deck%named('STEP', deck%names%step, 'step')
+         if (step == 0) return
+         if (step >= deck%at%step) then
+            call deck%wrong('STEP', 'step '//trim(deck%names%step%name(step))//' does not come before this one')
+         else if (.not. (deck%names%unknown_cards .or. deck%last_card('BUCKLE', step) > 0)) then
+            call deck%wrong('STEP', 'step '//trim(deck%names%step%name(step))//' has no *BUCKLE')
+         else
+            return
+         end if
+         step = 0
+      end subroutine find_buckling_step
+
+      !> Reads the data lines: mode, amplitude.
+      subroutine read_modes(n_modes, mode_offset)
+         integer, intent(in) :: n_modes    ! number of modes of that step; 0: unknown because of an error
+         type(mode_offset_t), allocatable, intent(inout) :: mode_offset(:)
+         integer :: mode
+         do while (deck%next_line())
+            mode = deck%integer('mode')
+            if (n_modes > 0 .and. mode > n_modes) call deck%wrong('mode', 'that step finds '//plural(n_modes, 'mode')//' only')
+            mode_offset = [mode_offset, mode_offset_t(step=from_step, mode=mode, amplitude=deck%real('amplitude'), &
+               element=chain%element, line=deck%at%card_at)]
+         end do
+      end subroutine read_modes
    end subroutine read_mode_imperfection_cards
-
-   !> The step named by STEP: an earlier one with *BUCKLE.
-   subroutine find_buckling_step(deck, step)
-      type(checked_deck_t), intent(inout) :: deck
-      integer, intent(out) :: step ! 0: none
-      step = deck%named('STEP', deck%names%step, 'step')
-      if (step == 0) return
-      if (step >= deck%at%step) then
-         call deck%wrong('STEP', 'step '//trim(deck%names%step%name(step))//' does not come before this one')
-      else if (.not. (deck%names%unknown_cards .or. deck%last_card('BUCKLE', step) > 0)) then
-         call deck%wrong('STEP', 'step '//trim(deck%names%step%name(step))//' has no *BUCKLE')
-      else
-         return
-      end if
-      step = 0
-   end subroutine find_buckling_step
-
-   !> Reads the data lines: mode, amplitude.
-   subroutine read_modes(deck, from_step, n_modes, element, mode_offset)
-      type(checked_deck_t), intent(inout) :: deck
-      integer, intent(in) :: from_step
-      integer, intent(in) :: n_modes    ! number of modes of that step; 0: unknown because of an error
-      integer, intent(in) :: element(:)
-      type(mode_offset_t), allocatable, intent(inout) :: mode_offset(:)
-      integer :: mode
-      do while (deck%next_line())
-         mode = deck%integer('mode')
-         if (n_modes > 0 .and. mode > n_modes) call deck%wrong('mode', 'that step finds '//plural(n_modes, 'mode')//' only')
-         mode_offset = [mode_offset, mode_offset_t(step=from_step, mode=mode, amplitude=deck%real('amplitude'), &
-            element=element, line=deck%at%card_at)]
-      end do
-   end subroutine read_modes
 end module read_imperfections

@@ -149,14 +149,14 @@ contains
    subroutine order_ties(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the supports, and the ties in the order in which they were read
       type(model_t), intent(inout) :: model             !! with ties and supports
-      logical :: waits(3, model%mesh%n_nodes)
+      logical :: waits(3, model%mesh%n_nodes)           ! true for components whose values are not known yet
       logical :: done(size(model%tie))
       integer :: order(size(model%tie)), i, n, before
       waits = .false.
       do i = 1, size(model%tie)
          associate (tie => model%tie(i))
             if (.not. deck%names%supports_incomplete .and. model%fixed(tie%component, tie%node)) then
-               call wrong_tie(deck, i, dof_text(model, tie)//' is supported and cannot follow others; let these follow it')
+               call wrong_tie(i, dof_text(model, tie)//' is supported and cannot follow others; let these follow it')
                return
             end if
             waits(tie%component, tie%node) = .true.
@@ -168,7 +168,7 @@ contains
          before = n
          do i = 1, size(model%tie)
             if (done(i)) cycle
-            if (.not. is_ready(model%tie(i), waits)) cycle
+            if (.not. is_ready(model%tie(i))) cycle
             n = n + 1
             order(n) = i
             done(i) = .true.
@@ -178,37 +178,37 @@ contains
       end do
       if (n < size(model%tie)) then
          i = findloc(done, .false., 1, back=.true.)
-         call wrong_tie(deck, i, dof_text(model, model%tie(i))//' follows itself in the end: ties make a circle')
+         call wrong_tie(i, dof_text(model, model%tie(i))//' follows itself in the end: ties make a circle')
          return
       end if
       model%tie = model%tie(order)
+
+   contains
+
+      !> True if the value of a tie can be computed.
+      pure logical function is_ready(tie)
+         type(tie_t), intent(in) :: tie
+         integer :: k
+         is_ready = .true.
+         do k = 1, size(tie%of)
+            is_ready = is_ready .and. .not. waits(tie%part(k), tie%of(k))
+         end do
+         if (tie%turner > 0) is_ready = is_ready .and. .not. waits(3, tie%turner)
+      end function is_ready
+
+      !> Adds an error at the line of a tie, or at the first *RELEASE: nodes of releases have no line of their own in the deck.
+      subroutine wrong_tie(i, message)
+         integer, intent(in) :: i ! the tie
+         character(*), intent(in) :: message
+         deck%at = deck%names%tie_origin(i)
+         if (deck%at%card > 0) then
+            call deck%wrong(deck%field_name(1), message)
+         else if (deck%next_card('RELEASE')) then
+            call deck%wrong_card(message)
+         end if
+         call deck%rewind()
+      end subroutine wrong_tie
    end subroutine order_ties
-
-   !> True if the value of a tie can be computed.
-   pure logical function is_ready(tie, waits)
-      type(tie_t), intent(in) :: tie
-      logical, intent(in) :: waits(:, :) ! (3, nodes) true for components whose values are not known yet
-      integer :: k
-      is_ready = .true.
-      do k = 1, size(tie%of)
-         is_ready = is_ready .and. .not. waits(tie%part(k), tie%of(k))
-      end do
-      if (tie%turner > 0) is_ready = is_ready .and. .not. waits(3, tie%turner)
-   end function is_ready
-
-   !> Adds an error at the line of a tie, or at the first *RELEASE: nodes of releases have no line of their own in the deck.
-   subroutine wrong_tie(deck, i, message)
-      type(checked_deck_t), intent(inout) :: deck
-      integer, intent(in) :: i ! the tie
-      character(*), intent(in) :: message
-      deck%at = deck%names%tie_origin(i)
-      if (deck%at%card > 0) then
-         call deck%wrong(deck%field_name(1), message)
-      else if (deck%next_card('RELEASE')) then
-         call deck%wrong_card(message)
-      end if
-      call deck%rewind()
-   end subroutine wrong_tie
 
    !> A tied degree of freedom in words.
    function dof_text(model, tie) result(string)
