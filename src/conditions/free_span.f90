@@ -12,8 +12,8 @@ module free_span
    type :: free_span_t
       integer :: rod_segment = 0
       integer :: element(2) = 0             !! first and last element
-      integer :: contact_span(2) = 0  !! contact spans before and after the free span, indices into problem%contact_span; 0: segment
-      !! boundary without contact
+      integer :: contact_span(2) = 0  !! contact spans before and after the free span, indices into problem%contact_span; at a
+      !! segment boundary a contact of the next segment counts, too. 0: segment boundary without contact
       integer :: contact(2) = 0             !! contacts of these contact spans, indices into model%contact; 0: none
    end type free_span_t
 
@@ -26,18 +26,27 @@ contains
       integer :: j, k, before, first
       allocate (span(0))
       do j = 1, size(problem%layout%rod_segment)
-         before = 0
          first = problem%element_first(j)
+         before = contact_at(problem%model%mesh%node(1, first))
          do k = 1, size(problem%contact_span)
             if (problem%contact_span(k)%rod_segment /= j) cycle
             call add(problem%contact_span(k)%element(1) - 1, k)
             first = problem%contact_span(k)%element(2) + 1
             before = k
          end do
-         call add(problem%element_last(j), 0)
+         call add(problem%element_last(j), contact_at(problem%model%mesh%node(2, problem%element_last(j))))
       end do
 
    contains
+
+      !> Contact span at a node, 0: none.
+      pure integer function contact_at(node) result(k)
+         integer, intent(in) :: node
+         integer :: c
+         k = 0
+         c = findloc(problem%candidates%node == node .and. problem%candidates%contact_span > 0, .true., 1)
+         if (c > 0) k = problem%candidates%contact_span(c)
+      end function contact_at
 
       pure subroutine add(last, after)
          integer, intent(in) :: last, after

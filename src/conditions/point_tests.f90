@@ -13,7 +13,7 @@ module point_tests
    use test_kinds, only: span_test_t, test_force, test_curvature, test_slope, test_leaving, test_couple
    implicit none
    private
-   public :: tests_of_points, rests_beside
+   public :: tests_of_points
 
    real(wp), parameter :: parallel_enough = sqrt(epsilon(1.0_wp)) !! [rad] largest rotation error at a support that counts as
    !! rounding

@@ -9,7 +9,7 @@ module conforming_span
    use rod_state, only: state_t, element_load, element_displacement, node_position, obstacle_shift, candidate_offset, closing_rate
    use reference_curve, only: curve_point, curve_abscissa, curve_length, curve_bend
    use gauss_tableau, only: max_stages
-   use obstacle_track, only: track_t, track_foot, track_at, track_ahead, track_between, across_joint, joint_shares
+   use obstacle_track, only: track_t, track_foot, track_ahead, across_joint, joint_shares
    use ge_element, only: ge_load_t, ge_columns, ge_end_forces
    use inner_forces, only: inner_forces_t
    use conforming_element, only: conforming_evaluate, conforming_output_t, new_output, output_at, conforming_resultants, &

@@ -18,7 +18,7 @@ module path_loop
    use critical_points, only: critical_points_t
    use first_contact, only: presume_contact
    use span_mesh, only: prepare_mesh, ask_for_twice, refine_mesh
-   use step_control, only: start_control, change_control
+   use step_control, only: start_control
    use path_point, only: path_point_t, evaluate_tests
    use point_recording, only: record
    use path_outcome, only: outcome_t, must_end, note_trouble

@@ -88,10 +88,10 @@ contains
       call add_contact(problem, state, system)
       call set_swings(problem, state, system)
       call add_swings(problem, system, system%swing, system%k)
+      call hold_rolling(problem, state, system)
       call measure_residual(problem, state, system)
       system%defect_residual = max(worst(1), worst(2) / system%force_scale, worst(3) / problem%size)
       call add_marks(problem, state, system)
-      call hold_rolling(problem, state, system)
       call timing_stop(phase_assembly)
    end subroutine assemble
 

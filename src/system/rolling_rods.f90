@@ -22,7 +22,7 @@ module rolling_rods
    use band_matrix, only: solve_factored
    implicit none
    private
-   public :: find_rolling, hold_rolling, set_rolling, without_rolling, nearly_flat
+   public :: find_rolling, hold_rolling, set_rolling, without_rolling
 
    real(wp), parameter :: smooth = parallel     !! [rad], relative: kinks and changes of curvature up to which a rod is smooth
 
@@ -166,7 +166,8 @@ contains
       nearly_flat = problem%model%step(problem%step)%tolerance**(1.0_wp / 3.0_wp)
    end function nearly_flat
 
-   !> Adds a spring against rolling at the unknown that rolling displaces most.
+   !> Adds a spring against rolling at the unknown that rolling displaces most. If touchdown points are held at their material
+   !> points, this unknown is fixed; its force is zero where the touchdown points are in equilibrium.
    subroutine hold_rolling(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -203,6 +204,12 @@ contains
          end do
       end do
       if (system%roll_at == 0) return
+      if (any(problem%candidates%held)) then
+         ! Touchdown points that stay at their material points leave nothing to choose: the rod is kept from rolling.
+         system%fixed(system%roll_at) = .true.
+         system%roll_at = 0
+         return
+      end if
       system%roll_by = 0.5_wp * (lies(2, 1) - lies(1, 1))
       system%roll_range = max(minval(lies), 0.0_wp)
       ! The stiffness of the spring equals that of the node's elements.

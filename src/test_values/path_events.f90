@@ -31,7 +31,7 @@ module path_events
       real(wp) :: load_factor = 0.0_wp
       real(wp) :: load_rate = 0.0_wp          !! d(load factor)/d(arc length) along the path
       integer :: negative_pivots = 0
-      integer :: free_pivots = 0              !! negative pivots without force-free contact; set by the path loop
+      integer :: free_pivots = 0              !! negative pivots without force-free contact
       logical :: weak = .false.               !! force-free contact exists
       real(wp), allocatable :: monitor(:)
       real(wp), allocatable :: monitor_rate(:) !! d(monitor)/d(arc length) of monitors with turning points

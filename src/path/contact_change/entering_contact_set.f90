@@ -21,7 +21,7 @@ module entering_contact_set
    use path_record, only: recorder_t
    implicit none
    private
-   public :: go_to_next, adopt, is_there, come_nearer, bound_for
+   public :: go_to_next, adopt, passes_value, come_nearer, bound_for
 
 contains
 
@@ -61,8 +61,23 @@ contains
       call evaluate_tests(problem, run%last)
    end subroutine go_to_next
 
-   !> Replaces the contact set at the run's point by another one with the same equilibrium, and the path tangent by that of the
-   !> other set.
+   !> True if a value that the deck asks for, or the end of the step, lies between the run's point and the known equilibrium of the
+   !> next set.
+   logical function passes_value(problem, step, run, next) result(passes)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(next_t), intent(in) :: next           !! with its path tangent
+      type(path_state_t) :: on
+      type(event_t), allocatable :: events(:)
+      on = bound_for(problem, run, next)
+      call value_events(next%problem, step, on%last%test_values, new_test_values(next%problem, next%state, next%system, &
+         & next%tangent%load), on%last%state, next%state, events)
+      passes = size(events) > 0
+   end function passes_value
+
+   !> Replaces the contact set at the run's point by another one, and the state and path tangent by those of the known equilibrium
+   !> of the other set.
    subroutine adopt(problem, run, next)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run

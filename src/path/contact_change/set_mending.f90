@@ -8,9 +8,10 @@ module set_mending
    use test_kinds, only: test_slack, well_below
    use contact_change_types, only: step_interval_t, change_t, change_missed, change_opening, place_here
    use next_spans, only: next_t
+   use set_begins, only: go_back
    use contact_trials, only: try_sets
    use contact_in_doubt, only: ask_nodes
-   use entering_contact_set, only: go_to_next, adopt, is_there
+   use entering_contact_set, only: go_to_next, adopt, passes_value
    use path_state, only: path_state_t, copy_path_state, forget_mesh
    use corner_limit, only: look_whether_back
    use path_outcome, only: outcome_t
@@ -106,7 +107,8 @@ contains
       call copy_path_state(before, run)
    end subroutine try_at_change
 
-   !> Continues from the run's point, a recorded change of contact, with the set that trials found there.
+   !> Continues from the run's point, a recorded change of contact, with the set that trials found there. Its first equilibrium is
+   !> near that point and is not recorded; if a value that the deck asks for lies on the way, it is moved nearer.
    subroutine begin_located(problem, step, run, first, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -115,12 +117,18 @@ contains
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
+      logical :: passes
       finished = .false.
       first%label = '  '
-      if (is_there(run, first)) then
-         call adopt(problem, run, first)
-      else
+      passes = passes_value(problem, step, run, first)
+      if (passes) then
+         call go_back(run%last%state%load_factor, first)
+         passes = passes_value(problem, step, run, first)
+      end if
+      if (passes) then
          call go_to_next(problem, step, run, first, recorder, finished, outcome)
+      else
+         call adopt(problem, run, first)
       end if
    end subroutine begin_located
 

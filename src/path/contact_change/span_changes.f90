@@ -5,8 +5,8 @@ module span_changes
    use model, only: step_t, method_load
    use problem, only: problem_t, copy_problem
    use span_regions, only: find_span_regions
-   use test_kinds, only: span_test_t, any_crosses, test_words, test_curvature, test_slope
-   use reachability, only: turns
+   use test_kinds, only: span_test_t, any_crosses, test_words
+   use reachability, only: turns, least_reach
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_by_rule, &
       & change_mended, change_opening, change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t
@@ -14,7 +14,7 @@ module span_changes
    use minima_of_tests, only: look_between
    use span_answer, only: answer_t
    use span_rules, only: answer_to, coming_next, zero_too
-   use answer_trials, only: take_answer
+   use span_set, only: change_set
    use entering_contact_set, only: go_to_next, come_nearer
    use span_mesh, only: ask_for_twice
    use set_mending, only: mend_last_change, keep_set_before, begin_located
@@ -155,7 +155,6 @@ contains
       type(answer_t) :: answer
       type(problem_t) :: next
       type(path_state_t) :: on
-      logical :: holds, asked
       finished = .false.
       if (change%where == place_within .and. .not. interval%stuck) then
          near = interval
@@ -171,21 +170,13 @@ contains
          call pass_by_trial(problem, step, run, interval, tries, change, answer%no_rule, recorder, request, finished, outcome)
          return
       end if
-      ! If contact only spreads at a point where another change was just reported, no second change is reported.
-      if (.not. (change%where == place_here .and. change%tests(change%which)%kind == test_curvature)) change%label = answer%label
-      change%divides = answer%divides
+      change%label = answer%label
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
-      call take_answer(problem, run, interval, change, answer, next, on, holds, request%no_set)
-      if (.not. holds .and. change%where == place_here .and. tries == 0) then
-         ! Mesh errors may have made the point osculating; nothing is recorded yet, so a finer mesh is tried.
-         call ask_for_twice(problem, run%last%state, request, asked)
-         if (asked) then
-            request%set_changed = .false.
-            if (allocated(request%no_set)) deallocate (request%no_set)
-            return
-         end if
-      end if
+      call copy_problem(problem, next)
+      call copy_path_state(run, on)
+      call change_set(next, on, change%tests(change%which), change%begins, answer, least_reach(problem, interval, change%which), &
+         & request%no_set)
       call keep_set_before(problem, run)
       if (allocated(request%no_set)) return
       on%before_change = run%before_change
@@ -216,8 +207,7 @@ contains
          & interval%after%value < interval%before%value)])
       if (found .and. change%label == '  ') then
          regions = [size(find_span_regions(problem, change%point%state)), size(find_span_regions(first%problem, first%state))]
-         ! Where the end of a rod lies down, contact beside it is a new one; elsewhere a contact divides.
-         change%divides = regions(2) > regions(1) .and. change%tests(change%which)%kind /= test_slope
+         change%divides = regions(2) > regions(1) .and. first%divides
          ! A contact that only moves is none that is lost or gained.
          if (regions(2) /= regions(1)) change%label = first%label
          if (regions(2) > regions(1)) change%label = merge('C-', 'C+', change%divides)

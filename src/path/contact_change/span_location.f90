@@ -10,7 +10,6 @@ module span_location
       & place_ahead
    use flat_points, only: find_flat_point
    use tangent_step, only: states_along
-   use flat_point_rule, only: would_press
    use reachability, only: turns, leads_to, arrival
    use path_control, only: path_length
    use path_point, only: path_point_t, point_at
@@ -94,10 +93,6 @@ contains
          if (before > -after) place = interval%to%state
          associate (candidate => interval%after(change%which)%candidate)
             call find_flat_point(problem, candidate, flat_too(problem, interval, change%which), place, found)
-            ! At a segment boundary the place is exact to first order of the distance rolled; this is not enough if a line contact
-            ! begins.
-            if (found .and. .not. problem%candidates%moves(candidate)) found = would_press(problem, place, candidate, &
-               & 0.0_wp)
          end associate
          if (.not. found) return
          if (after > 0.0_wp) then

@@ -7,12 +7,12 @@
 module neighbours
    use kinds, only: wp
    use contact_spans, only: contact_span_t
-   use contact_set_edits, only: begun, lost, spread_out, parted, shrunk, laid_down, merged, end_moved, extended, opened
+   use contact_set_edits, only: same_set, begun, lost, spread_out, parted, shrunk, laid_down, merged, end_moved, extended, opened
    use test_kinds, only: test_gap
    use rod_strips, only: strip_t, brought_near
    implicit none
    private
-   public :: doubt_t, neighbour_t, neighbours_at, no_test
+   public :: doubt_t, neighbour_t, neighbours_at, divides, no_test
    public :: edit_remove, edit_add, edit_spread, edit_part, edit_leave, edit_shrink, edit_ends, edit_open, edit_end_off, &
       & edit_lie_down, edit_merge, edit_pass, edit_jump, edit_rise, edit_change
 
@@ -21,7 +21,8 @@ module neighbours
    integer, parameter :: edit_add = 2        !! a point contact begins
    integer, parameter :: edit_spread = 3     !! a point contact becomes a line contact
    integer, parameter :: edit_part = 4       !! a point contact becomes two
-   integer, parameter :: edit_leave = 5      !! a point contact leaves the end of a rod or a segment boundary
+   integer, parameter :: edit_leave = 5      !! a point contact leaves the end of a rod or a segment boundary, or another one begins
+   !! beside it
    integer, parameter :: edit_shrink = 6     !! a line contact becomes a point contact
    integer, parameter :: edit_ends = 7       !! point contacts at the ends of a line contact remain
    integer, parameter :: edit_open = 8       !! a free span opens inside a line contact
@@ -47,7 +48,7 @@ module neighbours
       & edit_shrink, edit_remove, edit_pass, 0, 0, &                      ! length
       & edit_lie_down, edit_merge, 0, 0, 0, &                             ! vanishing
       & edit_pass, edit_jump, edit_lie_down, edit_leave, 0, &             ! crossing
-      & edit_leave, edit_spread, edit_part, edit_lie_down, 0, &           ! slope
+      & edit_spread, edit_leave, edit_part, edit_lie_down, 0, &           ! slope
       & edit_leave, edit_pass, edit_spread, 0, 0, &                       ! leaving
       & edit_open, edit_jump, edit_end_off, edit_pass, 0], [5, 11])       ! couple
 
@@ -66,6 +67,7 @@ module neighbours
       type(contact_span_t), allocatable :: set(:) !! contact set on strips, new contact spans without number
       integer :: held(2) = 0                 !! indices of the contacts that have an end with a prescribed place, 0: none
       integer :: side(2) = 1                 !! which end of this contact: 1 first, 2 last
+      integer :: length = 1                  !! index of the prescribed length of the new contact or free span
    end type neighbour_t
 
    ! Sizes of an opening free span that are tried, as multiples of half the length of the zone in which the test fails: the ratio
@@ -77,44 +79,66 @@ module neighbours
 
 contains
 
-   !> Neighbours of a set at one place, in the order in which they are tried.
-   function neighbours_at(set, doubt, strip, size_of_new, near) result(found)
+   !> Neighbours of a set at one place, in the order in which they are tried: by edits, and of one edit by lengths.
+   function neighbours_at(set, doubt, strip, length_of_new, near) result(found)
       type(contact_span_t), intent(in) :: set(:)  !! contact set on strips, sorted
       type(doubt_t), intent(in) :: doubt
       type(strip_t), intent(in) :: strip     !! strip of the place
-      real(wp), intent(in) :: size_of_new    !! prescribed length of a new contact or free span
+      real(wp), intent(in) :: length_of_new(:) !! prescribed lengths of a new contact or free span that are tried
       real(wp), intent(in) :: near           !! contacts within this distance of the place are edited
       type(neighbour_t), allocatable :: found(:)
       type(neighbour_t), allocatable :: all(:)
-      integer :: rank(n_edits), k, r, n
-      real(wp) :: at(1)
+      integer :: rank(n_edits), k, r, i, shortest
       allocate (all(0))
-      do k = 1, size(set)
-         if (set(k)%rod_segment /= doubt%strip) cycle
-         at = brought_near(strip, [doubt%at], 0.5_wp * sum(set(k)%at))
-         if (at(1) < set(k)%at(1) - near .or. at(1) > set(k)%at(2) + near) cycle
-         if (set(k)%line) then
-            call edit_line(set, k, at(1), doubt%width, strip, size_of_new, near, all)
-         else
-            call edit_point(set, k, strip, size_of_new, near, all)
-         end if
+      shortest = minloc(length_of_new, 1)
+      do k = 1, size(length_of_new)
+         call edit_with(length_of_new(k), k)
       end do
-      call edit_free_spans(set, doubt, strip, near, all)
-      if (doubt%contact > 0 .and. doubt%kind == test_gap) call meet_obstacle(set, doubt, strip, size_of_new, all)
       rank = ranks(doubt%kind)
-      allocate (found(size(all)))
-      n = 0
+      allocate (found(0))
       do r = 1, n_edits
          do k = 1, size(all)
             if (rank(all(k)%edit) /= r) cycle
             ! A contact whose force is not zero does not end.
             if (all(k)%edit == edit_remove .and. doubt%kind == no_test) cycle
-            n = n + 1
-            found(n) = all(k)
+            ! The gap of a short span between two points is smaller than its slack: it does not tell that they belong together.
+            if (any(all(k)%edit == [edit_part, edit_leave]) .and. all(k)%length == shortest .and. size(length_of_new) > 1) cycle
+            ! An edit without new length is the same for all lengths.
+            if (any([(found(i)%edit == all(k)%edit .and. same_set(found(i)%set, all(k)%set), i=1, size(found))])) cycle
+            found = [found, all(k)]
          end do
       end do
-      found = found(:n)
+
+   contains
+
+      !> Adds all edits with one length of a new contact or free span.
+      subroutine edit_with(new, number)
+         real(wp), intent(in) :: new
+         integer, intent(in) :: number
+         integer :: k, first
+         real(wp) :: at(1)
+         first = size(all)
+         do k = 1, size(set)
+            if (set(k)%rod_segment /= doubt%strip) cycle
+            at = brought_near(strip, [doubt%at], 0.5_wp * sum(set(k)%at))
+            if (at(1) < set(k)%at(1) - near .or. at(1) > set(k)%at(2) + near) cycle
+            if (set(k)%line) then
+               call edit_line(set, k, at(1), doubt%width, strip, new, near, all)
+            else
+               call edit_point(set, k, strip, new, near, all)
+            end if
+         end do
+         call edit_free_spans(set, doubt, strip, near, all)
+         if (doubt%contact > 0 .and. doubt%kind == test_gap) call meet_obstacle(set, doubt, strip, new, all)
+         all(first + 1:)%length = number
+      end subroutine edit_with
    end function neighbours_at
+
+   !> True if a contact divides by an edit: contact remains on both sides of a new free span.
+   pure logical function divides(edit)
+      integer, intent(in) :: edit
+      divides = any(edit == [edit_part, edit_ends, edit_open, edit_end_off, edit_jump])
+   end function divides
 
    !> Rank of each edit for a kind of test.
    pure function ranks(kind) result(rank)
@@ -185,6 +209,7 @@ contains
             do way = -1, 1, 2
                associate (to => strip%start(b) + way * e)
                   if (to <= ends(1) .or. to >= ends(2)) cycle
+                  call add(all, edit_leave, begun(set, set(k)%contact, set(k)%rod_segment, to), [size(set) + 1, 0])
                   call add(all, edit_leave, end_moved(set, k, 1, to), [k, 0])
                   call add(all, edit_spread, extended(end_moved(set, k, 1, strip%start(b)), k, to), [k, 0], &
                      & spread(merge(1, 2, way < 0), 1, 2))

@@ -4,18 +4,23 @@
 !> factor is prescribed instead.
 module set_trial
    use kinds, only: wp
+   use model, only: method_load
    use problem, only: problem_t
    use rod_state, only: state_t
    use contact_spans, only: contact_span_t
    use contact_set_edits, only: numbered
    use span_candidates, only: touch_place
    use touchdown_points, only: carry_forces
+   use state_transfer, only: carried_field
+   use path_control, only: control_t, metric
+   use path_continuity, only: path_tangent_t, normal_plane
    use bordered_system, only: linearise
    use sized_equilibrium, only: solve_sized
    use next_spans, only: next_t, new_next, settle
    use path_state, only: path_state_t
    use rod_strips, only: strip_t, on_segments, strip_place, brought_near
    use neighbours, only: neighbour_t
+   use set_validity, only: change_place_t
    implicit none
    private
    public :: solve_neighbour
@@ -27,11 +32,11 @@ module set_trial
 contains
 
    !> Finds the equilibrium of a neighbour of the contact set of `problem`.
-   subroutine solve_neighbour(problem, state, run, load, strip, neighbour, next, found)
+   subroutine solve_neighbour(here, problem, state, run, strip, neighbour, next, found)
+      type(change_place_t), intent(in) :: here   !! the run's point, with its path tangent
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! first guess, of `problem`
       type(path_state_t), intent(in) :: run      !! gives the last number of a contact span
-      real(wp), intent(in) :: load               !! scale of load increments
       type(strip_t), intent(in) :: strip(:)
       type(neighbour_t), intent(in) :: neighbour
       type(next_t), intent(out) :: next          !! its system is factored at its state
@@ -48,14 +53,40 @@ contains
          ends = held_ends(next, strip, neighbour)
          found = any(ends > 0)
          if (.not. found) return
-         call solve_sized(next%problem, ends, next%system, difference * [load, maxval(problem%layout%rod_segment%length)], &
-            & next%state, found)
+         call solve_sized(next%problem, ends, next%system, plane_at(here, next), difference * [along_path(here), &
+            & maxval(problem%layout%rod_segment%length)], next%state, found)
       end if
       if (.not. found) return
       call linearise(next%problem, next%state, next%state, next%system)
       ! Fixed touchdown points might carry forces that free ones cannot.
       found = next%system%ok .and. max(next%system%force_residual, next%system%defect_residual) <= unbalanced
    end subroutine solve_neighbour
+
+   !> Plane normal to the path tangent of the run's point, on the mesh of another set.
+   function plane_at(here, next) result(plane)
+      type(change_place_t), intent(in) :: here
+      type(next_t), intent(in) :: next
+      type(control_t) :: plane
+      type(path_tangent_t) :: heading
+      heading%u = carried_field(here%problem, here%state, here%tangent%u, next%problem, next%state)
+      heading%load = here%tangent%load
+      plane = normal_plane(next%problem, next%state, heading)
+      ! Rounding is measured by the whole displacement or load.
+      plane%whole = next%state%load_factor
+      if (plane%method /= method_load) plane%whole = sqrt(metric(next%problem, next%state%u, next%state%u))
+   end function plane_at
+
+   !> Distance along the path tangent at the run's point over which the load factor changes by a typical increment, or the whole
+   !> displacement if that is shorter.
+   real(wp) function along_path(here) result(distance)
+      type(change_place_t), intent(in) :: here
+      type(control_t) :: plane
+      plane = normal_plane(here%problem, here%state, here%tangent)
+      distance = here%least_load
+      if (plane%method == method_load) return
+      distance = sqrt(metric(here%problem, here%state%u, here%state%u))
+      if (distance * abs(plane%tangent_load) > here%least_load) distance = here%least_load / abs(plane%tangent_load)
+   end function along_path
 
    !> Candidates (touchdown nodes) at the ends with prescribed places; 0: no end is prescribed, or it is fixed at a segment
    !> boundary.

@@ -1,13 +1,13 @@
 !> Equilibrium of a contact set in which the size of one contact or free span is prescribed and the load factor is unknown.
 !>
-!> Unknowns are the load factor and the places of all touchdown points, except that the two ends of the contact or free span of
-!> prescribed size keep their distance, or a single end keeps its place; equations are the conditions of all touchdown points. For
-!> given unknowns the touchdown points are fixed, and the equilibrium is regular: with fixed ends neither a free span that opens
-!> with zero length nor an osculating contact is singular, and the equilibrium is nearly linear in the unknowns. The unknowns are
-!> found by Broyden's method, whose first matrix is made of finite differences.
+!> Unknowns are the distance along the path tangent and the places of all touchdown points, except that the two ends of the contact
+!> or free span of prescribed size keep their distance, or a single end keeps its place; equations are the conditions of all
+!> touchdown points. For given unknowns the touchdown points are fixed, and the equilibrium in the plane normal to the path tangent
+!> is regular: with fixed ends neither a free span that opens with zero length nor an osculating contact is singular, and the
+!> equilibrium is nearly linear in the unknowns, even where the load hardly changes. The unknowns are found by Broyden's method,
+!> whose first matrix is made of finite differences.
 module sized_equilibrium
    use kinds, only: wp
-   use model, only: method_load
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
@@ -21,76 +21,107 @@ module sized_equilibrium
 
    integer, parameter :: max_iterations = 20
    integer, parameter :: renewed_after = 6      !! iterations after which the matrix is made of differences again
-   real(wp), parameter :: small = 1.0e-3_wp     !! moves of load factor and places, in steps for finite differences, up to which
-   !! Newton's method with free touchdown points does the rest
-   real(wp), parameter :: settled = 1.0e-6_wp   !! largest error then, as a share of the first one
-   real(wp), parameter :: farthest = 1.0e6_wp   !! change of the load factor in one iteration / its step for finite differences
+   real(wp), parameter :: small = 1.0e-5_wp     !! moves of the last iteration, in steps for finite differences
+   real(wp), parameter :: settled = 1.0e-8_wp   !! largest error then, as a share of the first one
+   real(wp), parameter :: near = 0.1_wp         !! largest error, as a share of the first one, from which Newton's method with free
+   !! touchdown points does the rest
+   real(wp), parameter :: farthest = 1.0e6_wp   !! distance along the path in one iteration / its step for finite differences
    real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of a rotation [rad]
 
+   real(wp), parameter :: sharper = 1.0e-4_wp !! residual of the equilibrium for given unknowns / tolerance of the step: a free span
+   !! between straight walls resists a shift along itself by hardly more than its residual
    real(wp), parameter :: neutral = 1.0e-8_wp   !! directions with smaller effect, as a share of the largest, are not moved
 
 contains
 
-   !> Finds the equilibrium and its load factor.
-   subroutine solve_sized(problem, held, system, step, state, ok)
+   !> Finds the equilibrium, with its load factor. Where the errors have become small but noise keeps the iteration from settling,
+   !> for instance if a free span resists a shift along itself by hardly more than the residual, Newton's method with free touchdown
+   !> points finds an equilibrium near it, whose size differs a little from the prescribed one.
+   subroutine solve_sized(problem, held, system, plane, step, state, ok)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: held(2)            !! candidates of the ends with prescribed distance, or one end with prescribed place
       !! and 0
       type(system_t), intent(inout) :: system
-      real(wp), intent(in) :: step(2)           !! steps of load factor and places for finite differences
+      type(control_t), intent(in) :: plane      !! plane normal to the path tangent, at the nodes of `state`
+      real(wp), intent(in) :: step(2)           !! steps along the path tangent and of places for finite differences
       type(state_t), intent(inout) :: state     !! a guess on entry
       logical, intent(out) :: ok
       type(problem_t) :: frozen
-      type(state_t) :: other
+      type(state_t) :: other, best
       integer, allocatable :: ends(:)
-      real(wp), allocatable :: unit(:), error(:), changed(:), slope(:, :), move(:, :)
+      real(wp), allocatable :: unit(:), error(:), slope(:, :)
       integer :: c, k, n, try
-      real(wp) :: whole, first
+      type(increment_t) :: report
+      logical :: done
+      real(wp) :: first, least
       ends = pack([(c, c=1, problem%candidates%n)], problem%candidates%contact_span > 0 .and. problem%candidates%moves)
       n = size(ends)
       frozen = with_held(problem, ends)
+      frozen%model%step(frozen%step)%sharper = sharper
       unit = [(merge(step(1), step(2), k == n), k=1, n)]
-      allocate (error(n), changed(n), slope(n, n), move(1, n))
+      allocate (error(n), slope(n, n))
       other = state
       call go_by(spread(0.0_wp, 1, n), other, state, error)
       first = maxval(abs(error))
+      least = first
+      best = state
       do try = 0, max_iterations
-         if (.not. ok) return
+         if (.not. ok) exit
          if (maxval(abs(error)) <= rounding) return
-         if (modulo(try, renewed_after) == 0) then
-            do k = 1, n
-               call go_by(merge(merge(step(1), step(2), k == n), 0.0_wp, [(c, c=1, n)] == k), state, other, changed)
-               if (.not. ok) return
-               slope(k, :) = (changed - error) / merge(step(1), step(2), k == n)
-            end do
-         end if
-         ! Unknowns are measured by their steps.
-         call solve_least(transpose(slope * spread(unit, 2, n)), -error, neutral, move(1, :), ok)
-         if (.not. ok) return
-         move(1, :) = unit * move(1, :)
-         ! An equilibrium at a load so far away is none of this path.
-         ok = abs(move(1, n)) <= farthest * step(1)
-         if (.not. ok) return
-         whole = 1.0_wp
-         if (any(abs(move(1, :n - 1)) > longest_move())) whole = longest_move() / maxval(abs(move(1, :n - 1)))
-         move = whole * move
-         other = state
-         call go_by(move(1, :), other, state, changed)
-         if (.not. ok) return
-         ! Broyden's update by the difference between the changed errors and those that the matrix predicted.
-         error = (changed - (1.0_wp - whole) * error) / max(dot_product(move(1, :), move(1, :)), sqrt(tiny(whole)))
-         do k = 1, n
-            slope(k, :) = slope(k, :) + error * move(1, k)
-         end do
-         error = changed
-         ! Errors in directions that are not moved must be small, too.
-         if (whole >= 1.0_wp .and. maxval(abs(move(1, :)) / unit) <= small .and. maxval(abs(error)) <= settled * first) return
+         if (modulo(try, renewed_after) == 0) call find_slopes()
+         if (ok) call improve(done)
+         if (ok .and. done) return
+         if (.not. ok .or. maxval(abs(error)) >= least) cycle
+         least = maxval(abs(error))
+         best = state
       end do
-      ok = .false.
+      ok = least <= near * first
+      if (ok) call correct(problem, best, plane, .true., state, system, report)
+      if (ok) ok = report%converged
 
    contains
 
-      !> Finds the equilibrium after a change of the unknowns; the load factor comes last.
+      !> Derivatives of the errors by the unknowns, by finite differences.
+      subroutine find_slopes()
+         real(wp) :: changed(n)
+         integer :: i
+         do i = 1, n
+            call go_by(merge(unit, 0.0_wp, [(c, c=1, n)] == i), state, other, changed)
+            if (.not. ok) return
+            slope(i, :) = (changed - error) / unit(i)
+         end do
+      end subroutine find_slopes
+
+      !> One iteration.
+      subroutine improve(done)
+         logical, intent(out) :: done           !! true: moves and errors are small
+         real(wp) :: move(n), changed(n), whole
+         integer :: i
+         done = .false.
+         ! Unknowns are measured by their steps.
+         call solve_least(transpose(slope * spread(unit, 2, n)), -error, neutral, move, ok)
+         if (.not. ok) return
+         move = unit * move
+         ! An equilibrium so far away is none of this path.
+         ok = abs(move(n)) <= farthest * step(1)
+         if (.not. ok) return
+         whole = 1.0_wp
+         if (any(abs(move(:n - 1)) > longest_move())) whole = longest_move() / maxval(abs(move(:n - 1)))
+         move = whole * move
+         other = state
+         call go_by(move, other, state, changed)
+         if (.not. ok) return
+         ! Broyden's update by the difference between the changed errors and those that the matrix predicted.
+         error = (changed - (1.0_wp - whole) * error) / max(dot_product(move, move), sqrt(tiny(whole)))
+         do i = 1, n
+            slope(i, :) = slope(i, :) + error * move(i)
+         end do
+         error = changed
+         ! Errors in directions that are not moved must be small, too.
+         done = whole >= 1.0_wp .and. maxval(abs(move) / unit) <= small .and. maxval(abs(error)) <= settled * first
+      end subroutine improve
+
+      !> Finds the equilibrium after a change of the unknowns; the distance along the path comes last.
       subroutine go_by(change, from, to, error)
          real(wp), intent(in) :: change(:)
          type(state_t), intent(in) :: from
@@ -110,9 +141,8 @@ contains
          if (all_held()) distance(held) = change(k + 1)
          to = from
          call shift_touchdown_points(problem, to, distance)
-         control%method = method_load
+         control = plane
          control%increment = change(n)
-         control%whole = from%load_factor
          call correct(frozen, from, control, .true., to, system, report)
          ok = report%converged
          if (.not. ok) return

@@ -1,4 +1,4 @@
-!> Starts free spans and line contacts of zero length. At zero length the equations of their touchdown points are singular; the
+!> Starts free spans of zero length. At zero length the equations of their touchdown points are singular; the
 !> touchdown points are therefore fixed, and the load and the position are found at which the contact conditions are satisfied
 !> (held_touchdown).
 module held_openings
@@ -10,16 +10,13 @@ module held_openings
    use model, only: method_load
    use path_control, only: control_t
    use corrector, only: increment_t, correct
-   use path_point, only: path_point_t, move_to
+   use path_point, only: move_to
    use path_state, only: path_state_t
-   use touchdown_points, only: with_held, opening_misfit, touchdown_steps
-   use span_candidates, only: touch_place
-   use tangent_step, only: states_along
+   use touchdown_points, only: with_held
    use held_touchdown, only: solve_held
    implicit none
    private
-   public :: begin_span, rest_held, spread_ahead, held_steps, held_load, &
-      & spreading_rate
+   public :: begin_span, held_steps, held_load
 
 contains
 
@@ -28,7 +25,7 @@ contains
    subroutine begin_span(problem, run, opened, ok, others)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      integer, intent(in) :: opened(2)           !! numbers of contact spans; both equal: a line contact, between its own ends
+      integer, intent(in) :: opened(2)           !! numbers of contact spans before and after it, 0: none
       logical, intent(out) :: ok
       integer, intent(in), optional :: others(:, :) !! (2, spans) spans that open as well: fixed until the load is found
       type(problem_t) :: frozen
@@ -70,50 +67,6 @@ contains
       ok = run%last%system%ok
    end subroutine begin_span
 
-   !> Finds the equilibrium at the run's load with the touchdown points of an opening span fixed; the misfits of their contact
-   !> conditions give the sense in which the touchdown points will move. Without an equilibrium the state is unchanged.
-   subroutine rest_held(problem, run, opened)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
-      integer, intent(in) :: opened(2)           !! numbers of contact spans, as in begin_span
-      type(state_t) :: state
-      type(system_t) :: system
-      type(control_t) :: here
-      type(increment_t) :: report
-      state = run%last%state
-      system = run%last%system
-      here%method = method_load
-      call correct(with_held(problem, opening_ends(problem, opened)), run%last%state, here, .true., state, system, report)
-      if (report%converged) call move_to(problem, state, run%last)
-   end subroutine rest_held
-
-   !> Moves a line contact of zero length, in equilibrium with fixed ends, to the load at which it has its initial length, by the
-   !> rate at which it grows. Fixed ends may have no equilibrium: at straight walls with little resistance along the wall, the
-   !> positions of the ends are determined by equilibrium. The state is unchanged if no equilibrium is found.
-   subroutine spread_ahead(problem, run, opened, ok)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
-      integer, intent(in) :: opened(2)           !! numbers of contact spans, as in begin_span
-      logical, intent(out) :: ok
-      type(state_t) :: state
-      type(system_t) :: system
-      type(control_t) :: ahead
-      type(increment_t) :: report
-      real(wp) :: rate
-      integer :: ends(2)
-      ends = opening_ends(problem, opened)
-      rate = spreading_rate(problem, run%last, opened)
-      ok = all(ends > 0) .and. abs(rate) > 0.0_wp
-      if (.not. ok) return
-      ahead%method = method_load
-      ahead%increment = (touch_place(problem, run%last%state, ends(2)) - touch_place(problem, run%last%state, ends(1))) / rate
-      state = run%last%state
-      system = run%last%system
-      call correct(problem, run%last%state, ahead, .true., state, system, report, far_off=.true.)
-      ok = report%converged
-      if (ok) call move_to(problem, state, run%last)
-   end subroutine spread_ahead
-
    !> Steps of the load factor and of the position [length] for finite differences.
    pure function held_steps(problem, run) result(step)
       type(problem_t), intent(in) :: problem
@@ -128,7 +81,7 @@ contains
       step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%last%state%load_factor))
    end function held_load
 
-   !> Free candidates at the ends of an opening span: both ends of a line contact, or the facing ends of two contacts; 0: none.
+   !> Free candidates at the ends of an opening span, the facing ends of two contacts; 0: none.
    pure function opening_ends(problem, opened) result(ends)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: opened(2)
@@ -136,32 +89,10 @@ contains
       ends = 0
       do side = 1, 2
          k = findloc(problem%contact_span%number, opened(side), 1)
-         if (k > 0) ends(side) = problem%contact_span(k)%candidate(merge(side, 3 - side, opened(1) == opened(2)))
+         if (k > 0) ends(side) = problem%contact_span(k)%candidate(3 - side)
          if (ends(side) == 0) cycle
          if (.not. problem%candidates%moves(ends(side))) ends(side) = 0
       end do
    end function opening_ends
 
-   !> Rate at which the new span grows along the path, per unit of load factor: for the end of a line contact by the misfit of its
-   !> condition, for a point contact by the change of its position.
-   real(wp) function spreading_rate(problem, point, opened) result(rate)
-      type(problem_t), intent(in) :: problem
-      type(path_point_t), intent(in) :: point
-      integer, intent(in) :: opened(2)           !! numbers of contact spans, as in begin_span
-      type(state_t) :: ahead, here
-      real(wp) :: step, misfit(2), place(problem%candidates%n), change
-      integer :: ends(2), k
-      ends = opening_ends(problem, opened)
-      call states_along(problem, point%system, point%state, 1.0_wp, here, ahead, step)
-      misfit = opening_misfit(problem, ends, ahead) - opening_misfit(problem, ends, here)
-      place = touchdown_steps(problem, point%state, ahead) - touchdown_steps(problem, point%state, here)
-      rate = 0.0_wp
-      do k = 1, 2
-         if (ends(k) == 0) cycle
-         change = place(ends(k))
-         if (problem%candidates%follows(ends(k))) change = misfit(k) * problem%size
-         rate = rate + merge(-1.0_wp, 1.0_wp, k == 1) * change
-      end do
-      rate = rate / step
-   end function spreading_rate
 end module held_openings

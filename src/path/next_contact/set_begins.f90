@@ -4,7 +4,8 @@
 !>   go_back     by all tests of the new set, from a point further on, with possibly other sets between
 module set_begins
    use kinds, only: wp
-   use test_kinds, only: span_test_t, test_slack, test_pressure, any_fails
+   use contact_spans, only: shortest
+   use test_kinds, only: span_test_t, test_slack, test_pressure, test_length, test_crossing, any_fails
    use contact_change_types, only: step_interval_t
    use next_spans, only: next_t, copy_next, go_to_load
    use held_openings, only: held_load
@@ -15,6 +16,8 @@ module set_begins
 
    integer, parameter :: max_tries = 30         !! loads of the secant method
    integer, parameter :: most_halvings = 20     !! halvings of the load interval
+   real(wp), parameter :: shorter = 0.1_wp      !! least length of a new contact or free span at its onset, as a share of the least
+   !! length elsewhere (contact_spans%shortest)
 
 contains
 
@@ -92,8 +95,8 @@ contains
    end subroutine find_begin
 
    !> Moves the next set from a point of its path back towards a load factor, as far as the set is valid, by halving the load
-   !> interval. If the set is valid up to this load factor, both sets have the same equilibrium there, and the change is further
-   !> back.
+   !> interval. At the change itself a new contact or free span has zero length, so shorter ones than elsewhere are valid. If the
+   !> set is valid up to this load factor, both sets have the same equilibrium there, and the change is further back.
    subroutine go_back(to, next)
       real(wp), intent(in) :: to
       type(next_t), intent(inout) :: next  !! in: the next set at a point further on; out: at the farthest point back that was found
@@ -129,7 +132,11 @@ contains
          call copy_next(nearer, there)
          call go_to_load(there, load, tests)
          holds = allocated(tests)
-         if (holds) holds = .not. any_fails(tests)
+         if (holds) then
+            where (tests%kind == test_length .or. tests%kind == test_crossing) tests%value = tests%value + (1.0_wp - shorter) * &
+               & shortest * minval(next%problem%layout%rod_segment%length) / next%problem%size
+            holds = .not. any_fails(tests)
+         end if
          if (holds) call copy_next(there, nearer)
          if (holds) since = load
          if (.not. holds) fails = load

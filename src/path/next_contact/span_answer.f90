@@ -10,12 +10,9 @@ module span_answer
    !> Next contact set and its properties.
    type :: answer_t
       type(contact_span_t), allocatable :: contact_span(:) !! next set, without contacts that begin (beginning_together)
-      integer :: between(2) = 0                   !! numbers of the contact spans beside a new free span, 0: a segment
-      !! boundary; both equal: a line contact begins, between its own ends
-      integer, allocatable :: crosses(:, :)  !! (2, spans) as `between`, for free spans at segment boundaries; the last to begin
-      !! comes first
+      integer, allocatable :: crosses(:, :)  !! (2, spans) numbers of the contact spans beside new free spans at segment boundaries,
+      !! 0: the boundary; the last to begin comes first
       character(2) :: label = '  '                !! contact gained (C+) or lost (C-); empty if contact only spreads or shrinks
-      logical :: divides = .false.                !! a part of the lost contact remains on both sides
       character(:), allocatable :: no_rule  !! allocated if there is no rule: names the change; contact at nodes is used
    end type answer_t
 

@@ -1,7 +1,7 @@
-!> Rules for the contact set that follows a zero of a test: gaps, forces of point contacts, curvatures, lengths, and contacts that
-!> arrive at segment boundaries. Other tests are located with the next set itself: span_opening (pressure, and loads that lift a
+!> Rules for the contact set that follows a zero of a test: gaps, forces of point contacts, lengths, and contacts that arrive at
+!> segment boundaries. Other tests are located with the next set itself: span_opening (pressure, and loads that lift a
 !> line contact at a segment boundary), vanishing_span (a free span that closes). Where no rule gives the next set, neighbours of
-!> the present one are solved (contact_trials), for instance where the end of a rod lies down.
+!> the present one are solved (contact_trials), for instance where a point contact is as curved as its obstacle.
 module span_rules
    use kinds, only: wp
    use problem, only: problem_t
@@ -9,13 +9,12 @@ module span_rules
    use contact_spans, only: contact_span_t, line_share, shortest
    use contact_set_edits, only: moved, numbered
    use passages, only: pass_breakpoints, is_turned, behind
-   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing, &
+   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_length, test_crossing, &
       & test_leaving, test_slack
    use breakpoint_forces, only: stands
    use span_candidates, only: present_contact_spans
    use touchdown_points, only: point_force
    use span_answer, only: answer_t, numbers, segment_length
-   use flat_point_rule, only: answer_flat_point
    implicit none
    private
    public :: answer_to, beginning_together, coming_next, zero_too, lies_elsewhere
@@ -23,15 +22,13 @@ module span_rules
 contains
 
    !> Next contact set for a test that is zero, by the rule for this kind of test.
-   function answer_to(problem, state, tests, which, fall, last, more, apart) result(answer)
+   function answer_to(problem, state, tests, which, fall, last) result(answer)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: tests(:)   !! tests of this state
       integer, intent(in) :: which                !! index of the zero test
       real(wp), intent(in) :: fall(:)             !! (tests) decrease of each along the path
       integer, intent(in) :: last                 !! last number given to a contact span
-      integer, intent(in), optional :: more       !! number of further points that become lines, those with the nearest zeros
-      real(wp), intent(in), optional :: apart  !! initial distance of the points of a divided contact / length of rod segment
       type(answer_t) :: answer
       type(span_test_t) :: test
       logical :: passed, meets
@@ -54,8 +51,6 @@ contains
             answer%label = 'C-'
             call lose_points(problem, tests, which, fall > 0.0_wp, answer)
          end if
-      case (test_curvature)
-         call answer_flat_point(problem, state, tests, which, fall, answer, more, apart)
       case (test_length)
          associate (ends => problem%contact_span(test%contact_span)%candidate)
             if (stands(problem, state, ends(1)) .or. stands(problem, state, ends(2))) answer%label = 'C-'
@@ -78,7 +73,6 @@ contains
          answer%no_rule = trim(test_words(test%kind))
       end select
       answer%contact_span = numbered(answer%contact_span, last)
-      answer%between = numbers(answer%contact_span, answer%between)
       do k = 1, size(answer%crosses, 2)
          answer%crosses(:, k) = numbers(answer%contact_span, answer%crosses(:, k))
       end do

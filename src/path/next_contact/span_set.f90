@@ -1,5 +1,5 @@
-!> Change of the contact set at the zero of a test function, and the path tangent with which the run continues: the sense in which
-!> the new contact or free span grows.
+!> Change of the contact set at the zero of a test function by a rule, and the path tangent with which the run continues: the sense
+!> in which the new contact or free span grows.
 module span_set
    use kinds, only: wp
    use model, only: method_load
@@ -9,10 +9,10 @@ module span_set
    use contact_spans, only: contact_span_t, shortest
    use span_candidates, only: present_contact_spans, touch_place, rolls_at
    use free_span_gap, only: gap_at
-   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_curvature, test_length, test_crossing
+   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_length, test_crossing
    use span_answer, only: answer_t
    use span_mesh, only: mesh_for_spans
-   use held_openings, only: begin_span, rest_held, spread_ahead, spreading_rate
+   use held_openings, only: begin_span
    use tangent_step, only: states_along
    use shrunk_line, only: come_to_rest
    use flat_points, only: curving_rate
@@ -29,32 +29,26 @@ module span_set
 contains
 
    !> Continues with the set that the test's rule gives, in the sense in which the new contact or free span grows.
-   subroutine change_set(problem, run, test, begins, answer, reach, grows, why)
+   subroutine change_set(problem, run, test, begins, answer, reach, why)
       type(problem_t), intent(inout) :: problem  !! undefined if no equilibrium is found
       type(path_state_t), intent(inout) :: run   !! in: at the zero of the test; undefined if no equilibrium is found
       type(span_test_t), intent(in) :: test      !! the test at this zero
       type(span_test_t), intent(in) :: begins(:) !! gaps that close there, that of `test` last; empty if `test` is no gap
       type(answer_t), intent(in) :: answer       !! rule's answer to the test
       real(wp), intent(in) :: reach              !! largest path distance to the equilibrium with the new set
-      logical, intent(out) :: grows              !! false: no equilibrium with a new line contact of positive length was found
       character(:), allocatable, intent(out) :: why !! reason why no equilibrium was found; not allocated: it was found
       type(contact_span_t) :: old, now(size(problem%contact_span))
       integer :: pivots
       logical :: ok, leaves
       now = present_contact_spans(problem, run%last%state)
       if (test%contact_span > 0) old = now(test%contact_span)
-      grows = .true.
-      if (allocated(answer%no_rule)) then
-         why = answer%no_rule
-         return
-      end if
       pivots = run%last%test_values%negative_pivots
-      call stand_with(problem, run, test, begins, answer, old, reach, ok, grows, leaves)
+      call stand_with(problem, run, test, begins, answer, old, reach, ok, leaves)
       if (.not. ok) then
          why = 'no way on from where '//trim(test_words(test%kind))
          return
       end if
-      call take_sense(problem, run, test, answer, old, leaves)
+      call take_sense(problem, run, test, old, leaves)
       call evaluate_tests(problem, run%last)
       ! Where a line contact has become a point contact, a free span beside it may be in neutral equilibrium, so that its pivot has
       ! no certain sign; the pivot count with the line contact is kept.
@@ -64,7 +58,7 @@ contains
    end subroutine change_set
 
    !> Finds the equilibrium of the run with the next contact spans.
-   subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, grows, leaves)
+   subroutine stand_with(problem, run, test, begins, answer, old, reach, ok, leaves)
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run          !! in: at the zero of the test
       type(span_test_t), intent(in) :: test
@@ -73,9 +67,7 @@ contains
       type(contact_span_t), intent(in) :: old           !! contact span of the test
       real(wp), intent(in) :: reach
       logical, intent(out) :: ok                 !! false: no equilibrium was found
-      logical, intent(out) :: grows              !! false: no line contact of positive length was found
       logical, intent(out) :: leaves             !! true: a line contact became a point, and the run has moved past this point
-      grows = .true.
       leaves = .false.
       if (test%kind == test_gap) then
          call add_contact_spans(problem, run, begins, ok)
@@ -84,26 +76,19 @@ contains
          call mesh_for_spans(problem, run, answer%contact_span)
          ok = run%last%system%ok
       end if
-      if (ok .and. parts(answer)) call begin_span(problem, run, answer%between, ok)
       if (.not. ok) return
       if (size(answer%crosses, 2) > 0) then
          call begin_span(problem, run, answer%crosses(:, 1), ok, answer%crosses(:, 2:))
       else if (any(test%kind == [test_length, test_crossing])) then
          call come_to_rest(problem, run, candidate_of(problem, old%number), reach, leaves)
-      else if (test%kind == test_curvature .and. .not. parts(answer)) then
-         call begin_span(problem, run, answer%between, grows)
-         if (grows) return
-         call rest_held(problem, run, answer%between)
-         call spread_ahead(problem, run, answer%between, grows)
       end if
    end subroutine stand_with
 
    !> Sets the path tangent to the sense in which the new contact or free span grows.
-   subroutine take_sense(problem, run, test, answer, old, leaves)
+   subroutine take_sense(problem, run, test, old, leaves)
       type(problem_t), intent(in) :: problem     !! problem with the contact spans of the answer
       type(path_state_t), intent(inout) :: run
       type(span_test_t), intent(in) :: test      !! test that was zero
-      type(answer_t), intent(in) :: answer
       type(contact_span_t), intent(in) :: old           !! contact span of the test, before the change
       logical, intent(in) :: leaves              !! true: a line contact became a point, and the run has moved past this point
       real(wp) :: rate
@@ -115,8 +100,6 @@ contains
          call head_for(problem, run, rate)
       case (test_force)
          call head_for(problem, run, opening_rate(problem, run%last, old))
-      case (test_curvature)
-         call head_for(problem, run, spreading_rate(problem, run%last, answer%between))
       case default
          if (leaves) then
             call head_for(problem, run, curving_rate(problem, run%last, candidate_of(problem, old%number)))
@@ -127,12 +110,6 @@ contains
          end if
       end select
    end subroutine take_sense
-
-   !> True if the next set has a new free span: between two contact spans, or between one and a segment boundary.
-   pure logical function parts(answer)
-      type(answer_t), intent(in) :: answer
-      parts = answer%between(1) /= answer%between(2)
-   end function parts
 
    !> Sets the path tangent to the sense in which a quantity with the given rate (per unit of load factor) grows.
    subroutine head_for(problem, run, rate)

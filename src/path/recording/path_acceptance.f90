@@ -9,7 +9,6 @@ module path_acceptance
    use problem, only: problem_t
    use path_control, only: path_length
    use corrector, only: increment_t
-   use force_free_contact, only: count_released
    use path_point, only: path_point_t, evaluate_tests
    use trial_request, only: request_t
    use path_state, only: path_state_t, arrived_t, keep_critical_point
@@ -67,7 +66,6 @@ contains
       finished = .false.
       call request%begin_trial()
       call evaluate_tests(problem, trial)
-      call count_released(problem, trial%state, trial%system, trial%test_values%free_pivots, trial%test_values%weak)
       call find_events(problem, step, run, trial, findings)
       call find_corners(run, trial, findings)
       findings%duplicate = duplicates_of(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)

@@ -1,0 +1,201 @@
+!> Verification of a contact set: whether the path continues with it. A set is valid if all its tests are satisfied at its
+!> equilibrium or a short step along its path (step_off); no rule connects the test that failed with the set that follows.
+!>
+!> The path is smooth where a new contact or free span begins with zero length, so such a set continues in the sense in which the
+!> path arrives at the run's point, and its tests decide at its own equilibrium, because the change is behind it. Where a contact
+!> force or a gap vanishes the path has a kink, and both senses are tried: in the wrong one the tests fail. The distance of the step
+!> grows as long as the failing tests rise, because on another mesh a set may become valid a little later.
+module set_validity
+   use kinds, only: wp
+   use problem, only: problem_t, rounding_gap
+   use rod_state, only: state_t
+   use state_transfer, only: carried, carried_field
+   use path_control, only: displacement_between, metric
+   use path_point, only: path_point_t
+   use path_state, only: path_state_t
+   use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_vanishing
+   use next_spans, only: next_t, copy_next, tests_of
+   use reachability, only: leads_to_next
+   use step_off, only: tangent_along, along, step_by, failing
+   implicit none
+   private
+   public :: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, step_ahead, farthest
+
+   ! Displacement as a share of the structure's size:
+   real(wp), parameter :: another = 3.0e-3_wp     !! an equilibrium farther from the run's point is on another path
+   ! Path lengths as shares of the total displacement, or of the load factor if nothing is displaced (step_off):
+   real(wp), parameter :: step_ahead(4) = [1.0e-4_wp, 1.0e-3_wp, 1.0e-2_wp, 1.0e-1_wp]  !! distances from the equilibrium at which
+   !! the tests decide whether a set is valid
+   real(wp), parameter :: farthest = 0.2_wp  !! largest distance over which several sets are compared, and largest relative change
+   !! of the load factor from the run's point to another set
+
+   !> The run's point, from which another contact set is sought.
+   type, extends(next_t) :: change_place_t
+      real(wp) :: least_load = 0.0_wp             !! least reference value for changes of the load factor
+      logical :: at_change = .false.              !! true: the change is located at this point
+      logical :: kink = .true.                    !! false: the path is smooth at the located change
+      logical :: pivots_tell = .true.             !! false: the stiffness of the present set is singular here
+   end type change_place_t
+
+   !> A contact set that is tried, with an equilibrium.
+   type :: trial_t
+      type(next_t) :: set                         !! its first equilibrium, in which a new contact or free span has a prescribed
+      !! length; the path tangent points onward
+      logical :: sized = .false.                  !! true: a length is prescribed
+      integer :: edits = 0                        !! edits by which the set differs from the present one
+      integer :: edit = 0                         !! the first of these edits (neighbours)
+      integer :: length = 1                       !! index of the prescribed length
+      logical :: valid = .false.
+      type(path_point_t) :: there                 !! valid: equilibrium at which the tests are satisfied, a short step further
+      type(span_test_t), allocatable :: fails(:)  !! not valid: the tests that fail
+      type(state_t) :: fails_at                   !! and the state at which they fail
+   end type trial_t
+
+contains
+
+   !> The run's point as the place of a change of contact.
+   function new_change_place(problem, run, least_load, zero) result(here)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      real(wp), intent(in) :: least_load
+      type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the run's point, if the change is located there
+      type(change_place_t) :: here
+      here%problem = problem
+      here%path_point_t = run%last
+      here%least_load = least_load
+      here%at_change = present(zero)
+      if (.not. here%at_change) return
+      here%kink = any(zero(1)%kind == [test_gap, test_force, test_vanishing])
+      ! The place of an osculating contact is undetermined.
+      here%pivots_tell = zero(1)%kind /= test_curvature
+   end function new_change_place
+
+   !> True if an equilibrium is near enough to the run's point to be on the same path, by displacements and load factor.
+   logical function is_near(here, next)
+      type(change_place_t), intent(in) :: here
+      type(next_t), intent(in) :: next
+      real(wp), allocatable :: u(:, :)
+      real(wp) :: change, whole
+      u = displacement_between(next%problem, carried(here%problem, here%state, next%problem), next%state)
+      change = maxval(abs(u(1:2, :)))
+      whole = maxval(abs(here%state%u(1:2, :)))
+      is_near = change <= another * next%problem%size .and. &
+         & abs(next%state%load_factor - here%state%load_factor) <= farthest * max(abs(here%state%load_factor), here%least_load)
+      ! Nothing may be displaced before the first change of contact.
+      if (whole > rounding_gap(here%problem)) is_near = is_near .and. change <= farthest * whole
+   end function is_near
+
+   !> Finds out whether a set is valid, and in which sense the path continues with it.
+   subroutine verify(run, here, trial)
+      type(path_state_t), intent(in) :: run
+      type(change_place_t), intent(in) :: here
+      type(trial_t), intent(inout) :: trial       !! in: set with its equilibrium, its edits and whether it is sized
+      type(next_t) :: there
+      type(span_test_t), allocatable :: tests(:)
+      real(wp) :: least
+      integer :: k, sense
+      logical :: decides                          ! the tests decide at the equilibrium
+      decides = trial%sized .and. trial%edits == 1
+      trial%valid = .false.
+      if (allocated(trial%fails)) deallocate (trial%fails)
+      associate (set => trial%set)
+         set%tangent = tangent_along(set, carried_field(here%problem, here%state, here%tangent%u, set%problem, &
+            & carried(here%problem, here%state, set%problem)), here%tangent%load)
+         if (decides .and. here%at_change) then
+            if (.not. goes_on_smoothly(here, set)) return
+         end if
+         call copy_next(set, there)
+         do sense = 1, merge(1, 2, decides .or. .not. here%kink)
+            if (sense == 2) then
+               set%tangent%u = -set%tangent%u
+               set%tangent%load = -set%tangent%load
+            end if
+            tests = tests_of(set)
+            least = worst(tests)
+            if (decides .and. .not. any_fails(tests) .and. .not. penetrates(set%problem, tests)) then
+               if (.not. (here%at_change .or. leads_to_next(here%problem, run, set))) cycle
+               trial%valid = .true.
+               trial%there = set%path_point_t
+               return
+            end if
+            do k = 1, size(step_ahead)
+               there%system = set%system
+               call step_by(set, set%tangent, step_ahead(k), there%state, there%system, tests)
+               if (.not. allocated(tests)) exit
+               if (.not. any_fails(tests)) then
+                  ! Newton's method may have found another path.
+                  if (.not. (here%at_change .or. leads_to_next(here%problem, run, there))) exit
+                  ! If the step comes nearer to the run's point, the new contact or free span becomes shorter.
+                  if (trial%sized .and. trial%edits > 1) then
+                     if (distance_from(here, there) < distance_from(here, set)) exit
+                  end if
+                  there%tangent = tangent_along(there, set%tangent%u, set%tangent%load)
+                  trial%valid = .true.
+                  trial%there = there%path_point_t
+                  return
+               end if
+               if (.not. allocated(trial%fails)) then
+                  trial%fails = failing(tests)
+                  trial%fails_at = there%state
+               end if
+               if (worst(tests) <= least) exit
+               least = worst(tests)
+            end do
+         end do
+      end associate
+   end subroutine verify
+
+   !> True if a set with a new contact or free span of a prescribed length continues the path at a located change smoothly: its
+   !> equilibrium lies ahead, and no eigenvalue has changed its sign.
+   logical function goes_on_smoothly(here, next) result(smoothly)
+      type(change_place_t), intent(in) :: here
+      type(next_t), intent(in) :: next            !! with its path tangent, in the direction in which the path arrives at `here`
+      smoothly = .not. here%pivots_tell .or. next%system%negative_pivots == here%system%negative_pivots
+      if (smoothly) smoothly = along(next, next%tangent, displacement_between(next%problem, carried(here%problem, here%state, &
+         & next%problem), next%state), next%state%load_factor - here%state%load_factor, here%state%load_factor) >= 0.0_wp
+   end function goes_on_smoothly
+
+   !> True if the gap of a free span beside a contact has the wrong sign. The gap of a span that just opened is smaller than the
+   !> slack of its test.
+   pure logical function penetrates(problem, tests)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: tests(:)
+      penetrates = any(tests%kind == test_vanishing .and. tests%value * problem%size < -rounding_gap(problem))
+   end function penetrates
+
+   !> Least value of the tests as a multiple of its slack; 0 if none is negative.
+   pure real(wp) function worst(tests)
+      type(span_test_t), intent(in) :: tests(:)
+      worst = minval([0.0_wp, tests%value / max(test_slack(tests%kind), epsilon(worst))])
+   end function worst
+
+   !> Distance of an equilibrium from the run's point: displacements and load factor are both measured relative to their values at
+   !> the run's point.
+   real(wp) function distance_from(here, next) result(distance)
+      type(change_place_t), intent(in) :: here
+      type(next_t), intent(in) :: next
+      real(wp), allocatable :: u(:, :)
+      real(wp) :: whole
+      u = displacement_between(next%problem, carried(here%problem, here%state, next%problem), next%state)
+      whole = max(metric(here%problem, here%state%u, here%state%u), epsilon(whole))
+      distance = metric(next%problem, u, u) / whole + &
+         & ((next%state%load_factor - here%state%load_factor) / max(abs(here%state%load_factor), tiny(whole)**0.25_wp))**2
+      distance = sqrt(distance)
+   end function distance_from
+
+   !> Copies a trial; a procedure for the reason given at copy_problem.
+   subroutine copy_trial(from, to)
+      type(trial_t), intent(in) :: from
+      type(trial_t), intent(inout) :: to
+      call copy_next(from%set, to%set)
+      to%sized = from%sized
+      to%edits = from%edits
+      to%edit = from%edit
+      to%length = from%length
+      to%valid = from%valid
+      to%there = from%there
+      if (allocated(to%fails)) deallocate (to%fails)
+      if (allocated(from%fails)) to%fails = from%fails
+      to%fails_at = from%fails_at
+   end subroutine copy_trial
+end module set_validity
