@@ -13,15 +13,14 @@ module contact_change_types
    implicit none
    private
    public :: step_interval_t, change_t, new_interval
-   public :: change_none, change_missed, change_by_rule, change_opening, change_vanishing, change_mended
+   public :: change_none, change_missed, change_located, change_opening, change_vanishing, change_mended
    public :: place_within, place_here, place_ahead
 
    ! Kinds of the first change on an increment, and how each is located:
    integer, parameter :: change_none = 0    !! none: the set is valid up to the end
    integer, parameter :: change_missed = 1  !! a test fails at the end, but its zero was not found
-   integer, parameter :: change_by_rule = 2 !! a test is zero and determines the next set (span_rules): located by a bracket, or at
-   !! an osculating contact by Newton's method with prescribed relative curvature
-   !! (flat_points)
+   integer, parameter :: change_located = 2 !! a test is zero; a rule (span_rules) or trials give the next set: located by a
+   !! bracket, or at an osculating contact by Newton's method with prescribed relative curvature (flat_points)
    integer, parameter :: change_opening = 3 !! the force of a line contact is zero, and the line lifts off: also located by a
    !! bracket; local laws of the opening (span_opening)
    integer, parameter :: change_vanishing = 4 !! a free span closes: located at the onset of the set without the span

@@ -1,5 +1,5 @@
 !> Replaces contact sets that are wrong or cannot be continued: the set of the last change if it was wrong from its beginning, or
-!> the present set where no increment converges or no rule gives the next set. Neighbours of the set are tried first
+!> the present set where no increment converges or no set was found. Neighbours of the set are tried first
 !> (contact_trials); if none is valid, contact at many nodes gives the set (contact_in_doubt).
 module set_mending
    use kinds, only: wp
@@ -50,8 +50,8 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(next_t) :: first, next
       finished = .false.
-      ! Excluded: a point contact that begins where the rod is more curved than the obstacle becomes a line contact at once, by a
-      ! rule.
+      ! Excluded: a point contact that begins where the rod is more curved than the obstacle becomes a line contact at once, which
+      ! is a change of its own.
       mended = any(change%kind == [change_missed, change_opening]) .and. change%where == place_here .and. change%which > 0
       if (.not. mended) return
       associate (test => interval%before(change%which))

@@ -7,7 +7,7 @@ module span_changes
    use span_regions, only: find_span_regions
    use test_kinds, only: span_test_t, any_crosses, test_words
    use reachability, only: turns, least_reach
-   use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_by_rule, &
+   use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
       & change_mended, change_opening, change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t
    use span_events, only: find_change
@@ -67,8 +67,8 @@ contains
          call go_less_far(step, run, interval%after(change%which), request)
       case (change_vanishing)
          call pass_vanishing(problem, step, run, interval, change, recorder, request, finished, outcome)
-      case (change_by_rule)
-         call pass_by_rule(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
+      case (change_located)
+         call pass_located(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       case (change_opening)
          call pass_opening(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       end select
@@ -139,8 +139,8 @@ contains
       ends_before = any(events%kind == event_stop)
    end function ends_before
 
-   !> Makes a change at the zero of a test for which a rule gives the next set.
-   subroutine pass_by_rule(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
+   !> Makes a change at the located zero of a test, with the set that a rule gives for this kind of test, or else trials.
+   subroutine pass_located(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -181,7 +181,7 @@ contains
       if (allocated(request%no_set)) return
       on%before_change = run%before_change
       call go_on(problem, step, run, next, on, recorder, finished, outcome)
-   end subroutine pass_by_rule
+   end subroutine pass_located
 
    !> Makes a located change for which no rule gives the next set, with the set that trials find at its place.
    subroutine pass_by_trial(problem, step, run, interval, tries, change, why, recorder, request, finished, outcome)

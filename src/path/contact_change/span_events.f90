@@ -6,7 +6,7 @@ module span_events
    use free_span_gap, only: gap_at
    use test_kinds, only: any_crosses, crosses, another_fails, test_slack, test_gap, test_curvature, test_vanishing, test_slope, &
       & test_length
-   use contact_change_types, only: step_interval_t, change_t, change_none, change_missed, change_by_rule, change_vanishing, &
+   use contact_change_types, only: step_interval_t, change_t, change_none, change_missed, change_located, change_vanishing, &
       & place_here, &
       & place_ahead
    use next_spans, only: next_t, copy_next
@@ -29,7 +29,7 @@ contains
       type(step_interval_t), intent(inout) :: interval      !! shortened if a change is located before others
       type(change_t), intent(out) :: change
       call find_first(problem, step, run, interval, change)
-      if (change%kind == change_by_rule) call look_beyond(problem, step, run, interval, change)
+      if (change%kind == change_located) call look_beyond(problem, step, run, interval, change)
    end subroutine find_change
 
    !> Finds the first contact change and its place. If another test fails at the place of a located change, the zero of the failing
@@ -127,7 +127,7 @@ contains
    !> curvatures agree at the place of merging alone, and no line contact begins.
    pure subroutine withdraw_flat_point(change)
       type(change_t), intent(inout) :: change
-      if (change%kind /= change_by_rule) return
+      if (change%kind /= change_located) return
       if (change%tests(change%which)%kind /= test_curvature) return
       change%kind = merge(change_none, change_missed, change%where == place_ahead)
    end subroutine withdraw_flat_point
@@ -153,7 +153,7 @@ contains
          call locate_flat_point(problem, run, interval, change, found)
          if (found) exit
       end do
-      if (change%kind == change_by_rule) then
+      if (change%kind == change_located) then
          if (another_fails(change%tests, k)) change%kind = change_none
       end if
    end subroutine look_ahead

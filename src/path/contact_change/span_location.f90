@@ -6,7 +6,7 @@ module span_location
    use rod_state, only: state_t
    use test_kinds, only: span_test_t, test_curvature
    use span_tests, only: run_span_tests
-   use contact_change_types, only: step_interval_t, change_t, change_by_rule, change_missed, place_within, place_here, &
+   use contact_change_types, only: step_interval_t, change_t, change_located, change_missed, place_within, place_here, &
       & place_ahead
    use flat_points, only: find_flat_point
    use tangent_step, only: states_along
@@ -29,11 +29,11 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
-      type(change_t), intent(inout) :: change     !! kind on return: change_by_rule if located, change_missed if not
+      type(change_t), intent(inout) :: change     !! kind on return: change_located if located, change_missed if not
       real(wp) :: tolerance
       logical :: found
       associate (before => interval%before(change%which), after => interval%after(change%which))
-         change%kind = change_by_rule
+         change%kind = change_located
          change%where = place_within
          tolerance = 0.5_wp * step%locate_tolerance * max(before%value, -after%value)
          if (before%value <= tolerance) then
@@ -109,7 +109,7 @@ contains
          change%where = merge(place_ahead, place_within, after > 0.0_wp)
       end associate
       point%tangent = arrival(problem, run, point)
-      change%kind = change_by_rule
+      change%kind = change_located
       change%point = point
       change%report = increment_t(converged=.true.)
       change%tests = run_span_tests(problem, place, interval%scale)

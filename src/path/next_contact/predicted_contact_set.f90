@@ -32,7 +32,7 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
-      type(change_t), intent(inout) :: change    !! in: of kind change_by_rule
+      type(change_t), intent(inout) :: change    !! in: of kind change_located
       type(path_state_t) :: there
       real(wp) :: tau
       logical :: found
