@@ -12,8 +12,8 @@ module free_span
    type :: free_span_t
       integer :: rod_segment = 0
       integer :: element(2) = 0             !! first and last element
-      integer :: contact_span(2) = 0  !! contact spans before and after the free span, indices into problem%contact_span; at a
-      !! segment boundary a contact of the next segment counts, too. 0: segment boundary without contact
+      integer :: contact_span(2) = 0  !! contact spans before and after the free span, indices into problem%contact_span; beside one
+      !! contact of the segment, that of the next segment at their boundary counts, too. 0: segment boundary without contact
       integer :: contact(2) = 0             !! contacts of these contact spans, indices into model%contact; 0: none
    end type free_span_t
 
@@ -26,15 +26,15 @@ contains
       integer :: j, k, before, first
       allocate (span(0))
       do j = 1, size(problem%layout%rod_segment)
+         before = 0
          first = problem%element_first(j)
-         before = contact_at(problem%model%mesh%node(1, first))
          do k = 1, size(problem%contact_span)
             if (problem%contact_span(k)%rod_segment /= j) cycle
             call add(problem%contact_span(k)%element(1) - 1, k)
             first = problem%contact_span(k)%element(2) + 1
             before = k
          end do
-         call add(problem%element_last(j), contact_at(problem%model%mesh%node(2, problem%element_last(j))))
+         call add(problem%element_last(j), 0)
       end do
 
    contains
@@ -53,9 +53,10 @@ contains
          ! Between a contact span at a segment boundary and this boundary there is no free span.
          if (last < first) return
          span = [span, free_span_t(j, [first, last], [before, after])]
+         if (before == 0 .and. after > 0) span(size(span))%contact_span(1) = contact_at(problem%model%mesh%node(1, first))
+         if (after == 0 .and. before > 0) span(size(span))%contact_span(2) = contact_at(problem%model%mesh%node(2, last))
          associate (new => span(size(span)))
-            if (before > 0) new%contact(1) = problem%contact_span(before)%contact
-            if (after > 0) new%contact(2) = problem%contact_span(after)%contact
+            where (new%contact_span > 0) new%contact = problem%contact_span(max(new%contact_span, 1))%contact
          end associate
       end subroutine add
    end function free_spans

@@ -240,6 +240,8 @@ contains
       character(:), allocatable, intent(out) :: line
       integer :: t, i, shift(2)
       line = self%line(number)
+      ! Errors while files are included come before this list.
+      if (.not. allocated(self%typed)) return
       do t = 1, size(self%typed)
          if (self%typed(t)%line == number) exit
       end do

@@ -152,10 +152,11 @@ contains
          left = test%value
          come = interval%before(which)%value
          gone = is_gone(problem, test)
-         lying = laid_down(present_contact_spans(problem, interval%to%state), test%beside, test%ends)
+         lying = laid_down(present_contact_spans(problem, interval%to%state), own_contacts(problem, test), test%ends)
       end associate
       across = gone_across(problem, interval, which)
-      if (gone .and. across > 0) lying = laid_down(lying, interval%after(across)%beside, interval%after(across)%ends)
+      if (gone .and. across > 0) lying = laid_down(lying, own_contacts(problem, interval%after(across)), &
+         & interval%after(across)%ends)
       next = new_next(problem, interval%to%state, lying)
       call find_begin(run, interval, gone, next, lies)
       if (.not. lies) return
@@ -175,6 +176,18 @@ contains
          lies = lies .and. abs(next%rate) > 0.0_wp
       end associate
    end subroutine lie_down
+
+   !> Contacts beside a free span that are recorded in its rod segment, 0: none. A contact that is recorded in the next segment
+   !> stays at their boundary.
+   pure function own_contacts(problem, test) result(own)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test      !! test of the free span
+      integer :: own(2)
+      own = test%beside
+      where (own > 0)
+         where (problem%contact_span(max(own, 1))%rod_segment /= test%rod_segment) own = 0
+      end where
+   end function own_contacts
 
    !> Index of the test of a second closed span that adjoins the span across a segment boundary without contact. 0: none.
    pure integer function gone_across(problem, interval, which) result(other)
@@ -271,6 +284,8 @@ contains
       type(next_t), intent(out) :: next
       logical, intent(out) :: found
       integer :: k
+      found = all(own_contacts(problem, interval%after(which)) > 0)
+      if (.not. found) return
       associate (beside => interval%after(which)%beside)
          next = new_next(problem, interval%to%state, merged(present_contact_spans(problem, interval%to%state), beside(1), &
             & beside(2)))
