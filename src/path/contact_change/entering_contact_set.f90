@@ -23,6 +23,9 @@ module entering_contact_set
    private
    public :: go_to_next, adopt, passes_value, come_nearer, bound_for
 
+   real(wp), parameter :: nearer_by = 0.8_wp  !! factor on the distance to an opened span; half of it may leave no span that a mesh
+   !! resolves
+
 contains
 
    !> Moves the run to the next contact set, whose known equilibrium is recorded as a point of the path.
@@ -127,7 +130,7 @@ contains
    end subroutine stop_before
 
    !> Moves the known equilibrium of a free span, which opens at the run's point but is known at the interval's end only, towards
-   !> the run's point: the distance is halved until no event lies between the two.
+   !> the run's point: the distance is shortened until no event lies between the two.
    subroutine come_nearer(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
@@ -153,7 +156,7 @@ contains
                & next%tangent%load), on%last%state, next%state, events)
          end associate
          if (size(events) == 0) return
-         part = 0.5_wp * part
+         part = nearer_by * part
          here%state = between(problem, run%last%state, interval%to%state, run%last%tangent, interval%to%tangent, part)
          here%system = run%last%system
          control%increment = here%state%load_factor - run%last%state%load_factor
