@@ -240,8 +240,6 @@ contains
       character(:), allocatable, intent(out) :: line
       integer :: t, i, shift(2)
       line = self%line(number)
-      ! Errors while files are included come before this list.
-      if (.not. allocated(self%typed)) return
       do t = 1, size(self%typed)
          if (self%typed(t)%line == number) exit
       end do
@@ -249,6 +247,8 @@ contains
       shift = 0
       associate (typed => self%typed(t))
          line = typed%text
+         ! A copy of an empty list is not allocated.
+         if (.not. allocated(typed%spot)) return
          do i = 1, size(typed%spot)
             associate (spot => typed%spot(i))
                if (first > spot%read(2)) shift(1) = spot%typed(2) - spot%read(2)
