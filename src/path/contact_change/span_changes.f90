@@ -175,8 +175,7 @@ contains
       if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
       call copy_problem(problem, next)
       call copy_path_state(run, on)
-      call change_set(next, on, change%tests(change%which), change%begins, answer, least_reach(problem, interval, change%which), &
-         & request%no_set)
+      call change_set(next, on, change%tests(change%which), answer, least_reach(problem, interval, change%which), request%no_set)
       call keep_set_before(problem, run)
       if (allocated(request%no_set)) return
       on%before_change = run%before_change

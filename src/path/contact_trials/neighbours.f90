@@ -102,7 +102,8 @@ contains
             ! A contact whose force is not zero does not end.
             if (all(k)%edit == edit_remove .and. doubt%kind == no_test) cycle
             ! The gap of a short span between two points is smaller than its slack: it does not tell that they belong together.
-            if (any(all(k)%edit == [edit_part, edit_leave]) .and. all(k)%length == shortest .and. size(length_of_new) > 1) cycle
+            if (any(all(k)%edit == [edit_part, edit_leave]) .and. size(all(k)%set) > size(set) .and. &
+               & all(k)%length == shortest .and. size(length_of_new) > 1) cycle
             ! An edit without new length is the same for all lengths.
             if (any([(found(i)%edit == all(k)%edit .and. same_set(found(i)%set, all(k)%set), i=1, size(found))])) cycle
             found = [found, all(k)]

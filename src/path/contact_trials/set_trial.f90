@@ -19,7 +19,8 @@ module set_trial
    use next_spans, only: next_t, new_next, settle
    use path_state, only: path_state_t
    use rod_strips, only: strip_t, on_segments, strip_place, brought_near
-   use neighbours, only: neighbour_t
+   use beginning_contacts, only: release
+   use neighbours, only: neighbour_t, edit_add
    use set_validity, only: change_place_t
    implicit none
    private
@@ -32,23 +33,26 @@ module set_trial
 contains
 
    !> Finds the equilibrium of a neighbour of the contact set of `problem`.
-   subroutine solve_neighbour(here, problem, state, run, strip, neighbour, next, found)
+   subroutine solve_neighbour(here, problem, state, run, strip, neighbour, first, next, found)
       type(change_place_t), intent(in) :: here   !! the run's point, with its path tangent
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! first guess, of `problem`
       type(path_state_t), intent(in) :: run      !! gives the last number of a contact span
       type(strip_t), intent(in) :: strip(:)
       type(neighbour_t), intent(in) :: neighbour
+      logical, intent(in) :: first               !! true: `problem` has the present contact set
       type(next_t), intent(out) :: next          !! its system is factored at its state
       logical, intent(out) :: found
       type(contact_span_t), allocatable :: contact_span(:)
       integer :: ends(2)
+      logical :: free
       call on_segments(strip, problem%covered, neighbour%set, contact_span, found)
       if (.not. found) return
       next = new_next(problem, state, numbered(contact_span, max(run%spans_begun, maxval([0, contact_span%number]))))
       call carry_forces(problem, state, next%problem, next%state)
       if (all(neighbour%held == 0)) then
          call settle(next, found)
+         if (found .and. first .and. here%at_change .and. neighbour%edit == edit_add) call release(next, here%spans_begun + 1, free)
       else
          ends = held_ends(next, strip, neighbour)
          found = any(ends > 0)

@@ -9,6 +9,12 @@ module set_validity
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
+   use contact_spans, only: contact_span_t
+   use span_candidates, only: present_contact_spans
+   use free_span_gap, only: gap_at
+   use span_forces, only: end_force
+   use beginning_contacts, only: candidate_of
+   use neighbours, only: edit_add, edit_remove
    use state_transfer, only: carried, carried_field
    use path_control, only: displacement_between, metric
    use path_point, only: path_point_t
@@ -35,6 +41,8 @@ module set_validity
       logical :: at_change = .false.              !! true: the change is located at this point
       logical :: kink = .true.                    !! false: the path is smooth at the located change
       logical :: pivots_tell = .true.             !! false: the stiffness of the present set is singular here
+      type(span_test_t) :: zero                   !! the test that is zero at the located change
+      integer :: spans_begun = 0                  !! last number given to a contact span
    end type change_place_t
 
    !> A contact set that is tried, with an equilibrium.
@@ -64,7 +72,9 @@ contains
       here%path_point_t = run%last
       here%least_load = least_load
       here%at_change = present(zero)
+      here%spans_begun = run%spans_begun
       if (.not. here%at_change) return
+      here%zero = zero(1)
       here%kink = any(zero(1)%kind == [test_gap, test_force, test_vanishing])
       ! The place of an osculating contact is undetermined.
       here%pivots_tell = zero(1)%kind /= test_curvature
@@ -123,6 +133,7 @@ contains
                call step_by(set, set%tangent, step_ahead(k), there%state, there%system, tests)
                if (.not. allocated(tests)) exit
                if (.not. any_fails(tests)) then
+                  if (.not. complement_grows(here, trial, there)) exit
                   ! Newton's method may have found another path.
                   if (.not. (here%at_change .or. leads_to_next(here%problem, run, there))) exit
                   ! If the step comes nearer to the run's point, the new contact or free span becomes shorter.
@@ -144,6 +155,31 @@ contains
          end do
       end associate
    end subroutine verify
+
+   !> True unless a contact that has begun is pulled, or the gap of a contact that has ended closes: gap and contact force are
+   !> complementary, so where one of them is zero the other one grows in the right sense. Both are measured from the set's first
+   !> equilibrium, where they are zero apart from the difference of two meshes.
+   logical function complement_grows(here, trial, there) result(grows)
+      type(change_place_t), intent(in) :: here
+      type(trial_t), intent(in) :: trial
+      type(next_t), intent(in) :: there           !! the set, at another point of its path
+      type(contact_span_t), allocatable :: before(:)
+      integer :: c
+      grows = .true.
+      if (.not. here%at_change .or. trial%edits > 1) return
+      associate (problem => trial%set%problem, from => trial%set%state)
+         if (here%zero%kind == test_gap .and. trial%edit == edit_add) then
+            c = candidate_of(problem, here%spans_begun + 1)
+            if (c > 0) grows = end_force(problem, there%state, c) > end_force(problem, from, c)
+         else if (here%zero%kind == test_force .and. trial%edit == edit_remove) then
+            before = present_contact_spans(here%problem, here%state)
+            associate (lost => before(here%zero%contact_span))
+               grows = gap_at(problem, there%state, lost%contact, lost%rod_segment, lost%at(1)) > &
+                  & gap_at(problem, from, lost%contact, lost%rod_segment, lost%at(1))
+            end associate
+         end if
+      end associate
+   end function complement_grows
 
    !> True if a set with a new contact or free span of a prescribed length continues the path at a located change smoothly: its
    !> equilibrium lies ahead, and no eigenvalue has changed its sign.

@@ -28,6 +28,7 @@ module sized_equilibrium
    real(wp), parameter :: farthest = 1.0e6_wp   !! distance along the path in one iteration / its step for finite differences
    real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of a rotation [rad]
 
+   real(wp), parameter :: shorter = 0.25_wp     !! factor on a move for which Newton's method finds no equilibrium
    real(wp), parameter :: sharper = 1.0e-4_wp !! residual of the equilibrium for given unknowns / tolerance of the step: a free span
    !! between straight walls resists a shift along itself by hardly more than its residual
    real(wp), parameter :: neutral = 1.0e-8_wp   !! directions with smaller effect, as a share of the largest, are not moved
@@ -105,11 +106,16 @@ contains
          ! An equilibrium so far away is none of this path.
          ok = abs(move(n)) <= farthest * step(1)
          if (.not. ok) return
-         whole = 1.0_wp
-         if (any(abs(move(:n - 1)) > longest_move())) whole = longest_move() / maxval(abs(move(:n - 1)))
+         whole = part_allowed(move)
          move = whole * move
          other = state
-         call go_by(move, other, state, changed)
+         do
+            call go_by(move, other, state, changed)
+            ! Steps for finite differences are short enough.
+            if (ok .or. all(abs(move) <= unit)) exit
+            whole = shorter * whole
+            move = shorter * move
+         end do
          if (.not. ok) return
          ! Broyden's update by the difference between the changed errors and those that the matrix predicted.
          error = (changed - (1.0_wp - whole) * error) / max(dot_product(move, move), sqrt(tiny(whole)))
@@ -130,15 +136,7 @@ contains
          type(control_t) :: control
          type(increment_t) :: report
          real(wp) :: distance(problem%candidates%n), all(problem%candidates%n)
-         integer :: i, k
-         distance = 0.0_wp
-         k = 0
-         do i = 1, n
-            if (ends(i) == held(1) .or. ends(i) == held(2)) cycle
-            k = k + 1
-            distance(ends(i)) = change(k)
-         end do
-         if (all_held()) distance(held) = change(k + 1)
+         distance = distances(change)
          to = from
          call shift_touchdown_points(problem, to, distance)
          control = plane
@@ -150,17 +148,33 @@ contains
          error = all(ends)
       end subroutine go_by
 
-      !> Longest move of a touchdown point: half of an element beside it, so that spans, which have two elements at least, stay
-      !> open.
-      real(wp) function longest_move() result(longest)
-         integer :: i, side
-         longest = huge(longest)
+      !> Distances by which touchdown points move for a change of the unknowns.
+      pure function distances(change) result(distance)
+         real(wp), intent(in) :: change(:)
+         real(wp) :: distance(problem%candidates%n)
+         integer :: i, k
+         distance = 0.0_wp
+         k = 0
          do i = 1, n
-            do side = 1, 2
-               longest = min(longest, 0.5_wp * state%geometry%element(problem%candidates%element(side, ends(i)))%length)
-            end do
+            if (ends(i) == held(1) .or. ends(i) == held(2)) cycle
+            k = k + 1
+            distance(ends(i)) = change(k)
          end do
-      end function longest_move
+         if (all_held()) distance(held) = change(k + 1)
+      end function distances
+
+      !> Part of a move by which every span keeps a part of its length.
+      real(wp) function part_allowed(move) result(part)
+         real(wp), intent(in) :: move(:)
+         real(wp), dimension(problem%candidates%n) :: whole, reduced
+         type(state_t) :: moved
+         whole = distances(move)
+         reduced = whole
+         moved = state
+         call shift_touchdown_points(problem, moved, reduced)
+         part = minval(reduced / whole, mask=abs(whole) > 0.0_wp)
+         if (.not. any(abs(whole) > 0.0_wp)) part = 1.0_wp
+      end function part_allowed
 
       !> True if two ends keep their distance, false if one end keeps its place.
       pure logical function all_held()

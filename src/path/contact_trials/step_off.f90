@@ -2,6 +2,7 @@
 !> a tensile force, a penetration, a negative length or a negative pressure.
 module step_off
    use kinds, only: wp
+   use model, only: method_load
    use rod_state, only: state_t
    use linear_system, only: system_t
    use bordered_system, only: linearise
@@ -59,12 +60,10 @@ contains
       type(increment_t) :: report
       associate (problem => next%problem)
          plane = normal_plane(problem, next%state, heading)
-         if (metric(problem, heading%u, heading%u) > 0.0_wp) then
-            plane%increment = distance * sqrt(whole_square(next))
-            if (abs(heading%load) > 0.0_wp) plane%increment = distance * min(sqrt(whole_square(next)), &
-               & max(abs(next%state%load_factor), epsilon(distance)) / abs(heading%load))
-         else
+         if (plane%method == method_load) then
             plane%increment = sign(distance * max(abs(next%state%load_factor), epsilon(distance)), heading%load)
+         else
+            plane%increment = distance * sqrt(whole_square(next))
          end if
          ! Rounding of the residual is measured by the whole displacement or load, because the step may be arbitrarily small.
          plane%whole = plane%increment / distance

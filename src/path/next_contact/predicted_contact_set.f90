@@ -12,7 +12,8 @@ module predicted_contact_set
    use span_opening, only: open_line
    use span_rules, only: beginning_together, lies_elsewhere
    use span_candidates, only: present_contact_spans
-   use span_set, only: add_contact_spans, new_contact_at
+   use beginning_contacts, only: begin_contacts
+   use next_spans, only: next_t
    use reachability, only: leads_to_next
    use path_control, only: control_t, path_length
    use path_continuity, only: largest_distance
@@ -55,9 +56,7 @@ contains
             return
          end if
       end associate
-      allocate (change%begins(0))
       if (change%tests(change%which)%kind == test_gap) then
-         change%begins = beginning_together(problem, change%tests, change%which, interval%after%value < interval%before%value)
          if (.not. lies_elsewhere(present_contact_spans(problem, change%point%state), change%tests(change%which))) &
             & call begin_sharply(problem, step, run, interval, change)
          associate (test => change%tests(change%which))
@@ -75,19 +74,19 @@ contains
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change    !! unchanged if no equilibrium with the new contact is found nearby
-      type(path_state_t) :: touched
-      type(problem_t) :: next
+      type(next_t) :: touched
       type(path_point_t) :: better
       type(control_t) :: control
       type(increment_t) :: anew
+      type(span_test_t), allocatable :: begun(:)
+      integer, allocatable :: begins(:)
       logical :: found
-      call copy_path_state(run, touched)
-      touched%last = change%point
-      call copy_problem(problem, next)
-      call add_contact_spans(next, touched, change%begins, found)
+      begins = beginning_together(problem, change%tests, change%which, interval%after%value < interval%before%value)
+      begun = change%tests(begins)
+      call begin_contacts(problem, change%point%state, begun, run%spans_begun, touched, found)
       if (.not. found) return
       control%method = method_load
-      control%increment = touched%last%state%load_factor - change%point%state%load_factor
+      control%increment = touched%state%load_factor - change%point%state%load_factor
       control%whole = change%point%state%load_factor
       better = change%point
       call correct(problem, change%point%state, control, .true., better%state, better%system, anew)
@@ -101,9 +100,9 @@ contains
       change%report%iterations = change%report%iterations + anew%iterations
       change%report%residual = anew%residual
       change%tests = run_span_tests(problem, better%state, interval%scale)
-      change%begins = new_contact_at(next, touched, change%begins)
-      change%tests(change%which)%at = change%begins(size(change%begins))%at
-      call bars_at_contact_start(problem, step, run, better, next, touched%last, touched%spans_begun, change%bars)
+      change%tests(begins)%at = begun%at
+      call bars_at_contact_start(problem, step, run, better, touched%problem, touched%path_point_t, run%spans_begun + &
+         & size(begins), change%bars)
    end subroutine begin_sharply
 
    !> True if a line contact remains on both sides of the opening span, so that two spans may open symmetrically.

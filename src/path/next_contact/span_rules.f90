@@ -7,10 +7,9 @@ module span_rules
    use problem, only: problem_t
    use rod_state, only: state_t
    use contact_spans, only: contact_span_t, line_share, shortest
-   use contact_set_edits, only: moved, numbered
-   use passages, only: pass_breakpoints, is_turned, behind
-   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_length, test_crossing, &
-      & test_leaving, test_slack
+   use contact_set_edits, only: numbered
+   use passages, only: pass_breakpoints, is_turned
+   use test_kinds, only: span_test_t, test_words, test_gap, test_force, test_length, test_crossing, test_slack
    use breakpoint_forces, only: stands
    use span_candidates, only: present_contact_spans
    use touchdown_points, only: point_force
@@ -39,18 +38,13 @@ contains
       select case (test%kind)
       case (test_gap)
          answer%label = 'C+'
-         ! The part of the rod that lies on another obstacle rises from it, or changes over to this one (contact_trials).
+         answer%no_rule = trim(test_words(test%kind))
          if (lies_elsewhere(answer%contact_span, test)) answer%no_rule = 'no contact set leads on from '// &
             & 'where the rod lies on one obstacle and meets '// &
             & trim(problem%model%obstacle(problem%model%contact(test%contact)%obstacle)%name)//', which may hold it fast'
       case (test_force)
-         if (problem%contact_span(test%contact_span)%line) then
-            ! Without an end force the moments do not locate the end; contact at nodes gives the next set (contact_in_doubt).
-            answer%no_rule = 'a line contact lifts off at its end'
-         else
-            answer%label = 'C-'
-            call lose_points(problem, tests, which, fall > 0.0_wp, answer)
-         end if
+         if (.not. problem%contact_span(test%contact_span)%line) answer%label = 'C-'
+         answer%no_rule = trim(test_words(test%kind))
       case (test_length)
          associate (ends => problem%contact_span(test%contact_span)%candidate)
             if (stands(problem, state, ends(1)) .or. stands(problem, state, ends(2))) answer%label = 'C-'
@@ -65,8 +59,6 @@ contains
          else if (is_turned(problem, state, test)) then
             answer%no_rule = 'contact comes to a node that a couple turns'
          end if
-      case (test_leaving)
-         call leave_breakpoint(problem, test, answer)
       case default
          ! Line contacts that lift off, and spans that close, are located with the next set (predicted_contact_set, vanishing_span);
          ! otherwise trials give the next set.
@@ -78,22 +70,22 @@ contains
       end do
    end function answer_to
 
-   !> Gaps that close at the same point of the path, for instance those of mirror images: the gap of the test comes last.
+   !> Indices of gaps that close at the same point of the path, for instance those of mirror images: the gap of the test comes last.
    pure function beginning_together(problem, tests, which, falling) result(begins)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)
       integer, intent(in) :: which
       logical, intent(in) :: falling(:)            !! (tests)
-      type(span_test_t), allocatable :: begins(:)
+      integer, allocatable :: begins(:)
       logical :: closed(size(tests))
       integer :: k, i
-      begins = [tests(which)]
+      begins = [which]
       closed = tests%kind == test_gap .and. falling .and. at_zero(tests, which)
       closed(which) = .false.
       do k = 1, size(tests)
          if (.not. closed(k)) cycle
-         if (any([(one_contact(problem, begins(i), tests(k)), i=1, size(begins))])) cycle
-         begins = [tests(k), begins]
+         if (any([(one_contact(problem, tests(begins(i)), tests(k)), i=1, size(begins))])) cycle
+         begins = [k, begins]
       end do
    end function beginning_together
 
@@ -159,25 +151,6 @@ contains
       at_zero = tests%value <= max(test_slack(tests%kind), 10.0_wp * abs(tests(which)%value))
    end function at_zero
 
-   !> Removes the point contact of a test, and others whose forces vanish at the same point of the path, for instance mirror images.
-   subroutine lose_points(problem, tests, which, falling, answer)
-      type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: tests(:)
-      integer, intent(in) :: which
-      logical, intent(in) :: falling(:)            !! (tests)
-      type(answer_t), intent(inout) :: answer
-      logical :: gone(size(answer%contact_span)), zero(size(tests))
-      integer :: k
-      gone = .false.
-      zero = at_zero(tests, which)
-      do k = 1, size(tests)
-         if (tests(k)%kind /= test_force) cycle
-         gone(tests(k)%contact_span) = k == which .or. .not. problem%contact_span(tests(k)%contact_span)%line .and. &
-            & falling(k) .and. zero(k)
-      end do
-      answer%contact_span = pack(answer%contact_span, .not. gone)
-   end subroutine lose_points
-
    !> Replaces the line contact of a test by its remainder, and other line contacts that reach the least length at the same point of
    !> the path, for instance mirror images.
    subroutine shrink_lines(problem, state, tests, which, fall, answer)
@@ -239,20 +212,5 @@ contains
          end do
       end do
    end function others_touch
-
-   !> Moves a point contact that is fixed at a segment boundary to the side of the boundary to which it belongs.
-   subroutine leave_breakpoint(problem, test, answer)
-      type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test        !! its sense: the point belongs before the boundary (-1), or after it (1)
-      type(answer_t), intent(inout) :: answer
-      integer :: way, rod_segment
-      associate (k => test%contact_span)
-         way = nint(test%sense)
-         rod_segment = problem%rod_segment(problem%candidates%element(merge(1, 2, way < 0), test%candidate))
-         answer%contact_span = moved(answer%contact_span, k, rod_segment, behind(problem, rod_segment, way, &
-            & line_share * problem%layout%rod_segment(rod_segment)%length, .false.))
-         answer%crosses = reshape([0, k], [2, 1])
-      end associate
-   end subroutine leave_breakpoint
 
 end module span_rules
