@@ -73,6 +73,8 @@ module neighbours
    ! Sizes of an opening free span that are tried, as multiples of half the length of the zone in which the test fails: the ratio
    ! differs inside a line contact, at its end, and at a load.
    real(wp), parameter :: zones(4) = [1.0_wp, 0.5_wp, 2.0_wp, 4.0_wp]
+   real(wp), parameter :: least_gap = 0.2_wp  !! shortest new free span between two point contacts / length within which contacts are
+   !! edited
    real(wp), parameter :: behind = 0.1_wp     !! first guess for a free span across a boundary: length behind / before the boundary
    real(wp), parameter :: at_load(3) = [1.0_wp, 4.0_wp, 16.0_wp]  !! sizes as `zones` at segment boundaries, as multiples of the
    !! least size of a new span
@@ -88,9 +90,8 @@ contains
       real(wp), intent(in) :: near           !! contacts within this distance of the place are edited
       type(neighbour_t), allocatable :: found(:)
       type(neighbour_t), allocatable :: all(:)
-      integer :: rank(n_edits), k, r, i, shortest
+      integer :: rank(n_edits), k, r, i
       allocate (all(0))
-      shortest = minloc(length_of_new, 1)
       do k = 1, size(length_of_new)
          call edit_with(length_of_new(k), k)
       end do
@@ -103,7 +104,7 @@ contains
             if (all(k)%edit == edit_remove .and. doubt%kind == no_test) cycle
             ! The gap of a short span between two points is smaller than its slack: it does not tell that they belong together.
             if (any(all(k)%edit == [edit_part, edit_leave]) .and. size(all(k)%set) > size(set) .and. &
-               & all(k)%length == shortest .and. size(length_of_new) > 1) cycle
+               & length_of_new(all(k)%length) < least_gap * near .and. size(length_of_new) > 1) cycle
             ! An edit without new length is the same for all lengths.
             if (any([(found(i)%edit == all(k)%edit .and. same_set(found(i)%set, all(k)%set), i=1, size(found))])) cycle
             found = [found, all(k)]
