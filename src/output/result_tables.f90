@@ -177,18 +177,21 @@ contains
       real(wp), allocatable :: place(:, :)
       real(wp) :: gap, normal(2), bend
       integer :: c, i
+      call obstacle_gap(model%obstacle(number), [0.0_wp, 0.0_wp], gap, normal, bend)
       allocate (place(2, 0))
       do c = 1, size(model%contact)
          if (model%contact(c)%obstacle /= number) cycle
          do i = 1, size(model%contact(c)%node)
+            if (allocated(model%relative)) then
+               if (any(model%relative == model%contact(c)%node(i))) cycle
+            end if
             associate (home => model%mesh%x(:, model%contact(c)%node(i)))
-               call obstacle_gap(model%obstacle(number), home, gap, normal, bend)
                place = reshape([place, home - model%contact(c)%gap * normal], [2, size(place, 2) + 1])
             end associate
          end do
       end do
       call hdf5_attribute(file, group, 'normal', normal)
-      call hdf5_write(file, group//'/points', place, 'length', 'where the nodes meet their stops')
+      call hdf5_write(file, group//'/points', place, 'length', 'where the nodes meet their stops on the ground')
    end subroutine write_stops
 
    !> Writes the candidates for contact and their obstacles; the group /contact must exist.
