@@ -196,3 +196,111 @@ def test_beam_on_ground_that_softens():
         dr.assert_close([c.load_factor for c in points], [0.6379749554, 0.5417067550, 0.5631731545], relative=3e-8)
         bars.append(points[-1].error)
     assert bars[1] < bars[0] / 2**7
+
+
+# Members ------------------------------------------------------------------------------------------------------------
+
+
+STAYS = """*PARAMETER
+EA = 29000*0.94
+*HEADING
+A strut is held by a stay above; a second stay below goes slack
+*NODE
+1, 0, 0
+2, 100, 0
+3, 0, 10
+4, 0, -10
+*LINE, ELSET=STRUT
+1, 2, 4
+*BEAM SECTION, ELSET=STRUT, SECTION=STIFFNESS
+${EA}, 6e5
+*BOUNDARY
+1, PINNED
+3, ENCASTRE
+4, ENCASTRE
+*GAP, NAME=UPPER, MEMBER=PULL, STIFFNESS=${EA/sqrt(100**2+10**2)}
+2, 0, 3
+*GAP, NAME=LOWER, MEMBER=PULL, STIFFNESS=${EA/sqrt(100**2+10**2)}
+2, 0, 4
+*MONITOR, NAME=X
+2, U1
+*MONITOR, NAME=Y
+2, U2
+*MONITOR, NAME=UPPER, OBSTACLE=UPPER
+RN
+*MONITOR, NAME=LOWER, OBSTACLE=LOWER
+RN
+*STEP
+*STATIC, METHOD=LOAD
+0.1
+*CLOAD
+2, 2, -10
+*FIELD OUTPUT
+DISPLACEMENT, REACTION, GAP
+*END STEP
+"""
+
+
+def test_one_of_two_stays_goes_slack():
+    """A truss of straight bars: the forces of stay and strut at the place of their node balance the load. Their horizontal part is 99.36."""
+    run = dr.run_deck(STAYS)
+    x, y, pull = run.column("X")[-1], run.column("Y")[-1], run.column("UPPER")[-1]
+    stiffness = 29000 * 0.94
+    stay, strut = np.array([100.0 + x, y - 10.0]), np.array([100.0 + x, y])
+    force = -stiffness * (np.linalg.norm(stay) / np.hypot(100.0, 10.0) - 1.0) * stay / np.linalg.norm(stay)
+    dr.assert_close(np.linalg.norm(force), pull, relative=1e-10)
+    force -= stiffness * (np.linalg.norm(strut) / 100.0 - 1.0) * strut / np.linalg.norm(strut)
+    dr.assert_close(force, [0.0, 10.0], absolute=1e-7)
+    dr.assert_close(run.column("LOWER"), np.zeros(len(run.column("LOWER"))), absolute=1e-12)
+    assert abs(pull * stay[0] / np.linalg.norm(stay) - 99.36) < 0.01
+    assert all(value < 1e-8 for value in run.results.accuracy.values())
+
+
+TIP_MEMBER = """*HEADING
+Cantilever with a bar at its tip, to a place that moves
+*NODE
+1, 0, 0
+2, 1, 0
+9, 1.2, -0.5
+*LINE, ELSET=BEAM
+1, 2, 4
+*BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS
+1e6, 1
+*BOUNDARY
+1, ENCASTRE
+9, ENCASTRE
+*FOUNDATION LAW, NAME=STRAIGHT
+0, 0
+0.05, 0.25
+1, 5
+{members}
+*MONITOR, NAME=Y
+2, U2
+*STEP
+*STATIC, METHOD=LOAD
+0.2
+{load}
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("load", ["*CLOAD\n2, 2, 2", "*CLOAD\n2, 2, -1.2", "*BOUNDARY\n9, 2, , 0.3", "*BOUNDARY\n9, 2, , -0.3"])
+def test_pull_and_press_are_one_bar(load):
+    """A bar by a law in both senses is one that pulls and one that presses; each alone acts in one sense only."""
+    pull, press = ("*GAP, NAME=J{0}, MEMBER={0}, STIFFNESS=5\n2, 0, 9\n".format(way) for way in ("PULL", "PRESS"))
+    both = "*SPRING, NAME=B, MEMBER, LAW=STRAIGHT\n2, 9\n"
+    tip = [dr.run_deck(TIP_MEMBER.format(members=members, load=load)).column("Y")[-1] for members in (pull + press, both, pull, press)]
+    assert abs(tip[0]) > 0.05
+    assert abs(tip[1] - tip[0]) < 1e-9
+    pulls = load.endswith(" 2") or load.endswith("-0.3")
+    assert abs(tip[2 if pulls else 3] - tip[0]) < 1e-9
+    assert abs(tip[3 if pulls else 2] - tip[0]) > 0.01
+
+
+@pytest.mark.parametrize("load", ["*CLOAD\n2, 2, 2"])
+def test_rope_has_a_length(load):
+    """Without STIFFNESS the tip stays on the circle about the far end, once the slack is used up."""
+    deck = TIP_MEMBER.format(members="*GAP, NAME=J, MEMBER=PULL\n2, 0.05, 9\n", load=load).replace("*STEP", "*MONITOR, NAME=X\n2, U1\n*STEP")
+    run = dr.run_deck(deck)
+    length = np.hypot(1.0 + run.column("X")[-1] - 1.2, run.column("Y")[-1] + 0.5)
+    assert abs(length - np.hypot(0.2, 0.5) - 0.05) < 1e-10

@@ -362,6 +362,8 @@ contains
          optional=.true.)
       call param(t, 'NAME', kind_name, 'each once, among obstacles too', only='LAW')
       call motion_parameters(t, 'in which the springs act', only='LAW')
+      call param(t, 'MEMBER', kind_flag, 'a bar without bending: acts along the line between node and second node, '// &
+         'wherever they go, by its change of length. One line, one node', optional=.true., only='LAW')
       call lines(t, when='LAW')
       call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets the spring')
       call second_node(t)
@@ -375,6 +377,8 @@ contains
          'pull. Rigid, or with STIFFNESS or LAW. The stops of a card are one obstacle to `*MONITOR` and the cards of a step.')
       call param(t, 'NAME', kind_name, 'each once, among obstacles too')
       call motion_parameters(t, 'in which the stops push the node')
+      call param(t, 'MEMBER', kind_word, 'a bar without bending that pulls or presses only, by its change of length, '// &
+         'along the line between node and second node, wherever they go. One line, one node', optional=.true., words='PULL|PRESS')
       call param(t, 'STIFFNESS', kind_real, 'of a stop: force over penetration, or moment over angle', optional=.true., &
          bound=positive)
       call param(t, 'LAW', kind_name, 'a *FOUNDATION LAW, its force that of a stop', optional=.true.)

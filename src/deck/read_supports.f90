@@ -4,7 +4,7 @@ module read_supports
    use kinds, only: wp, parallel, degree
    use text, only: to_text
    use model, only: model_t, contact_t, joint_spring_t, complete_joints, tie_t
-   use obstacle_types, only: obstacle_t, obstacle_line
+   use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
    use item_values, only: component_dof
    use checked_deck, only: checked_deck_t
    use deck_names, only: node_words, copy_node
@@ -145,8 +145,9 @@ contains
             obstacle%bilateral = keyword == 'SPRING'
             normal = direction(deck%real('DIRECTION'))
             if (deck%given('ROTATION')) normal = [merge(-1.0_wp, 1.0_wp, deck%word('ROTATION') == 'CLOCKWISE'), 0.0_wp]
-            if (deck%given('ROTATION') .and. deck%given('DIRECTION')) call deck%wrong('DIRECTION', &
-               'a card acts on the ROTATION, or in a DIRECTION')
+            if (count([deck%given('ROTATION'), deck%given('DIRECTION'), deck%given('MEMBER')]) > 1) call deck%wrong_card( &
+               'a card acts on the ROTATION, in a DIRECTION, or as a MEMBER')
+            if (deck%given('MEMBER')) normal = 1.0_wp   ! any direction
             obstacle%point = reshape([0.0_wp, 0.0_wp, normal(2), -normal(1)], [2, 2])
             obstacle%rigid = .not. deck%given('LAW')
             if (deck%given('LAW')) obstacle%law = deck%named('LAW', deck%names%law, 'foundation law')
@@ -155,9 +156,34 @@ contains
             held_in = 0
             do while (deck%next_line())
                call read_nodes(obstacle, normal, held_in)
+               if (deck%given('MEMBER')) call place_member(model%obstacle(size(model%obstacle)))
             end do
          end do
       end subroutine read_point_laws
+
+      !> Makes the obstacle of a member: a circle about the second node on which the first one begins. Inside it the member is
+      !> slack, outside it is longer than at the start and pulls.
+      subroutine place_member(obstacle)
+         type(obstacle_t), intent(inout) :: obstacle
+         integer, allocatable :: nodes(:)
+         integer :: other
+         if (size(model%contact) == 0 .or. .not. deck%given('second node')) then
+            call deck%wrong('node or set', 'a member needs a second node')
+            return
+         end if
+         nodes = model%contact(size(model%contact))%node
+         other = deck%node('second node')
+         if (other == 0 .or. obstacle%kind == obstacle_circle .or. size(nodes) /= 1) then
+            call deck%wrong('node or set', 'a card with MEMBER has one line, and one node on it')
+            return
+         end if
+         obstacle%kind = obstacle_circle
+         obstacle%centre = model%mesh%x(:, other)
+         obstacle%radius = norm2(model%mesh%x(:, nodes(1)) - obstacle%centre)
+         obstacle%inside = .true.
+         if (.not. obstacle%bilateral) obstacle%inside = deck%word('MEMBER') == 'PULL'
+         if (obstacle%radius <= 0.0_wp) call deck%wrong('second node', 'a member between nodes at one place has no direction')
+      end subroutine place_member
 
       !> Reads the stiffness of stops.
       subroutine read_stiffness(obstacle)
@@ -193,9 +219,6 @@ contains
                if (.not. moves(node, other, normal)) problem = 'is supported in this direction already'
                if (held_in(node) > 0) problem = 'is on this card already, from '//deck%source%line_words(held_in(node))
                if (other == node) problem = 'is the second node, too'
-               if (other > 0) then
-                  if (deck%names%is_loose(other)) problem = 'is joined to a node of no element'
-               end if
                held_in(node) = deck%at%line_at
                if (problem /= '') then
                   call deck%wrong('node or set', node_words(model%mesh, node)//' '//problem)
@@ -242,8 +265,8 @@ contains
       integer :: k, part
       call copy_node(deck%names, model%mesh, node)
       new = model%mesh%n_nodes
-      if (.not. allocated(model%relative)) allocate (model%relative(0))
-      model%relative = [model%relative, new]
+      if (.not. allocated(model%relative)) allocate (model%relative(3, 0))
+      model%relative = reshape([model%relative, new, node, other], [3, size(model%relative, 2) + 1])
       model%fixed = reshape([model%fixed, spread(.true., 1, 3)], [3, new])
       model%spring = reshape([model%spring, spread(0.0_wp, 1, 3)], [3, new])
       do k = 1, 2

@@ -152,16 +152,30 @@ contains
          end do
       end subroutine write_sections
 
+      !> What stops or springs at nodes do.
+      pure function acts(obstacle) result(text)
+         type(obstacle_t), intent(in) :: obstacle
+         character(:), allocatable :: text
+         if (obstacle%kind == obstacle_circle) then
+            text = 'presses'
+            if (obstacle%inside) text = 'pulls'
+            if (obstacle%bilateral) text = 'pulls and presses'
+            text = ': member of length '//brief(obstacle%radius)//' that '//text
+         else
+            text = ': stops at nodes, they push towards ('
+            if (obstacle%bilateral) text = ': springs at nodes, they act along ('
+            associate (d => obstacle%point(:, 2) - obstacle%point(:, 1))
+               text = text//brief(-d(2))//', '//brief(d(1))//')'
+            end associate
+         end if
+      end function acts
+
       pure function obstacle_text(obstacle) result(text)
          type(obstacle_t), intent(in) :: obstacle
          character(:), allocatable :: text
          text = trim(obstacle%name)//': '//kind_name(obstacle)
          if (obstacle%at_nodes) then
-            associate (d => obstacle%point(:, 2) - obstacle%point(:, 1))
-               text = ': stops at nodes, they push towards '
-               if (obstacle%bilateral) text = ': springs at nodes, they act along '
-               text = trim(obstacle%name)//text//'('//brief(-d(2))//', '//brief(d(1))//')'
-            end associate
+            text = trim(obstacle%name)//acts(obstacle)
             if (obstacle%rigid) then
                text = text//', rigid'
             else if (obstacle%law > 0) then

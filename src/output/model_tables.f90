@@ -38,6 +38,12 @@ contains
                & 'their stiffness for u, v, rotation')
          end if
       end if
+      if (allocated(model%relative)) then
+         associate (pair => pack([(i, i=1, size(model%relative, 2))], model%relative(3, :) > 0))
+            if (size(pair) > 0) call hdf5_write(file, '/supports/relative_node', model%relative(2:, pair) - 1, '1', &
+               & 'stops, springs by a law and members between two nodes: '//node_rows)
+         end associate
+      end if
       if (.not. allocated(model%joint_spring)) return
       associate (spring => model%joint_spring)
          if (size(spring) == 0) return
