@@ -265,8 +265,8 @@ module model
       type(section_t), allocatable :: section(:)
       type(node_set_t), allocatable :: node_set(:)
       logical, allocatable :: fixed(:, :)       !! (3, n_nodes) true for supported degrees of freedom
-      integer, allocatable :: relative(:, :)    !! (3, motions) node whose displacement is a relative motion (*GAP, *SPRING) and, fixed,
-      !! what is not used of it; the two nodes that move, the second one 0: the ground
+      integer, allocatable :: relative(:, :)    !! (3, motions) node whose displacement is a relative motion (*GAP, *SPRING), fixed
+      !! where that is not used; the two nodes that move, the second one 0: the ground
       real(wp), allocatable :: spring(:, :)     !! (3, n_nodes) stiffness of springs to the ground
       type(tie_t), allocatable :: tie(:)
       type(joint_spring_t), allocatable :: joint_spring(:)
