@@ -249,11 +249,14 @@ contains
    pure subroutine obstacle_cards(t)
       type(table_t), intent(inout) :: t
       call card(t, 'OBSTACLE', in_model, 'A line or curve that the structure cannot cross, unilateral and frictionless. But '// &
-         'for circles, the free side is on the left of the direction in which the points come, and obstacles go on straight '// &
-         'beyond their ends.')
+         'for circles and ellipses, the free side is on the left of the direction in which the points come. Obstacles with '// &
+         'ends go on straight beyond them.')
       call param(t, 'NAME', kind_name, 'each once')
-      call param(t, 'TYPE', kind_word, 'what the data line says', words='LINE|CIRCLE|ARC|POLYLINE|SPLINE')
-      call param(t, 'SIDE', kind_word, 'where the structure is', default='INSIDE', words='INSIDE|OUTSIDE', only='TYPE=CIRCLE')
+      call param(t, 'TYPE', kind_word, 'what the data line says', words='LINE|CIRCLE|ELLIPSE|ARC|POLYLINE|SPLINE')
+      call param(t, 'SIDE', kind_word, 'where the structure is', default='INSIDE', words='INSIDE|OUTSIDE', &
+         only='TYPE=CIRCLE|ELLIPSE')
+      call param(t, 'ENDS', kind_word, 'CLOSED: the last point is followed by the first one, with the same tangent and curvature', &
+         default='STRAIGHT', words='STRAIGHT|CLOSED', only='TYPE=SPLINE')
       call param(t, 'REFERENCE', kind_real, 'direction from the centre that contact angles count from, in degrees '// &
          'anticlockwise from the x axis', default='0', only='TYPE=CIRCLE|ARC')
       call param(t, 'RADIUS', kind_real, 'of the rounded corners; left out: the largest with which no corner takes more than a '// &
@@ -280,6 +283,11 @@ contains
       call lines(t, when='TYPE=CIRCLE', most=1)
       call point(t, 'xc', 'yc', 'centre')
       call field(t, 'radius', kind_real, 'of the circle', unit='length', bound=positive)
+      call lines(t, when='TYPE=ELLIPSE', most=1)
+      call point(t, 'xc', 'yc', 'centre')
+      call field(t, 'a', kind_real, 'a half axis', unit='length', bound=positive)
+      call field(t, 'b', kind_real, 'the half axis across it', unit='length', bound=positive)
+      call field(t, 'angle', kind_real, 'of the first half axis, anticlockwise from the x axis', unit='degree', default='0')
       call lines(t, when='TYPE=ARC', most=1)
       call point(t, 'xc', 'yc', 'centre')
       call field(t, 'radius', kind_real, 'of the arc', unit='length', bound=positive)
@@ -292,13 +300,13 @@ contains
       call lines(t, when='TYPE=SPLINE', least=2)
       call point(t, 'x', 'y', 'a point that the quintic spline passes through')
 
-      call card(t, 'FOUNDATION LAW', in_model, 'How the reaction of a foundation grows with the penetration: linear from line '// &
-         'to line, and on beyond the last. It is elastic: the way back is the same.')
+      call card(t, 'FOUNDATION LAW', in_model, 'How the reaction of a foundation, a stop or a spring depends on the '// &
+         'penetration: linear from line to line, and on beyond the last. It is elastic: the way back is the same.')
       call param(t, 'NAME', kind_name, 'each once')
       call lines(t, least=2)
       call field(t, 'penetration', kind_real, 'rising from line to line; 0 in the first', unit='length')
-      call field(t, 'force', kind_real, 'per area (per length with WIDTH 1), never falling, at first rising; 0 in the first line', &
-         unit='force/area')
+      call field(t, 'force', kind_real, 'per area (per length with WIDTH 1); 0 in the first line, then above 0. It may fall, '// &
+         'but not in the last line', unit='force/area')
    end subroutine obstacle_cards
 
    pure subroutine contact_cards(t)
@@ -348,24 +356,53 @@ contains
       call field(t, 'value', kind_real, 'in a step only, and required there: the displacement at load factor 1', unit='length '// &
          'or radian', optional=.true.)
 
-      call card(t, 'SPRING', in_model, 'Linear springs between nodes and the ground, or between two nodes, without force at '// &
-         'the start; repeated ones add up.')
+      call card(t, 'SPRING', in_model, 'Springs between nodes and the ground, or between two nodes, without force at '// &
+         'the start; repeated ones add up. Linear, or by a law: then the springs of a card are one obstacle to `*MONITOR`.')
+      call param(t, 'LAW', kind_name, 'a *FOUNDATION LAW, its force or moment that of a spring, the same in both senses', &
+         optional=.true.)
+      call param(t, 'NAME', kind_name, 'each once, among obstacles too', only='LAW')
+      call motion_parameters(t, 'in which the springs act', only='LAW')
+      call param(t, 'MEMBER', kind_flag, 'a bar without bending: acts along the line between node and second node, '// &
+         'wherever they go, by its change of length. One line, one node', optional=.true., only='LAW')
+      call lines(t, when='LAW')
+      call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets the spring')
+      call second_node(t)
       call lines(t)
       call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets the spring')
       call field(t, 'dof', kind_component, 'x, y, rotation')
       call field(t, 'stiffness', kind_real, 'reaction over displacement', unit='force/length or moment/radian', bound=positive)
-      call field(t, 'second node', kind_label, 'the other end; left out: the ground', optional=.true.)
+      call second_node(t)
 
       call card(t, 'GAP', in_model, 'Unilateral supports of nodes: stops that push once their clearance is used up, and never '// &
          'pull. Rigid, or with STIFFNESS or LAW. The stops of a card are one obstacle to `*MONITOR` and the cards of a step.')
       call param(t, 'NAME', kind_name, 'each once, among obstacles too')
-      call param(t, 'DIRECTION', kind_real, 'in which the stops push, in degrees anticlockwise from the x axis', default='90')
-      call param(t, 'STIFFNESS', kind_real, 'of a stop: force over penetration', optional=.true., bound=positive)
+      call motion_parameters(t, 'in which the stops push the node')
+      call param(t, 'MEMBER', kind_word, 'a bar without bending that pulls or presses only, by its change of length, '// &
+         'along the line between node and second node, wherever they go. One line, one node', optional=.true., words='PULL|PRESS')
+      call param(t, 'STIFFNESS', kind_real, 'of a stop: force over penetration, or moment over angle', optional=.true., &
+         bound=positive)
       call param(t, 'LAW', kind_name, 'a *FOUNDATION LAW, its force that of a stop', optional=.true.)
       call lines(t)
       call field(t, 'node or set', kind_label_or_set, 'a node label or the name of a node set; each node gets a stop')
-      call field(t, 'clearance', kind_real, 'how far the node may move against the direction', unit='length', default='0')
+      call field(t, 'clearance', kind_real, 'how far the node may move against the direction', unit='length or radian', &
+         default='0')
+      call second_node(t)
    end subroutine support_cards
+
+   !> Adds the parameters of the motion on which springs by a law and stops act.
+   pure subroutine motion_parameters(t, meaning, only)
+      type(table_t), intent(inout) :: t
+      character(*), intent(in) :: meaning
+      character(*), intent(in), optional :: only !! condition under which the parameters are allowed
+      call param(t, 'DIRECTION', kind_real, meaning//', in degrees anticlockwise from the x axis', default='90', only=only)
+      call param(t, 'ROTATION', kind_word, 'they act on rotations, in this sense', optional=.true., &
+         words='ANTICLOCKWISE|CLOCKWISE', only=only)
+   end subroutine motion_parameters
+
+   pure subroutine second_node(t)
+      type(table_t), intent(inout) :: t
+      call field(t, 'second node', kind_label, 'the other end; left out: the ground', optional=.true.)
+   end subroutine second_node
 
    pure subroutine joint_cards(t)
       type(table_t), intent(inout) :: t

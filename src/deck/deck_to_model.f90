@@ -82,7 +82,6 @@ contains
       call read_support_cards(deck, model)
       call read_spring_cards(deck, model)
       call note_errors(deck%names%supports_incomplete)
-      if (.not. joints_wrong) call order_ties(deck, model)
       call read_foundation_law_cards(deck, model)
       call read_obstacle_cards(deck, model)
       n = deck%diagnostics%n
@@ -90,6 +89,7 @@ contains
       call read_contact_cards(deck, model)
       call read_gap_cards(deck, model)
       call note_errors(deck%names%contacts_incomplete)
+      if (.not. joints_wrong) call order_ties(deck, model)
       deck%names%touched = [(any(model%contact%obstacle == i), i=1, size(model%obstacle))]
       call read_monitor_cards(deck, model)
       call read_contact_print_cards(deck, model)

@@ -6,7 +6,7 @@ module read_obstacles
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, obstacle_spline, &
       & ground_independent, ground_half_space, ground_pasternak
    use obstacle_curve, only: crosses_itself
-   use obstacle_shapes, only: arc_curve, polyline_curve, spline_curve, corner_turn, widest_corner_radius, &
+   use obstacle_shapes, only: arc_curve, ellipse_points, polyline_curve, spline_curve, corner_turn, widest_corner_radius, &
       default_corner_radius
    use checked_deck, only: checked_deck_t
    implicit none
@@ -58,13 +58,16 @@ contains
          else if (n == 1 .and. .not. force > 0.0_wp) then
             call deck%wrong('force', 'the force must rise from 0 at first; for a clearance use GAP of *CONTACT')
             return
-         else if (force < law%force(n)) then
-            call deck%wrong('force', 'forces must not fall: a foundation that softens is not available')
+         else if (.not. force > 0.0_wp) then
+            call deck%wrong('force', 'the force must stay above 0: contact ends where the penetration does, not where the law ends')
             return
          end if
          law%penetration = [law%penetration, penetration]
          law%force = [law%force, force]
       end do
+      n = size(law%force)
+      if (law%force(n) < law%force(n - 1)) call deck%wrong('force', &
+         'the force falls in the last line, and beyond it below 0; add a line with its residue')
    end subroutine read_law
 
    !> Reads the obstacles.
@@ -153,11 +156,20 @@ contains
          case ('SPLINE')
             obstacle%kind = obstacle_spline
             call read_points(obstacle%point)
-            if (ok) obstacle%curve = spline_curve(obstacle%point)
+            if (ok .and. deck%word('ENDS') == 'CLOSED') call close_points()
+            if (ok) obstacle%curve = spline_curve(obstacle%point, closed=deck%word('ENDS') == 'CLOSED')
+         case ('ELLIPSE')
+            obstacle%kind = obstacle_spline
+            obstacle%point = ellipse_points([deck%real('xc'), deck%real('yc')], [deck%real('a'), deck%real('b')], &
+               deck%real('angle') * degree, anticlockwise=deck%word('SIDE') == 'INSIDE')
+            obstacle%curve = spline_curve(obstacle%point, closed=.true.)
          end select
          if (.not. ok .or. .not. allocated(obstacle%curve%piece)) return
          ok = .not. crosses_itself(obstacle%curve)
-         if (.not. ok) call deck%wrong('TYPE', 'the obstacle, which goes on straight beyond both ends, meets itself')
+         if (ok) return
+         if (obstacle%curve%closed) call deck%wrong('TYPE', 'the obstacle meets itself')
+         if (.not. obstacle%curve%closed) call deck%wrong('TYPE', &
+            'the obstacle, which goes on straight beyond both ends, meets itself')
       end subroutine read_shape
 
       !> Reads what circles and arcs have.
@@ -201,6 +213,21 @@ contains
             if (.not. deck%next_line()) exit
          end do
       end subroutine read_points
+
+      !> Ends the points of a closed spline with the first one.
+      subroutine close_points()
+         integer :: n
+         n = size(obstacle%point, 2)
+         if (n < 3) then
+            call deck%wrong('ENDS', 'a closed spline has 3 points or more')
+         else if (norm2(obstacle%point(:, n) - obstacle%point(:, 1)) <= 0.0_wp) then
+            call deck%wrong_line('the point is the first one again, to which a closed spline goes on')
+         else
+            obstacle%point = reshape([obstacle%point, obstacle%point(:, 1)], [2, n + 1])
+            return
+         end if
+         ok = .false.
+      end subroutine close_points
 
       !> Reads the corner radius of a polyline.
       subroutine read_polyline()

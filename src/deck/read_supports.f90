@@ -1,13 +1,13 @@
 !> Reads *BOUNDARY in the model part: fixed degrees of freedom (in a step the card prescribes their values); *SPRING; and *GAP:
-!> one-sided supports of nodes. Each becomes a candidate for a line obstacle that represents the stops of the card.
+!> one-sided supports. Stops, and springs by a law, become candidates for a line obstacle that represents those of the card.
 module read_supports
    use kinds, only: wp, parallel, degree
    use text, only: to_text
-   use model, only: model_t, contact_t, joint_spring_t, complete_joints
-   use obstacle_types, only: obstacle_t, obstacle_line
+   use model, only: model_t, contact_t, joint_spring_t, complete_joints, tie_t
+   use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
    use item_values, only: component_dof
    use checked_deck, only: checked_deck_t
-   use deck_names, only: node_words
+   use deck_names, only: node_words, copy_node
    implicit none
    private
    public :: read_support_cards, read_spring_cards, read_gap_cards, read_dofs
@@ -40,7 +40,7 @@ contains
       end do
    end subroutine read_support_cards
 
-   !> Reads the springs.
+   !> Reads the linear springs.
    subroutine read_spring_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the mesh
       type(model_t), intent(inout) :: model             !! with the supports; receives spring and joint_spring
@@ -51,6 +51,7 @@ contains
       allocate (model%spring(3, model%mesh%n_nodes), source=0.0_wp)
       call complete_joints(model)
       do while (deck%next_card('SPRING'))
+         if (.not. is_linear_spring(deck)) cycle
          do while (deck%next_line())
             nodes = deck%nodes('node or set')
             dof = deck%integer('dof')
@@ -116,62 +117,198 @@ contains
       if (.not. any(dofs)) call deck%wrong('dof', 'a plane rod has the degrees of freedom 1, 2 and 6 only')
    end subroutine read_dofs
 
-   !> Reads the one-sided supports: each card becomes an obstacle, each data line a contact.
+   !> Reads the one-sided supports and the springs by a law: each card becomes an obstacle, each data line a contact.
+   !>
+   !> Both are the same thing, a law of one relative motion: two-sided for *SPRING, one-sided for *GAP.
    subroutine read_gap_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with mesh and laws; receives the names of the cards as those of obstacles
       type(model_t), intent(inout) :: model             !! with supports, obstacles and contacts; receives new obstacles and
-      !! contacts
-      type(obstacle_t) :: obstacle
-      real(wp) :: normal(2)
-      integer :: stopped_in(model%mesh%n_nodes)         ! (nodes) line of the deck with the stop, for the card being read; 0: none
-      do while (deck%next_card('GAP'))
-         if (.not. deck%defines(deck%names%obstacle, deck%text('NAME'))) cycle
-         obstacle = obstacle_t()
-         obstacle%name = deck%text('NAME')
-         obstacle%kind = obstacle_line
-         obstacle%at_nodes = .true.
-         normal = direction(deck%real('DIRECTION'))
-         obstacle%point = reshape([0.0_wp, 0.0_wp, normal(2), -normal(1)], [2, 2])
-         obstacle%rigid = .not. (deck%given('STIFFNESS') .or. deck%given('LAW'))
-         if (deck%given('STIFFNESS')) obstacle%modulus = deck%real('STIFFNESS')
-         if (deck%given('LAW')) obstacle%law = deck%named('LAW', deck%names%law, 'foundation law')
-         if (deck%given('STIFFNESS') .and. deck%given('LAW')) call deck%wrong('LAW', 'a stop has either STIFFNESS or LAW')
-         model%obstacle = [model%obstacle, obstacle]
-         stopped_in = 0
-         do while (deck%next_line())
-            call read_stops()
-         end do
-      end do
+      !! contacts, and nodes and ties of relative motions
+      call read_point_laws('GAP')
+      call read_point_laws('SPRING')
 
    contains
 
-      !> Reads a data line: node or set, clearance.
-      subroutine read_stops()
+      !> Reads the cards of one keyword.
+      subroutine read_point_laws(keyword)
+         character(*), intent(in) :: keyword
+         type(obstacle_t) :: obstacle
+         real(wp) :: normal(2)
+         integer :: held_in(model%mesh%n_nodes)         ! (nodes) line of the deck with the node, for the card being read; 0: none
+         do while (deck%next_card(keyword))
+            if (is_linear_spring(deck)) cycle
+            if (.not. deck%defines(deck%names%obstacle, deck%text('NAME'))) cycle
+            obstacle = obstacle_t()
+            obstacle%name = deck%text('NAME')
+            obstacle%kind = obstacle_line
+            obstacle%at_nodes = .true.
+            obstacle%bilateral = keyword == 'SPRING'
+            normal = direction(deck%real('DIRECTION'))
+            if (deck%given('ROTATION')) normal = [merge(-1.0_wp, 1.0_wp, deck%word('ROTATION') == 'CLOCKWISE'), 0.0_wp]
+            if (count([deck%given('ROTATION'), deck%given('DIRECTION'), deck%given('MEMBER')]) > 1) call deck%wrong_card( &
+               'a card acts on the ROTATION, in a DIRECTION, or as a MEMBER')
+            if (deck%given('MEMBER')) normal = 1.0_wp   ! any direction
+            obstacle%point = reshape([0.0_wp, 0.0_wp, normal(2), -normal(1)], [2, 2])
+            obstacle%rigid = .not. deck%given('LAW')
+            if (deck%given('LAW')) obstacle%law = deck%named('LAW', deck%names%law, 'foundation law')
+            if (keyword == 'GAP') call read_stiffness(obstacle)
+            model%obstacle = [model%obstacle, obstacle]
+            held_in = 0
+            do while (deck%next_line())
+               call read_nodes(obstacle, normal, held_in)
+               if (deck%given('MEMBER')) call place_member(model%obstacle(size(model%obstacle)))
+            end do
+         end do
+      end subroutine read_point_laws
+
+      !> Makes the obstacle of a member: a circle about the second node on which the first one begins. Inside it the member is
+      !> slack, outside it is longer than at the start and pulls.
+      subroutine place_member(obstacle)
+         type(obstacle_t), intent(inout) :: obstacle
+         integer, allocatable :: nodes(:)
+         integer :: other
+         if (size(model%contact) == 0 .or. .not. deck%given('second node')) then
+            call deck%wrong('node or set', 'a member needs a second node')
+            return
+         end if
+         nodes = model%contact(size(model%contact))%node
+         other = deck%node('second node')
+         if (other == 0 .or. obstacle%kind == obstacle_circle .or. size(nodes) /= 1) then
+            call deck%wrong('node or set', 'a card with MEMBER has one line, and one node on it')
+            return
+         end if
+         obstacle%kind = obstacle_circle
+         obstacle%centre = model%mesh%x(:, other)
+         obstacle%radius = norm2(model%mesh%x(:, nodes(1)) - obstacle%centre)
+         obstacle%inside = .true.
+         if (.not. obstacle%bilateral) obstacle%inside = deck%word('MEMBER') == 'PULL'
+         if (obstacle%radius <= 0.0_wp) call deck%wrong('second node', 'a member between nodes at one place has no direction')
+      end subroutine place_member
+
+      !> Reads the stiffness of stops.
+      subroutine read_stiffness(obstacle)
+         type(obstacle_t), intent(inout) :: obstacle
+         if (.not. deck%given('STIFFNESS')) return
+         if (deck%given('LAW')) call deck%wrong('LAW', 'a stop has either STIFFNESS or LAW')
+         obstacle%rigid = .false.
+         obstacle%modulus = deck%real('STIFFNESS')
+      end subroutine read_stiffness
+
+      !> Reads a data line: node or set, clearance (*GAP), second node.
+      subroutine read_nodes(obstacle, normal, held_in)
+         type(obstacle_t), intent(in) :: obstacle
+         real(wp), intent(in) :: normal(2)              ! direction of the force
+         integer, intent(inout) :: held_in(:)
          type(contact_t) :: contact
          character(:), allocatable :: problem
-         integer :: i
+         integer :: other, new, i
          contact%obstacle = size(model%obstacle)
-         contact%gap = deck%real('clearance')
+         if (.not. obstacle%bilateral) contact%gap = deck%real('clearance')
          contact%node = deck%nodes('node or set')
          if (contact%gap < 0.0_wp .and. deck%names%pushed_out%find(obstacle%name) == 0) call deck%wrong('clearance', &
             'a clearance below zero needs *CONTACT INTERFERENCE, SHRINK in a step, which pushes out what penetrates')
+         other = 0
+         if (deck%given('second node')) then
+            other = deck%node('second node')
+            if (other == 0) return
+         end if
          do i = 1, size(contact%node)
             associate (node => contact%node(i))
                problem = ''
                if (deck%names%is_loose(node)) problem = 'belongs to no element'
-               if (.not. any(.not. model%fixed(1:2, node) .and. abs(normal) > parallel)) &
-                  problem = 'is supported in this direction already'
-               if (stopped_in(node) > 0) problem = 'has a stop of this card already, from '// &
-                  deck%source%line_words(stopped_in(node))
-               stopped_in(node) = deck%at%line_at
-               if (problem == '') cycle
-               call deck%wrong('node or set', node_words(model%mesh, node)//' '//problem)
+               if (.not. moves(node, other, normal)) problem = 'is supported in this direction already'
+               if (held_in(node) > 0) problem = 'is on this card already, from '//deck%source%line_words(held_in(node))
+               if (other == node) problem = 'is the second node, too'
+               held_in(node) = deck%at%line_at
+               if (problem /= '') then
+                  call deck%wrong('node or set', node_words(model%mesh, node)//' '//problem)
+                  exit
+               end if
+               if (other > 0 .or. deck%given('ROTATION')) then
+                  call make_relative(deck, model, node, other, obstacle%rigid, new)
+                  node = new
+               end if
             end associate
-            exit
          end do
          model%contact = [model%contact, contact]
-      end subroutine read_stops
+      end subroutine read_nodes
+
+      !> True if a support lets the motion on which the card acts happen.
+      logical function moves(node, other, normal)
+         integer, intent(in) :: node, other             ! other: the second node, 0: the ground
+         real(wp), intent(in) :: normal(2)
+         logical :: free(3)
+         free = .not. model%fixed(:, node)
+         if (other > 0) free = free .or. .not. model%fixed(:, other)
+         moves = any(free(1:2) .and. abs(normal) > parallel)
+         if (deck%given('ROTATION')) moves = free(3)
+      end function moves
    end subroutine read_gap_cards
+
+   !> True for a *SPRING without a law.
+   logical function is_linear_spring(deck)
+      type(checked_deck_t), intent(in) :: deck          !! at a card *SPRING or *GAP
+      is_linear_spring = deck%at%keyword == 'SPRING' .and. .not. deck%given('LAW')
+   end function is_linear_spring
+
+   !> Adds a node with the displacement of a node relative to another one, or with the relative rotation as its displacement x.
+   !>
+   !> A stop or spring to the ground at that node acts between both nodes, with opposite forces. The displacement of the new node
+   !> follows both nodes. But a rigid stop eliminates a displacement of its node, which must be an unknown then: there one of both
+   !> nodes follows the other one and the new node, if possible the first one, so that the second one may be moved by a step.
+   subroutine make_relative(deck, model, node, other, rigid, new)
+      type(checked_deck_t), intent(inout) :: deck       !! at the line that joins the nodes; receives names%tie_origin
+      type(model_t), intent(inout) :: model             !! receives a node, the last one, its supports and ties
+      integer, intent(in) :: node, other                !! other = 0: the ground
+      logical, intent(in) :: rigid                      !! true: a rigid stop acts on the relative motion
+      integer, intent(out) :: new                       !! index of the new node
+      integer :: k, part
+      call copy_node(deck%names, model%mesh, node)
+      new = model%mesh%n_nodes
+      if (.not. allocated(model%relative)) allocate (model%relative(3, 0))
+      model%relative = reshape([model%relative, new, node, other], [3, size(model%relative, 2) + 1])
+      model%fixed = reshape([model%fixed, spread(.true., 1, 3)], [3, new])
+      model%spring = reshape([model%spring, spread(0.0_wp, 1, 3)], [3, new])
+      do k = 1, 2
+         part = k
+         if (deck%given('ROTATION')) part = 3
+         if (part == 3 .and. k == 2) exit
+         model%fixed(k, new) = .false.
+         if (.not. rigid) then
+            call follow(new, k, [node, other], [part, part], [1.0_wp, -1.0_wp])
+         else if (may_follow(node)) then
+            call follow(node, part, [new, other], [k, part], [1.0_wp, 1.0_wp])
+         else if (may_follow(other)) then
+            call follow(other, part, [node, new], [part, k], [1.0_wp, -1.0_wp])
+         else
+            model%fixed(k, new) = .true.
+         end if
+      end do
+
+   contains
+
+      !> True if component `part` of a node may follow others.
+      logical function may_follow(node)
+         integer, intent(in) :: node
+         may_follow = node > 0
+         if (may_follow) may_follow = .not. (model%fixed(part, node) .or. &
+            & any(model%tie%node == node .and. model%tie%component == part))
+      end function may_follow
+
+      subroutine follow(node, component, of, parts, factor)
+         integer, intent(in) :: node, component
+         integer, intent(in) :: of(2), parts(2)         ! 0: the ground
+         real(wp), intent(in) :: factor(2)
+         type(tie_t) :: tie
+         tie%node = node
+         tie%component = component
+         tie%of = pack(of, of > 0)
+         tie%part = pack(parts, of > 0)
+         tie%factor = pack(factor, of > 0)
+         model%tie = [model%tie, tie]
+         deck%names%tie_origin = [deck%names%tie_origin, deck%at]
+      end subroutine follow
+   end subroutine make_relative
 
    !> Unit vector at an angle [degrees]; exact along the axes.
    pure function direction(angle) result(d)

@@ -15,7 +15,7 @@ module model
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
    public :: quantity_displacement, quantity_reaction, quantity_contact
-   public :: method_words, parameter_words, same_component
+   public :: method_words, parameter_words, same_component, supports
    public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
       & method_minimum_residual, method_variable_load, method_generalised, method_largest
    public :: parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, parameter_ei, parameter_constant_load
@@ -265,6 +265,8 @@ module model
       type(section_t), allocatable :: section(:)
       type(node_set_t), allocatable :: node_set(:)
       logical, allocatable :: fixed(:, :)       !! (3, n_nodes) true for supported degrees of freedom
+      integer, allocatable :: relative(:, :)    !! (3, motions) node whose displacement is a relative motion (*GAP, *SPRING), fixed
+      !! where that is not used; the two nodes that move, the second one 0: the ground
       real(wp), allocatable :: spring(:, :)     !! (3, n_nodes) stiffness of springs to the ground
       type(tie_t), allocatable :: tie(:)
       type(joint_spring_t), allocatable :: joint_spring(:)
@@ -286,6 +288,14 @@ contains
       if (.not. allocated(model%joint_spring)) allocate (model%joint_spring(0))
       if (.not. allocated(model%release)) allocate (model%release(0))
    end subroutine complete_joints
+
+   !> Supports of the deck: without those of relative motions.
+   pure function supports(model) result(fixed)
+      type(model_t), intent(in) :: model
+      logical :: fixed(3, model%mesh%n_nodes)
+      fixed = model%fixed
+      if (allocated(model%relative)) fixed(:, model%relative(1, :)) = .false.
+   end function supports
 
    !> A tie that gives a component of a node the same value as this component of another node.
    pure type(tie_t) function same_component(node, component, of) result(tie)

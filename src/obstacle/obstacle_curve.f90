@@ -1,5 +1,5 @@
 !> Curves that divide the plane: consecutive straight, circular and quintic pieces with common tangents, continued straight beyond
-!> both ends.
+!> both ends, or closed.
 !>
 !> The nearest point is found with a tree of circles around the pieces. Only pieces that may contain the nearest point are examined,
 !> so the cost grows with the logarithm of the number of pieces, and no search depends on a previous one. A quintic piece turns by
@@ -33,6 +33,7 @@ module obstacle_curve
    !> A curve of consecutive pieces with a search tree of circles around them.
    type :: obstacle_curve_t
       type(piece_t), allocatable :: piece(:)
+      logical :: closed = .false.       !! true: the end is the first point, with the same tangent
       integer :: leaves = 0             !! number of leaves of the tree, a power of 2
       real(wp), allocatable :: ball(:, :) !! (3, 2 leaves - 1) centre and radius of a circle around node k, whose children are 2 k
       !! and 2 k + 1; radius < 0: empty
@@ -136,12 +137,14 @@ contains
    end subroutine first_derivatives
 
    !> Curve of pieces, each of which begins at the end of the previous one, with the same tangent.
-   pure function join_pieces(pieces) result(curve)
+   pure function join_pieces(pieces, closed) result(curve)
       type(piece_t), intent(in) :: pieces(:)
+      logical, intent(in) :: closed     !! true: the last piece ends where the first one begins, with the same tangent
       type(obstacle_curve_t) :: curve
       type(foot_t) :: first, last
       integer :: i
       curve%piece = pieces
+      curve%closed = closed
       first = piece_point(pieces(1), 0.0_wp)
       last = piece_point(pieces(size(pieces)), 1.0_wp)
       curve%point = reshape([first%point, last%point], [2, 2])
@@ -169,20 +172,27 @@ contains
       end do
    end function join_pieces
 
-   !> True if the curvature jumps between piece i and the next one; pieces 0 and size + 1 are the straight continuations.
+   !> True if the curvature jumps between piece i and the next one. Pieces 0 and size + 1 are the straight continuations; of a
+   !> closed curve they are its last and its first piece.
    pure logical function curvature_jumps(curve, i) result(jumps)
       type(obstacle_curve_t), intent(in) :: curve
       integer, intent(in) :: i
       type(foot_t) :: before, after         ! undefined: straight continuation
       real(wp) :: length
+      integer :: n, left, right             ! pieces on both sides, 0 and n + 1: none
+      n = size(curve%piece)
+      left = i
+      right = i + 1
+      if (curve%closed .and. left == 0) left = n
+      if (curve%closed .and. right > n) right = 1
       length = 0.0_wp
-      if (i > 0) then
-         before = piece_point(curve%piece(i), 1.0_wp)
-         length = curve%start(i + 1) - curve%start(i)
+      if (left > 0) then
+         before = piece_point(curve%piece(left), 1.0_wp)
+         length = curve%start(left + 1) - curve%start(left)
       end if
-      if (i < size(curve%piece)) then
-         after = piece_point(curve%piece(i + 1), 0.0_wp)
-         length = max(length, curve%start(i + 2) - curve%start(i + 1))
+      if (right <= n) then
+         after = piece_point(curve%piece(right), 0.0_wp)
+         length = max(length, curve%start(right + 1) - curve%start(right))
       end if
       jumps = abs(after%curvature - before%curvature) * length > smooth
    end function curvature_jumps
@@ -195,7 +205,7 @@ contains
       integer :: stack(2 * bit_size(1)), top, k, near, i
       type(foot_t) :: candidate
       best = huge(best)
-      do i = 1, 2
+      do i = 1, merge(0, 2, curve%closed)
          along = dot_product(x - curve%point(:, i), curve%tangent(:, i))
          if (i == 1) along = -along
          if (along < 0.0_wp) cycle
@@ -470,6 +480,7 @@ contains
       integer, allocatable :: least(:)        ! candidates for the least turn within the length, in order
       integer :: k, first, last
       foot = feet(curve)
+      if (curve%closed) foot = [foot, foot(2:)]
       allocate (s(size(foot)), turn(size(foot)), least(size(foot)))
       s(1) = 0.0_wp
       turn(1) = 0.0_wp
@@ -495,7 +506,7 @@ contains
       end do
    end function sharpest_turn
 
-   !> True if the curve with its straight continuations intersects itself, so that it does not divide the plane in two.
+   !> True if the curve, with its straight continuations unless it is closed, meets itself: it does not divide the plane in two.
    !>
    !> A tree of boxes around the segments excludes pairs that cannot intersect: the cost is almost proportional to the number of
    !> segments.
@@ -508,11 +519,16 @@ contains
       integer :: i, n, leaves, top, a, b
       inner = curve_samples(curve)
       n = size(inner, 2)
-      allocate (p(2, n + 2))
-      p(:, 2:n + 1) = inner
-      size_ = norm2(maxval(inner, 2) - minval(inner, 2))
-      p(:, 1) = curve%point(:, 1) - far * size_ * curve%tangent(:, 1)
-      p(:, n + 2) = curve%point(:, 2) + far * size_ * curve%tangent(:, 2)
+      if (curve%closed) then
+         p = inner
+         n = n - 2
+      else
+         size_ = norm2(maxval(inner, 2) - minval(inner, 2))
+         allocate (p(2, n + 2))
+         p(:, 2:n + 1) = inner
+         p(:, 1) = curve%point(:, 1) - far * size_ * curve%tangent(:, 1)
+         p(:, n + 2) = curve%point(:, 2) + far * size_ * curve%tangent(:, 2)
+      end if
       ! Node k of the tree has the children 2 k and 2 k + 1; segment i is the leaf leaves + i - 1.
       leaves = 1
       do while (leaves < n + 1)
@@ -538,7 +554,7 @@ contains
          if (any(box(1:2, a) > box(3:4, b)) .or. any(box(1:2, b) > box(3:4, a))) cycle
          if (a >= leaves) then
             ! Both nodes are single segments. Neighbouring segments share a point, which is no intersection.
-            if (b - a < 2) cycle
+            if (b - a < 2 .or. (curve%closed .and. b - a == n)) cycle
             i = a - leaves + 1
             crosses = segments_meet(p(:, i), p(:, i + 1), p(:, i + b - a), p(:, i + b - a + 1))
             if (crosses) return

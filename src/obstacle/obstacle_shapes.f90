@@ -1,11 +1,11 @@
 !> Curves of obstacles as decks describe them: arcs, polylines with rounded corners, splines.
 module obstacle_shapes
-   use kinds, only: wp
-   use quintic_spline, only: spline_derivatives, hermite_coefficients, ends_straight
+   use kinds, only: wp, pi
+   use quintic_spline, only: spline_derivatives, hermite_coefficients, ends_straight, ends_meet
    use obstacle_curve, only: obstacle_curve_t, piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces
    implicit none
    private
-   public :: arc_curve, polyline_curve, spline_curve, corner_turn, widest_corner_radius, default_corner_radius
+   public :: arc_curve, ellipse_points, polyline_curve, spline_curve, corner_turn, widest_corner_radius, default_corner_radius
 
    real(wp), parameter :: straight_on = 1.0e-9_wp   !! [rad] corners with a smaller turn are ignored
    real(wp), parameter :: default_share = 0.1_wp    !! largest part of a segment for a corner by default
@@ -16,8 +16,29 @@ contains
    pure function arc_curve(centre, radius, start_angle, end_angle) result(curve)
       real(wp), intent(in) :: centre(2), radius, start_angle, end_angle
       type(obstacle_curve_t) :: curve
-      curve = join_pieces([arc_piece(centre, radius, start_angle, end_angle - start_angle)])
+      curve = join_pieces([arc_piece(centre, radius, start_angle, end_angle - start_angle)], closed=.false.)
    end function arc_curve
+
+   !> Points of an ellipse, the last one the first one again, so many that the closed spline through them deviates by rounding only.
+   pure function ellipse_points(centre, half, turn, anticlockwise) result(point)
+      real(wp), intent(in) :: centre(2)
+      real(wp), intent(in) :: half(2)         !! half axes, positive
+      real(wp), intent(in) :: turn            !! [rad] direction of the first axis
+      logical, intent(in) :: anticlockwise    !! true: inside is on the left
+      real(wp), allocatable :: point(:, :)    !! (2, points)
+      integer, parameter :: circle = 256      ! points on a circle: the error h^6/720 of a quintic is 3e-13 of the radius
+      real(wp) :: t, d(2)
+      integer :: i, n
+      n = circle * ceiling(sqrt(maxval(half) / minval(half)))
+      allocate (point(2, n + 1))
+      do i = 1, n
+         t = (2.0_wp * pi * (i - 1)) / n
+         if (.not. anticlockwise) t = -t
+         d = half * [cos(t), sin(t)]
+         point(:, i) = centre + [cos(turn) * d(1) - sin(turn) * d(2), sin(turn) * d(1) + cos(turn) * d(2)]
+      end do
+      point(:, n + 1) = point(:, 1)
+   end function ellipse_points
 
    !> Straight segments through distinct points, with corners rounded by arcs of one radius.
    function polyline_curve(point, radius) result(curve)
@@ -45,7 +66,7 @@ contains
          at = point(:, i) + cut * unit(point(:, i + 1) - point(:, i))
       end do
       call add_straight(point(:, n))
-      curve = join_pieces(piece(:pieces))
+      curve = join_pieces(piece(:pieces), closed=.false.)
 
    contains
 
@@ -60,20 +81,24 @@ contains
 
    !> Quintic spline through distinct points, parameter by chord length. The pressure of a rod along the curve, which contains EI
    !> times the second derivative of the curvature, is continuous.
-   function spline_curve(point) result(curve)
-      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more)
+   function spline_curve(point, closed) result(curve)
+      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more); of a closed spline 4 or more, the last one is the first one
+      logical, intent(in), optional :: closed !! true: periodic (default false)
       type(obstacle_curve_t) :: curve
       type(piece_t), allocatable :: piece(:), more(:), next(:)
       real(wp), dimension(size(point, 2), 2) :: value, slope, bend
       real(wp) :: knot(size(point, 2)), c(2, 6), h
       integer :: i, k, n, pieces
+      logical :: meets
+      meets = .false.
+      if (present(closed)) meets = closed
       n = size(point, 2)
       knot(1) = 0.0_wp
       do i = 2, n
          knot(i) = knot(i - 1) + norm2(point(:, i) - point(:, i - 1))
       end do
       value = transpose(point)
-      call spline_derivatives(knot, value, ends_straight, slope, bend)
+      call spline_derivatives(knot, value, merge(ends_meet, ends_straight, meets), slope, bend)
       allocate (piece(4 * n))
       pieces = 0
       do i = 1, n - 1
@@ -91,7 +116,7 @@ contains
          piece(pieces + 1:pieces + size(next)) = next
          pieces = pieces + size(next)
       end do
-      curve = join_pieces(piece(:pieces))
+      curve = join_pieces(piece(:pieces), meets)
    end function spline_curve
 
    !> Turn [rad] of a polyline at an inner point, > 0 to the left, between -pi and pi.

@@ -54,7 +54,7 @@ contains
       end select
    end function track_foot
 
-   !> Point of the track at arc length sigma.
+   !> Point of the track at arc length sigma. On closed curves the numbers of pieces go on from round to round, both ways.
    !>
    !> On curves the search starts on the piece of `near` and passes to a neighbour only if the curvature does not jump (quintic
    !> pieces); otherwise the piece is continued beyond its end, straight or circular, so that nothing jumps within Newton's method.
@@ -71,15 +71,15 @@ contains
          track = on_circle(obstacle, offset, sigma)
       case default
          i = near%piece
-         associate (n => size(obstacle%curve%piece))
-            do while (i > 0)
+         associate (n => size(obstacle%curve%piece), closed => obstacle%curve%closed)
+            do while (i > 0 .or. closed)
                if (sigma >= piece_start(obstacle, offset, i)) exit
-               if (obstacle%curve%jumps(i - 1)) exit
+               if (jumps_behind(obstacle, i - 1)) exit
                i = i - 1
             end do
-            do while (i <= n)
+            do while (i <= n .or. closed)
                if (sigma <= piece_start(obstacle, offset, i + 1)) exit
-               if (obstacle%curve%jumps(i)) exit
+               if (jumps_behind(obstacle, i)) exit
                i = i + 1
             end do
          end associate
@@ -88,17 +88,56 @@ contains
       end select
    end function track_at
 
-   !> Signed arc length from one point of the track to another; on circles the shorter way round.
+   !> Signed arc length from one point of the track to another; on circles and closed curves the shorter way round.
    pure real(wp) function track_ahead(obstacle, offset, from, to) result(ahead)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
       type(track_t), intent(in) :: from, to
       real(wp) :: round
       ahead = to%sigma - from%sigma
-      if (obstacle%kind /= obstacle_circle) return
-      round = 2 * pi * track_radius(obstacle, offset)
-      ahead = ahead - round * anint(ahead / round)
+      round = round_length(obstacle, offset)
+      if (round > 0.0_wp) ahead = ahead - round * anint(ahead / round)
    end function track_ahead
+
+   !> Length of the track once round; 0 if it is not closed.
+   pure real(wp) function round_length(obstacle, offset) result(round)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      round = 0.0_wp
+      if (obstacle%kind == obstacle_circle) round = 2 * pi * track_radius(obstacle, offset)
+      if (.not. obstacle%curve%closed) return
+      associate (n => size(obstacle%curve%piece))
+         round = obstacle%curve%start(n + 1) - offset * obstacle%curve%turned(n + 1)
+      end associate
+   end function round_length
+
+   !> A point of a closed curve, its arc length and the number of its piece those of the round in which another point is.
+   pure type(track_t) function same_round(obstacle, offset, track, near) result(same)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      type(track_t), intent(in) :: track, near
+      integer :: rounds
+      same = track
+      if (.not. obstacle%curve%closed) return
+      rounds = nint((track%sigma - near%sigma) / round_length(obstacle, offset))
+      same%sigma = track%sigma - rounds * round_length(obstacle, offset)
+      same%piece = track%piece - rounds * size(obstacle%curve%piece)
+   end function same_round
+
+   !> Piece of the curve that has a number in any round of a closed curve.
+   pure integer function piece_of(obstacle, number) result(i)
+      type(obstacle_t), intent(in) :: obstacle
+      integer, intent(in) :: number
+      i = number
+      if (obstacle%curve%closed) i = 1 + modulo(number - 1, size(obstacle%curve%piece))
+   end function piece_of
+
+   !> True if the curvature jumps at the end of a piece.
+   pure logical function jumps_behind(obstacle, number) result(jumps)
+      type(obstacle_t), intent(in) :: obstacle
+      integer, intent(in) :: number       !! of the piece, in any round; open curves: 0 is the first continuation
+      jumps = obstacle%curve%jumps(piece_of(obstacle, number))
+   end function jumps_behind
 
    !> A point on the piece that contains the track interval between two given points, for the argument `near` of track_at: end
    !> points at a joint may belong to either piece.
@@ -107,12 +146,14 @@ contains
       real(wp), intent(in) :: offset
       type(track_t), intent(in) :: first, last
       real(wp) :: middle
+      type(track_t) :: other
       integer :: i
       between = first
-      if (first%piece == last%piece) return
-      middle = 0.5_wp * (first%sigma + last%sigma)
-      i = min(first%piece, last%piece)
-      do while (i < max(first%piece, last%piece))
+      other = same_round(obstacle, offset, last, first)
+      if (first%piece == other%piece) return
+      middle = 0.5_wp * (first%sigma + other%sigma)
+      i = min(first%piece, other%piece)
+      do while (i < max(first%piece, other%piece))
          if (middle <= piece_start(obstacle, offset, i + 1)) exit
          i = i + 1
       end do
@@ -125,14 +166,16 @@ contains
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
       type(track_t), intent(in) :: first, last   !! in either order
+      type(track_t) :: other
       real(wp) :: ends(2), joint, margin
       integer :: i
       jump_between = .false.
-      if (first%piece == last%piece) return
-      ends = [min(first%sigma, last%sigma), max(first%sigma, last%sigma)]
+      other = same_round(obstacle, offset, last, first)
+      if (first%piece == other%piece) return
+      ends = [min(first%sigma, other%sigma), max(first%sigma, other%sigma)]
       margin = at_joint * (ends(2) - ends(1))
-      do i = min(first%piece, last%piece), max(first%piece, last%piece) - 1
-         if (.not. obstacle%curve%jumps(i)) cycle
+      do i = min(first%piece, other%piece), max(first%piece, other%piece) - 1
+         if (.not. jumps_behind(obstacle, i)) cycle
          joint = piece_start(obstacle, offset, i + 1)
          jump_between = jump_between .or. (joint > ends(1) + margin .and. joint < ends(2) - margin)
       end do
@@ -153,8 +196,8 @@ contains
       next = track%piece
       do side = 0, 1
          i = track%piece - 1 + side
-         if (i < 0 .or. i > size(obstacle%curve%piece)) cycle
-         if (.not. obstacle%curve%jumps(i)) cycle
+         if (.not. obstacle%curve%closed .and. (i < 0 .or. i > size(obstacle%curve%piece))) cycle
+         if (.not. jumps_behind(obstacle, i)) cycle
          away = abs(piece_start(obstacle, offset, i + 1) - track%sigma)
          if (away > nearest) cycle
          nearest = away
@@ -172,11 +215,13 @@ contains
       real(wp), intent(in) :: offset
       type(track_t), intent(in) :: first, last   !! in either order
       real(wp), allocatable :: share(:)
+      type(track_t) :: other
       integer :: i
-      share = [((piece_start(obstacle, offset, i) - first%sigma) / (last%sigma - first%sigma), &
-         & i=min(first%piece, last%piece) + 1, max(first%piece, last%piece))]
+      other = same_round(obstacle, offset, last, first)
+      share = [((piece_start(obstacle, offset, i) - first%sigma) / (other%sigma - first%sigma), &
+         & i=min(first%piece, other%piece) + 1, max(first%piece, other%piece))]
       share = pack(share, share > at_joint .and. share < 1.0_wp - at_joint)
-      if (first%piece > last%piece) share = share(size(share):1:-1)
+      if (first%piece > other%piece) share = share(size(share):1:-1)
    end function joint_shares
 
    pure type(track_t) function on_line(obstacle, offset, sigma) result(track)
@@ -221,8 +266,12 @@ contains
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
       integer, intent(in) :: i
+      integer :: k
       sigma = 0.0_wp
-      if (i > 0) sigma = obstacle%curve%start(i) - offset * obstacle%curve%turned(i)
+      if (i <= 0 .and. .not. obstacle%curve%closed) return
+      k = piece_of(obstacle, i)
+      sigma = obstacle%curve%start(k) - offset * obstacle%curve%turned(k)
+      if (k /= i) sigma = sigma + ((i - k) / size(obstacle%curve%piece)) * round_length(obstacle, offset)
    end function piece_start
 
    !> Arc length of the track from the beginning of a piece, or of a continuation, to its parameter t.
@@ -231,10 +280,12 @@ contains
       real(wp), intent(in) :: offset
       integer, intent(in) :: i
       real(wp), intent(in) :: t
+      integer :: k
       length = t
-      if (i < 1 .or. i > size(obstacle%curve%piece)) return
-      length = arc_length(obstacle%curve, i, t)
-      if (abs(offset) > 0.0_wp) length = length - offset * turned_angle(obstacle%curve, i, t)
+      k = piece_of(obstacle, i)
+      if (k < 1 .or. k > size(obstacle%curve%piece)) return
+      length = arc_length(obstacle%curve, k, t)
+      if (abs(offset) > 0.0_wp) length = length - offset * turned_angle(obstacle%curve, k, t)
    end function piece_length
 
    !> Point of the track at parameter t of a piece, without its arc length.
@@ -244,17 +295,18 @@ contains
       integer, intent(in) :: i
       real(wp), intent(in) :: t
       real(wp) :: k(0:2), d(2), d5(2, 0:5), angle, stretch
-      integer :: e
+      integer :: e, which
       track%piece = i
+      which = piece_of(obstacle, i)
       associate (curve => obstacle%curve)
-         if (i < 1 .or. i > size(curve%piece)) then
+         if (which < 1 .or. which > size(curve%piece)) then
             e = merge(1, 2, i < 1)
             track%tangent = curve%tangent(:, e)
             track%place = curve%point(:, e) + t * track%tangent + offset * [-track%tangent(2), track%tangent(1)]
             return
          end if
          k = 0.0_wp
-         associate (piece => curve%piece(i))
+         associate (piece => curve%piece(which))
             select case (piece%shape)
             case (shape_arc)
                angle = piece%angle + t * piece%turn
@@ -306,18 +358,19 @@ contains
       ! Newton's method converges quadratically: after a step smaller than this the remaining error is below rounding.
       real(wp), parameter :: last_step = 1.0e-9_wp
       real(wp) :: local, step, x(2), d(2), dd(2)
-      integer :: iteration
+      integer :: iteration, which
+      which = piece_of(obstacle, i)
       local = sigma - piece_start(obstacle, offset, i)
       t = local
       associate (curve => obstacle%curve)
-         if (i < 1 .or. i > size(curve%piece)) return
-         if (curve%piece(i)%shape /= shape_quintic) then
+         if (which < 1 .or. which > size(curve%piece)) return
+         if (curve%piece(which)%shape /= shape_quintic) then
             t = local / piece_length(obstacle, offset, i, 1.0_wp)
             return
          end if
          t = local / (piece_start(obstacle, offset, i + 1) - piece_start(obstacle, offset, i))
          do iteration = 1, 20
-            call first_derivatives(curve%piece(i)%c, t, x, d, dd)
+            call first_derivatives(curve%piece(which)%c, t, x, d, dd)
             step = (local - piece_length(obstacle, offset, i, t)) / (norm2(d) - offset * cross(d, dd) / dot_product(d, d))
             t = t + step
             if (abs(step) <= last_step) exit

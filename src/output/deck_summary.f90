@@ -1,7 +1,7 @@
 !> Summary of the deck as the program has understood it: the first part of the listing.
 module deck_summary
    use kinds, only: wp, degree
-   use model, only: model_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t, contact_t, method_load, &
+   use model, only: model_t, supports, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t, contact_t, method_load, &
       & method_displacement
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
       & ground_pasternak
@@ -119,7 +119,7 @@ contains
       end subroutine write_mesh
 
       subroutine write_supports()
-         associate (fixed => model%fixed)
+         associate (fixed => supports(model))
             call line('supports', 'at '//plural(count(any(fixed, 1)), 'node')//': '//whole(count(fixed(1, :)))//' u, ' &
                & //whole(count(fixed(2, :)))//' v, '//whole(count(fixed(3, :)))//' rotations')
          end associate
@@ -152,14 +152,30 @@ contains
          end do
       end subroutine write_sections
 
+      !> What stops or springs at nodes do.
+      pure function acts(obstacle) result(text)
+         type(obstacle_t), intent(in) :: obstacle
+         character(:), allocatable :: text
+         if (obstacle%kind == obstacle_circle) then
+            text = 'presses'
+            if (obstacle%inside) text = 'pulls'
+            if (obstacle%bilateral) text = 'pulls and presses'
+            text = ': member of length '//brief(obstacle%radius)//' that '//text
+         else
+            text = ': stops at nodes, they push towards ('
+            if (obstacle%bilateral) text = ': springs at nodes, they act along ('
+            associate (d => obstacle%point(:, 2) - obstacle%point(:, 1))
+               text = text//brief(-d(2))//', '//brief(d(1))//')'
+            end associate
+         end if
+      end function acts
+
       pure function obstacle_text(obstacle) result(text)
          type(obstacle_t), intent(in) :: obstacle
          character(:), allocatable :: text
          text = trim(obstacle%name)//': '//kind_name(obstacle)
          if (obstacle%at_nodes) then
-            associate (d => obstacle%point(:, 2) - obstacle%point(:, 1))
-               text = trim(obstacle%name)//': stops at nodes, they push towards ('//brief(-d(2))//', '//brief(d(1))//')'
-            end associate
+            text = trim(obstacle%name)//acts(obstacle)
             if (obstacle%rigid) then
                text = text//', rigid'
             else if (obstacle%law > 0) then

@@ -1,7 +1,7 @@
 !> Loads and supports in words for the first part of the listing, so that a load on a wrong node is noticed at once.
 module load_words
    use kinds, only: wp
-   use model, only: model_t, load_t
+   use model, only: model_t, load_t, supports
    use columns, only: brief, whole
    use text, only: plural
    implicit none
@@ -49,17 +49,18 @@ contains
       type(words_t), allocatable :: lines(:)
       character(*), parameter :: name(3) = [character(8) :: 'u', 'v', 'rotation']
       character(:), allocatable :: held
-      logical :: left(model%mesh%n_nodes), alike(model%mesh%n_nodes)
+      logical :: fixed(3, model%mesh%n_nodes), left(model%mesh%n_nodes), alike(model%mesh%n_nodes)
       integer :: node, i
       allocate (lines(0))
-      left = any(model%fixed, 1)
+      fixed = supports(model)
+      left = any(fixed, 1)
       do node = 1, size(left)
          if (.not. left(node)) cycle
-         alike = left .and. [(all(model%fixed(:, i) .eqv. model%fixed(:, node)), i=1, size(left))]
+         alike = left .and. [(all(fixed(:, i) .eqv. fixed(:, node)), i=1, size(left))]
          left = left .and. .not. alike
          held = ''
          do i = 1, 3
-            if (model%fixed(i, node)) held = held//', '//trim(name(i))
+            if (fixed(i, node)) held = held//', '//trim(name(i))
          end do
          lines = [lines, words_t(nodes_text(model, pack([(i, i=1, size(left))], alike))//': '//held(3:))]
       end do

@@ -1,7 +1,7 @@
 !> Writes supports, springs, loads of the steps and node sets to the result file. A failure is kept in the file, see hdf5_file.
 module model_tables
    use kinds, only: wp
-   use model, only: model_t, step_t
+   use model, only: model_t, step_t, supports
    use pole_load, only: pole_load_t
    use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group
@@ -20,12 +20,14 @@ contains
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
       integer, allocatable :: held(:)
+      logical :: fixed(3, model%mesh%n_nodes)
       integer :: i
       call hdf5_group(file, '/supports')
-      held = where_any(model%fixed)
+      fixed = supports(model)
+      held = where_any(fixed)
       if (size(held) > 0) then
          call hdf5_write(file, '/supports/node', held - 1, '1', 'supported nodes: '//node_rows)
-         call hdf5_write(file, '/supports/fixed', reshape(merge(1, 0, model%fixed(:, held)), [3, size(held)]), '1', &
+         call hdf5_write(file, '/supports/fixed', reshape(merge(1, 0, fixed(:, held)), [3, size(held)]), '1', &
             & '1 where u, v, rotation of the node are held')
       end if
       if (allocated(model%spring)) then
@@ -35,6 +37,12 @@ contains
             call hdf5_write(file, '/supports/spring', model%spring(:, held), 'force/length, force/length, moment/radian', &
                & 'their stiffness for u, v, rotation')
          end if
+      end if
+      if (allocated(model%relative)) then
+         associate (pair => pack([(i, i=1, size(model%relative, 2))], model%relative(3, :) > 0))
+            if (size(pair) > 0) call hdf5_write(file, '/supports/relative_node', model%relative(2:, pair) - 1, '1', &
+               & 'stops, springs by a law and members between two nodes: '//node_rows)
+         end associate
       end if
       if (.not. allocated(model%joint_spring)) return
       associate (spring => model%joint_spring)

@@ -125,13 +125,10 @@ contains
             call hdf5_attribute(file, group, 'side', side_name(obstacle(i)))
             call hdf5_attribute(file, group, 'type', kind_name(obstacle(i)))
             call hdf5_attribute(file, group, 'number', i)
+            if (obstacle(i)%at_nodes) call write_stops(file, model, i, group)
             select case (obstacle(i)%kind)
             case (obstacle_line)
-               if (obstacle(i)%at_nodes) then
-                  call write_stops(file, model, i, group)
-               else
-                  call hdf5_attribute(file, group, 'points', obstacle(i)%point)
-               end if
+               if (.not. obstacle(i)%at_nodes) call hdf5_attribute(file, group, 'points', obstacle(i)%point)
             case (obstacle_circle, obstacle_arc)
                call hdf5_attribute(file, group, 'centre', obstacle(i)%centre)
                call hdf5_attribute(file, group, 'radius', obstacle(i)%radius)
@@ -177,18 +174,21 @@ contains
       real(wp), allocatable :: place(:, :)
       real(wp) :: gap, normal(2), bend
       integer :: c, i
+      call obstacle_gap(model%obstacle(number), [0.0_wp, 0.0_wp], gap, normal, bend)
       allocate (place(2, 0))
       do c = 1, size(model%contact)
          if (model%contact(c)%obstacle /= number) cycle
          do i = 1, size(model%contact(c)%node)
+            if (allocated(model%relative)) then
+               if (any(model%relative(1, :) == model%contact(c)%node(i))) cycle
+            end if
             associate (home => model%mesh%x(:, model%contact(c)%node(i)))
-               call obstacle_gap(model%obstacle(number), home, gap, normal, bend)
                place = reshape([place, home - model%contact(c)%gap * normal], [2, size(place, 2) + 1])
             end associate
          end do
       end do
       call hdf5_attribute(file, group, 'normal', normal)
-      call hdf5_write(file, group//'/points', place, 'length', 'where the nodes meet their stops')
+      call hdf5_write(file, group//'/points', place, 'length', 'where the nodes meet their stops on the ground')
    end subroutine write_stops
 
    !> Writes the candidates for contact and their obstacles; the group /contact must exist.

@@ -69,7 +69,7 @@ contains
             slope = obstacle%modulus
             if (obstacle%law > 0) then
                associate (law => model%law(obstacle%law))
-                  slope = obstacle%width * maxval([(segment_slope(law, n), n=1, size(law%force) - 1)])
+                  slope = obstacle%width * maxval([(abs(segment_slope(law, n)), n=1, size(law%force) - 1)])
                end associate
             end if
             ground%slope(ground%chain%obstacle(c)) = slope

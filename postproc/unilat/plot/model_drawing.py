@@ -58,7 +58,7 @@ def draw_supports(axes, path: Path, nodes: np.ndarray, colour: str = style.INK, 
                 _mark(axes, nodes[node], SYMBOLS["turn spring"], 0.0, colour, size, mirror)
             else:
                 _mark(axes, nodes[node], SYMBOLS["spring"], _facing(component, inwards[node]), colour, size, mirror)
-    for pair in supports.joint_spring_node:
+    for pair in (*supports.joint_spring_node, *supports.relative_node):
         for line in mirrored([nodes[pair]], mirror):
             axes.plot(*line.T, color=colour, linewidth=0.8, linestyle=":", marker=SYMBOLS["no turn"], markersize=3.0, zorder=6)
 

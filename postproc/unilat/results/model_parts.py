@@ -23,6 +23,7 @@ class Supports:
     spring_node: np.ndarray = _none(kind=int)
     spring: np.ndarray = _none(3)                  # (n, 3) stiffness, 0: none
     joint_spring_node: np.ndarray = _none(2, kind=int)
+    relative_node: np.ndarray = _none(2, kind=int) # (n, 2) the nodes of stops, springs by a law and members between two nodes
 
 
 @dataclass(frozen=True)
