@@ -7,6 +7,8 @@ module model
    use obstacle_types, only: obstacle_t
    use length_table, only: length_table_t
    use load_pattern, only: load_t, new_load
+   use distribution, only: distribution_t
+   use cross_section, only: section_t
    implicit none
    private
    public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, law_t, contact_t
@@ -84,17 +86,6 @@ module model
       logical, allocatable :: placed(:)         !! (n_elements) true: the deck leaves the number of elements open. The program
       !! computes with a mesh of its own; these elements only define where output is given
    end type mesh_t
-
-   !> A cross section.
-   type :: section_t
-      character(name_length) :: name = ''       !! element set of the section
-      real(wp) :: ea = 0.0_wp, ei = 0.0_wp      !! axial [force] and bending [force length^2] stiffness
-      logical :: inextensible = .false.         !! true: 1/EA is zero: ea is not used
-      real(wp) :: ga = 0.0_wp                   !! shear stiffness [force]; not used when shear_rigid
-      logical :: shear_rigid = .true.
-      real(wp) :: mass = 0.0_wp                 !! mass per unit stress-free length (self-weight)
-      real(wp) :: expansion = 0.0_wp            !! strain per unit of temperature
-   end type section_t
 
    !> A displacement or rotation that follows others, u = sum of factor u_k + [(R - 1) arm], R the rotation matrix of node `turner`.
    !>
@@ -262,6 +253,7 @@ module model
       type(mesh_t) :: mesh
       type(curve_t), allocatable :: curve(:)
       type(imperfection_t), allocatable :: imperfection(:)
+      type(distribution_t), allocatable :: distribution(:) !! not allocated: none
       type(section_t), allocatable :: section(:)
       type(node_set_t), allocatable :: node_set(:)
       logical, allocatable :: fixed(:, :)       !! (3, n_nodes) true for supported degrees of freedom

@@ -12,6 +12,8 @@ module rod_layout
    private
    public :: layout_t, rod_segment_t, new_layout, segment_element, segment_place
 
+   real(wp), parameter :: same_length = 1.0e-9_wp !! smaller parts of a length are rounding of typed numbers
+
    !> A rod between two segment boundaries.
    type :: rod_segment_t
       integer :: node(2) = 0                  !! the deck's nodes at its ends, the same node for a closed segment
@@ -189,6 +191,13 @@ contains
             & mesh%stages(a) == mesh%stages(b) .and. mesh%section(a) == mesh%section(b) .and. &
             & (mesh%placed(a) .eqv. mesh%placed(b))
          if (goes_on) goes_on = curve_goes_on(model%curve(mesh%curve(a)), mesh%s(2, a), model%curve(mesh%curve(b)), mesh%s(1, b))
+         if (.not. goes_on) return
+         do k = 1, merge(size(model%distribution), 0, allocated(model%distribution))
+            goes_on = .not. model%distribution(k)%bends_at(mesh%curve(a), mesh%s(2, a), same_length * mesh%s(2, a)) .and. &
+               & (model%distribution(k)%contains_place(mesh%curve(a), 0.5_wp * sum(mesh%s(:, a))) .eqv. &
+               & model%distribution(k)%contains_place(mesh%curve(b), 0.5_wp * sum(mesh%s(:, b))))
+            if (.not. goes_on) return
+         end do
          do k = 1, size(model%step)
             if (.not. goes_on) return
             goes_on = model%step(k)%load%same_on(a, b)
