@@ -511,8 +511,8 @@ contains
                   heated = heated + matmul(inner%sway(:, :, q), heat(:, b)) * (hc * inner%basis(b, q))
                   k_d = matmul(inner%sway(:, :, q), d(:, b)) * (hc * inner%basis(b, q))
                   swing = swing + k_d
-                  along(:s, 1) = along(:s, 1) + k_d(1) * turn(:s, b)
-                  along(:s, 2) = along(:s, 2) + k_d(2) * turn(:s, b)
+                  along(:s, 1) = along(:s, 1) + (k_d(1) * h) * (bending_give(:s) * tab%a(b, :s))
+                  along(:s, 2) = along(:s, 2) + (k_d(2) * h) * (bending_give(:s) * tab%a(b, :s))
                   k_dn(1, :, b) = matmul(inner%sway(:, :, q), bnn(1:2, b)) * (hc * inner%basis(b, q))
                   k_dn(2, :, b) = matmul(inner%sway(:, :, q), bnn(2:3, b)) * (hc * inner%basis(b, q))
                end do
@@ -552,7 +552,7 @@ contains
             do b = 1, s
                stiff = inner%spring(q) * hc * inner%basis(b, q)
                lever = stiff * dot_product(inner%normal(:, q), d(:, b))
-               system(:s, row) = system(:s, row) + lever * turn(:s, b)
+               system(:s, row) = system(:s, row) + (lever * h) * (bending_give(:s) * tab%a(b, :s))
                system(s + 2 * b - 1, row) = stiff * dot_product(inner%normal(:, q), bnn(1:2, b))
                system(s + 2 * b, row) = stiff * dot_product(inner%normal(:, q), bnn(2:3, b))
                rhs(by_rotation, row) = rhs(by_rotation, row) - lever
