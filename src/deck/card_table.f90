@@ -330,13 +330,24 @@ contains
          former='SLIDING ALONG|DISTRIBUTED ALONG')
 
       call card(t, 'MONITOR', in_model, 'A quantity of the path: offset + factor * mean displacement (U) or sum of reactions '// &
-         '(R) of supports and springs at the nodes, or sum of the reactions of an obstacle.')
+         '(R) of supports and springs at the nodes, or sum of the reactions of an obstacle. With ELSET: '// &
+         'section forces, strain or stress.')
       call param(t, 'NAME', kind_name, 'each once, and not LOAD')
       call param(t, 'OBSTACLE', kind_name, 'whose contact reactions are summed', optional=.true.)
+      call param(t, 'ELSET', kind_name, 'elements in order, whose sections are observed', optional=.true.)
       call lines(t, when='OBSTACLE', most=1)
       call field(t, 'quantity', kind_word, 'sum of the reactions on the structure: in x, in y; of the normal reactions', &
          words='RF1|RF2|RN')
       call field(t, 'factor', kind_real, 'such as -1', default='1', bound=not_zero)
+      call field(t, 'offset', kind_real, 'in the unit of the monitor', default='0')
+      call lines(t, when='ELSET', most=1)
+      call field(t, 'quantity', kind_word, 'of the section: N > 0 in tension, Q to the left, M; STRAIN and STRESS of the fibre '// &
+         'that has the largest (needs RECT, CIRC or PIPE). AT: where the largest is', words= &
+         'N|Q|M|STRAIN|STRESS|N AT|Q AT|M AT|STRAIN AT|STRESS AT')
+      call field(t, 's', kind_real, &
+         & 'arc length along the set at which it is taken; left out: the largest magnitude along the set', &
+         unit='length', optional=.true., bound=not_negative)
+      call field(t, 'factor', kind_real, 'such as 1/W or -1', default='1', bound=not_zero)
       call field(t, 'offset', kind_real, 'in the unit of the monitor', default='0')
       call lines(t, most=1)
       call field(t, 'node or set', kind_label_or_set, node_or_set)

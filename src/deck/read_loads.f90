@@ -208,7 +208,9 @@ contains
          integer, intent(in) :: elements(:)
          type(distributed_t), intent(in) :: gravity
          real(wp), intent(in) :: direction(2)
+         integer, allocatable :: varying(:) ! elements whose mass is not the same everywhere
          integer :: i
+         varying = [integer ::]
          if (gravity%distribution > 0) then
             call deck%wrong('magnitude', 'gravity is the same everywhere; what varies is the mass, from *BEAM SECTION')
             return
@@ -223,13 +225,14 @@ contains
                      return
                   end if
                   if (varies(model%section(model%mesh%section(e)))) then
-                     call add_line([e], line_load_t(distributed_t(gravity%value), direction, weight=.true.))
+                     varying = [varying, e]
                   else
                      load%line_force(:, e) = load%line_force(:, e) + mass * gravity%value * direction
                   end if
                end associate
             end associate
          end do
+         if (size(varying) > 0) call add_line(varying, line_load_t(distributed_t(gravity%value), direction, weight=.true.))
       end subroutine add_weight
 
       !> Reads *TEMPERATURE: element or set, change, gradient.

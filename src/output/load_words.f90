@@ -135,9 +135,11 @@ contains
       type(words_t), allocatable :: lines(:)
       character(:), allocatable :: text
       logical, allocatable :: wet(:)
-      integer :: i
+      integer :: i, n
       allocate (lines(0))
-      do i = 1, merge(size(load%line_load), 0, allocated(load%line_load))
+      n = 0
+      if (allocated(load%line_load)) n = size(load%line_load)
+      do i = 1, n
          associate (part => load%line_load(i))
             text = merge('along and to the left of the axis', 'in x and y                       ', part%along_axis)
             text = 'load on '//plural(count(part%on), 'element')//', '//trim(text)//': ('//brief(part%direction(1))//', '// &
