@@ -13,8 +13,7 @@ module load_pattern
    public :: load_t, line_load_t, new_load
 
    !> A dead load along rods whose size or direction is not the same everywhere, per unit stress-free length. The force at a place
-   !> is
-   !> the intensity there, times the section's mass if it is a weight, times the direction.
+   !> is the intensity there, times the section's mass if it is a weight, times the direction.
    type :: line_load_t
       type(distributed_t) :: intensity
       real(wp) :: direction(2) = 0.0_wp       !! times the factor of the pattern
