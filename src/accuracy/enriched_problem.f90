@@ -12,7 +12,7 @@ module enriched_problem
    use rod_geometry, only: geometry_t, new_geometry, with_other_stages
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
-   use ge_element, only: ge_compliance, forbid_stretch, ge_size
+   use ge_element, only: ge_size
    use conforming_element, only: conforming_size
    use ground, only: new_ground
    use system_type, only: system_t
@@ -66,11 +66,10 @@ contains
       associate (mesh => finer%model%mesh)
          do e = 1, mesh%n_elements
             if (.not. collocates(mesh%family(e))) cycle
+            ! Elements with one stage have a shear compliance that is not the section's.
             associate (section => finer%model%section(mesh%section(e)))
-               ! The length matters for elements with one stage only.
-               finer%compliance(e) = ge_compliance(mesh%stages(e), 0.0_wp, section%ea, section%ei, section%ga, &
-                  & section%shear_rigid)
-               if (section%inextensible) call forbid_stretch(finer%compliance(e), finer%size)
+               if (mesh%stages(e) == 2) finer%compliance(e)%shear = 0.0_wp
+               if (mesh%stages(e) == 2 .and. .not. section%shear_rigid) finer%compliance(e)%shear = 1.0_wp / section%ga
             end associate
             if (finer%conforms(e) > 0) then
                finer%z_size(e) = conforming_size(mesh%stages(e))

@@ -133,7 +133,7 @@ contains
       ! The residual that Newton's method left is no error of the elements.
       shares%rest(row) = dot_product(total, merge(0.0_wp, system%residual, system%fixed))
       ! For numbers with places inside elements `change` contains the defect already.
-      if (.not. allocated(number%inner)) shares%rest(row) = shares%rest(row) + number%defect
+      if (.not. (allocated(number%inner) .or. allocated(number%section))) shares%rest(row) = shares%rest(row) + number%defect
       shares%sum(row) = sum(share) + shares%rest(row) + change + direct
       shares%size(row) = sum(abs(share)) + abs(shares%rest(row) + change + direct)
       shares%rounding(row) = errors%rounding(system, by_end)

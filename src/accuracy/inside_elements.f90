@@ -5,7 +5,9 @@ module inside_elements
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use state_functional, only: functional_t, inner_place_t
+   use state_functional, only: functional_t, inner_place_t, section_place_t
+   use section_quantities, only: section_value
+   use bordered_system, only: apply_increment
    use deck_nodes, only: place_defect
    use state_transfer, only: kept_t, point_displacement
    implicit none
@@ -33,9 +35,11 @@ contains
       type(system_t), intent(in) :: at_start     !! system of the enriched problem, assembled there
       type(inside_t) :: inside
       type(kept_t) :: own, enriched
+      type(state_t) :: solved                    ! enriched state without internal residuals
       real(wp) :: largest
       integer :: i, j
       allocate (inside%element(0))
+      if (allocated(number%section)) call look_at_sections()
       if (.not. allocated(number%inner)) return
       inside%element = number%inner%element
       do i = 1, size(number%inner)
@@ -49,6 +53,30 @@ contains
       inside%most = max(inside%most, abs(inside%change))
 
    contains
+
+      !> Change of sections in enriched elements with the same nodal displacements.
+      subroutine look_at_sections()
+         real(wp) :: none(at_start%n)
+         solved = start
+         none = 0.0_wp
+         call apply_increment(finer, at_start, none, 0.0_wp, solved)
+         inside%element = number%section%element
+         do i = 1, size(number%section)
+            associate (place => number%section(i))
+               inside%change = inside%change + place%factor * section_change(place, place%tau)
+               largest = maxval([(abs(section_change(place, real(j, wp) / (samples + 1))), j=1, samples)])
+               inside%most = inside%most + 4.0_wp * place%tau * (1.0_wp - place%tau) * abs(place%factor) * largest
+            end associate
+         end do
+         inside%most = max(inside%most, abs(inside%change))
+      end subroutine look_at_sections
+
+      real(wp) function section_change(place, tau)
+         type(section_place_t), intent(in) :: place
+         real(wp), intent(in) :: tau             !! position in the element, 0 to 1
+         section_change = section_value(finer, solved, place%element, tau, place%quantity, place%sense) - &
+            & section_value(problem, state, place%element, tau, place%quantity, place%sense)
+      end function section_change
 
       !> Difference of the two polynomials in an element, with the weights of a place.
       real(wp) function difference(place, tau)

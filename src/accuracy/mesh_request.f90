@@ -5,7 +5,8 @@
 !> solution; if the bars show that it does not, the number is doubled.
 module mesh_request
    use kinds, only: wp
-   use model, only: quantity_displacement
+   use model, only: monitor_t, quantity_displacement, quantity_section
+   use cross_section, only: outer_fibre
    use problem, only: problem_t
    use rod_state, only: state_t
    use span_division, only: present_demand
@@ -400,6 +401,9 @@ contains
             if (monitor%quantity == quantity_displacement) then
                sizes(1 + m) = max(motion(merge(2, 1, monitor%component == 3)), place_rounding / asked * &
                   & merge(1.0_wp, problem%size, monitor%component == 3))
+            else if (monitor%quantity == quantity_section .and. (monitor%where .or. monitor%component > 3)) then
+               ! Strains and stresses are as small as the loads make them; a place is one of the rods.
+               sizes(1 + m) = merge(problem%size, section_scale(problem, force_scale, monitor), monitor%where)
             else
                sizes(1 + m) = max(force_scale, problem%force_floor / asked) * &
                   & merge(problem%size, 1.0_wp, monitor%component == 3 .and. monitor%obstacle == 0)
@@ -408,6 +412,21 @@ contains
          end associate
       end do
    end function value_sizes
+
+   !> Scale of a strain or stress: that of the bending moment `force_scale` times the size in the stiffest section observed.
+   pure real(wp) function section_scale(problem, force_scale, monitor) result(scale)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: force_scale
+      type(monitor_t), intent(in) :: monitor
+      integer :: i
+      scale = 0.0_wp
+      do i = 1, size(monitor%element)
+         associate (section => problem%deck%section(problem%deck%mesh%section(monitor%element(i))))
+            scale = max(scale, force_scale * problem%size * outer_fibre(section) / section%ei * merge(section%young, 1.0_wp, &
+               & monitor%component == 5))
+         end associate
+      end do
+   end function section_scale
 
    !> Rounding error of a displacement monitor that does not change; zero for forces, where it is unknown.
    pure real(wp) function rounding_of(problem, m)

@@ -2,11 +2,11 @@
 module line_pressure
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, element_load, candidate_offset
+   use rod_state, only: state_t, element_load, candidate_offset, node_position
    use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle, bend_at, &
       & track_joints, ge_end, density_samples
    use obstacle_track, only: track_t, jump_between
-   use ge_element, only: ge_load_t
+   use ge_element, only: ge_load_t, line_at
    use contact_spans, only: contact_span_t
    use state_transfer, only: find_point
    use golden_section, only: golden_section_t
@@ -159,7 +159,7 @@ contains
       integer, intent(in), optional :: beside      !! side of a support (1 or 2), as in excess_curvature
       type(ge_load_t) :: load
       type(track_t) :: track
-      real(wp) :: angle, sense, stretch, excess, axial, force(2), moment, normal(2), bend(0:2)
+      real(wp) :: angle, sense, stretch, excess, axial, force(2), moment, normal(2), bend(0:2), line(2), slope(2), pressure
       integer :: e, end
       e = maxval(problem%candidates%element(:, candidate))
       if (present(beside)) e = problem%candidates%element(beside, candidate)
@@ -176,8 +176,11 @@ contains
       ! not decide between a line contact and two point contacts.
       if (abs(axial) <= problem%model%step(problem%step)%tolerance * norm2(force)) axial = 0.0_wp
       bend = bend_at(problem, state, e, end - 1.0_wp)
+      call line_at(problem%tableau(problem%model%mesh%stages(e)), load, end - 1.0_wp, line, slope)
+      pressure = load%pressure + dot_product(load%gradient, node_position(state, problem%candidates%node(candidate)) - &
+         & node_position(state, problem%model%mesh%node(1, e)))
       density = (track%curvature_second * stretch**3 - sense * bend(2)) / &
-         & problem%compliance(e)%bending - (axial * track%curvature * stretch + sense * (dot_product(load%line, normal) + &
-         & load%pressure * stretch))
+         & problem%compliance(e)%bending - (axial * track%curvature * stretch + sense * (dot_product(line, normal) + &
+         & pressure * stretch))
    end function virtual_pressure
 end module line_pressure

@@ -6,6 +6,7 @@ module contact_spans
    use model, only: model_t, contact_t
    use obstacle_types, only: ground_independent
    use element_families, only: conforms
+   use cross_section, only: varies
    use rod_layout, only: layout_t, new_layout
    implicit none
    private
@@ -104,7 +105,7 @@ contains
       integer, intent(in) :: contact
       character(:), allocatable :: needs
       logical :: member(model%mesh%n_nodes), touched(model%mesh%n_nodes)
-      integer :: k, e, other
+      integer :: i, k, e, other
       needs = ''
       associate (mesh => model%mesh, nodes => model%contact(contact)%node)
          member = .false.
@@ -124,6 +125,10 @@ contains
                needs = 'elements of order 4 or higher; element '//to_text(mesh%element_label(e))//' is GE2'
             else if (.not. model%section(mesh%section(e))%shear_rigid) then
                needs = 'rods without shear flexibility; by its *BEAM SECTION element '//to_text(mesh%element_label(e))//' has it'
+            else if (varies(model%section(mesh%section(e)))) then
+               needs = 'sections that do not vary; by its *BEAM SECTION that of element '//to_text(mesh%element_label(e))//' does'
+            else if (any([(any(abs(model%step(i)%load%gradient(:, e)) > 0.0_wp), i=1, size(model%step))])) then
+               needs = 'rods without the pressure of a *LIQUID; it acts on element '//to_text(mesh%element_label(e))
             else
                other = other_contact(e)
                if (other > 0) needs = 'an obstacle alone on its rod; *CONTACT with '// &

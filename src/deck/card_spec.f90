@@ -6,7 +6,7 @@ module card_spec
    public :: card_spec_t, layout_t, item_t, find_card, find_item, names_of, keywords_of
    public :: table_t, add_card, add_parameter, add_layout, add_field, add_point
    public :: kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof
-   public :: kind_component, kind_path, kind_value, kind_names
+   public :: kind_component, kind_path, kind_value, kind_distributed, kind_formula, kind_names
    public :: in_model, in_step, anywhere, outside_step, part_names
    public :: any_value, positive, not_negative, not_zero, below_one, poisson, bound_signs, bound_words
    public :: many_lines, usual_most
@@ -23,6 +23,8 @@ module card_spec
       enumerator :: kind_dof          !! an integer from 1 to 6, or one of the item's words
       enumerator :: kind_path         !! name of a file
       enumerator :: kind_value        !! name = number, formula or text in quotes
+      enumerator :: kind_distributed  !! a number or the name of a *DISTRIBUTION
+      enumerator :: kind_formula      !! a formula without commas
    end enum
 
    enum, bind(c)
@@ -41,7 +43,7 @@ module card_spec
    !> Names of the kinds, parts of the deck and signs of the bounds, for the manual and for other programs; bounds in words, for
    !> messages.
    character(*), parameter :: kind_names(*) = [character(18) :: 'flag', 'word', 'name', 'integer', 'real', 'label', &
-      'label or set', '1, 2 or 6', 'degrees of freedom', 'path', 'name = value']
+      'label or set', '1, 2 or 6', 'degrees of freedom', 'path', 'name = value', 'real or name', 'formula']
    character(*), parameter :: part_names(*) = [character(13) :: 'model', 'step', 'anywhere', 'outside steps']
    character(*), parameter :: bound_signs(0:*) = [character(12) :: '', '> 0', '>= 0', 'not 0', '> 0, < 1', '> -1, <= 0.5']
    character(*), parameter :: bound_words(0:*) = [character(26) :: '', 'positive', 'zero or positive', 'other than zero', &

@@ -5,7 +5,7 @@
 module card_table
    use card_spec, only: card_spec_t, table_t, in_model, anywhere, positive, not_negative, not_zero, poisson, &
       kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_component, kind_dof, &
-      kind_path, kind_value, &
+      kind_path, kind_value, kind_distributed, kind_formula, &
       card => add_card, param => add_parameter, lines => add_layout, field => add_field, point => add_point
    use step_card_table, only: add_step_cards
    implicit none
@@ -210,28 +210,43 @@ contains
       call lines(t, most=1)
       call field(t, 'alpha', kind_real, 'strain per unit of temperature', unit='1/temperature', bound=not_zero)
 
+      call card(t, 'DISTRIBUTION', in_model, 'A value that varies along a chain of rods, as a table or a formula. '// &
+         'Dimensions on `*BEAM SECTION` and magnitudes on `*DLOAD` are numbers or names of these (GE elements of `*LINE`, '// &
+         '`*ARC`, `*RING`).')
+      call param(t, 'NAME', kind_name, 'each once')
+      call param(t, 'ELSET', kind_name, 'the elements of the chain, in order; s counts from its beginning along the perfect axis')
+      call param(t, 'FORMULA', kind_flag, 'the data line is a formula', optional=.true.)
+      call lines(t, when='FORMULA', most=1)
+      call field(t, 'formula', kind_formula, 'of s and the stress-free position x, y, smooth, without commas; units are those '// &
+         'of the value')
+      call lines(t, least=2)
+      call field(t, 's', kind_real, 'from 0 to the length of the chain; nodes are put there. Twice the same: a jump', &
+         unit='length', bound=not_negative)
+      call field(t, 'value', kind_real, 'linear from line to line', unit='that of the value')
+
       call card(t, 'BEAM SECTION', in_model, 'Stiffness of the elements of a set. Every element has exactly one section. '// &
-         'INEXTENSIBLE rods cannot stretch: 1/EA is zero (GE elements).')
+         'INEXTENSIBLE rods cannot stretch: 1/EA is zero (GE elements). Sections vary where a dimension names a '// &
+         '`*DISTRIBUTION`.')
       call param(t, 'ELSET', kind_name, 'the elements')
       call param(t, 'SECTION', kind_word, 'what the data line says', words='RECT|CIRC|PIPE|GENERAL|STIFFNESS|INEXTENSIBLE')
       call param(t, 'MATERIAL', kind_name, 'the material', only=of_material)
       call param(t, 'SHEAR', kind_word, 'FLEXIBLE: G = E/2/(1 + nu) times the shear area 5/6 A (RECT), 0.9 A (CIRC), 0.5 A '// &
          '(PIPE) or the one given (GENERAL)', default='RIGID', words='RIGID|FLEXIBLE', only=of_material)
       call lines(t, when='SECTION=RECT', most=1)
-      call field(t, 'width', kind_real, 'b, out of the plane', unit='length', bound=positive)
-      call field(t, 'height', kind_real, 'h, in the plane; I = b h^3/12', unit='length', bound=positive)
+      call field(t, 'width', kind_distributed, 'b, out of the plane', unit='length', bound=positive)
+      call field(t, 'height', kind_distributed, 'h, in the plane; I = b h^3/12', unit='length', bound=positive)
       call lines(t, when='SECTION=CIRC', most=1)
-      call field(t, 'radius', kind_real, 'of a full circle', unit='length', bound=positive)
+      call field(t, 'radius', kind_distributed, 'of a full circle', unit='length', bound=positive)
       call lines(t, when='SECTION=PIPE', most=1)
-      call field(t, 'radius', kind_real, 'outer radius', unit='length', bound=positive)
-      call field(t, 'thickness', kind_real, 'of the wall, at most the radius', unit='length', bound=positive)
+      call field(t, 'radius', kind_distributed, 'outer radius', unit='length', bound=positive)
+      call field(t, 'thickness', kind_distributed, 'of the wall, at most the radius', unit='length', bound=positive)
       call lines(t, when='SECTION=GENERAL', most=1)
-      call field(t, 'A', kind_real, 'area', unit='length^2', bound=positive)
-      call field(t, 'I', kind_real, 'second moment of area', unit='length^4', bound=positive)
-      call field(t, 'shear area', kind_real, 'with SHEAR=FLEXIBLE only, and then required', unit='length^2', optional=.true., &
-         bound=positive)
+      call field(t, 'A', kind_distributed, 'area', unit='length^2', bound=positive)
+      call field(t, 'I', kind_distributed, 'second moment of area', unit='length^4', bound=positive)
+      call field(t, 'shear area', kind_distributed, 'with SHEAR=FLEXIBLE only, and then required', unit='length^2', &
+         optional=.true., bound=positive)
       call lines(t, when='SECTION=STIFFNESS', most=1)
-      call field(t, 'EA', kind_real, 'axial stiffness', unit='force', bound=positive)
+      call field(t, 'EA', kind_distributed, 'axial stiffness', unit='force', bound=positive)
       call stiffness_fields(t)
       call lines(t, when='SECTION=INEXTENSIBLE', most=1)
       call stiffness_fields(t)
@@ -240,9 +255,11 @@ contains
    !> Adds the stiffnesses other than EA of sections given by numbers; inextensible sections have no EA.
    pure subroutine stiffness_fields(t)
       type(table_t), intent(inout) :: t
-      call field(t, 'EI', kind_real, 'bending stiffness', unit='force length^2', bound=positive)
-      call field(t, 'GA', kind_real, 'shear stiffness; left out: rigid in shear', unit='force', optional=.true., bound=positive)
-      call field(t, 'mass', kind_real, 'per unit length, for self-weight', unit='mass/length', default='0', bound=not_negative)
+      call field(t, 'EI', kind_distributed, 'bending stiffness', unit='force length^2', bound=positive)
+      call field(t, 'GA', kind_distributed, 'shear stiffness; left out: rigid in shear', unit='force', optional=.true., &
+         bound=positive)
+      call field(t, 'mass', kind_distributed, 'per unit length, for self-weight', unit='mass/length', default='0', &
+         bound=not_negative)
       call field(t, 'alpha', kind_real, 'thermal strain per unit of temperature', unit='1/temperature', default='0')
    end subroutine stiffness_fields
 
@@ -321,13 +338,24 @@ contains
          former='SLIDING ALONG|DISTRIBUTED ALONG')
 
       call card(t, 'MONITOR', in_model, 'A quantity of the path: offset + factor * mean displacement (U) or sum of reactions '// &
-         '(R) of supports and springs at the nodes, or sum of the reactions of an obstacle.')
+         '(R) of supports and springs at the nodes, or sum of the reactions of an obstacle. With ELSET: '// &
+         'section forces, strain or stress.')
       call param(t, 'NAME', kind_name, 'each once, and not LOAD')
       call param(t, 'OBSTACLE', kind_name, 'whose contact reactions are summed', optional=.true.)
+      call param(t, 'ELSET', kind_name, 'elements in order, whose sections are observed', optional=.true.)
       call lines(t, when='OBSTACLE', most=1)
       call field(t, 'quantity', kind_word, 'sum of the reactions on the structure: in x, in y; of the normal reactions', &
          words='RF1|RF2|RN')
       call field(t, 'factor', kind_real, 'such as -1', default='1', bound=not_zero)
+      call field(t, 'offset', kind_real, 'in the unit of the monitor', default='0')
+      call lines(t, when='ELSET', most=1)
+      call field(t, 'quantity', kind_word, 'of the section: N > 0 in tension, Q to the left, M; STRAIN and STRESS of the fibre '// &
+         'that has the largest (needs RECT, CIRC or PIPE). AT: where the largest is', words= &
+         'N|Q|M|STRAIN|STRESS|N AT|Q AT|M AT|STRAIN AT|STRESS AT')
+      call field(t, 's', kind_real, &
+         & 'arc length along the set at which it is taken; left out: the largest magnitude along the set', &
+         unit='length', optional=.true., bound=not_negative)
+      call field(t, 'factor', kind_real, 'such as 1/W or -1', default='1', bound=not_zero)
       call field(t, 'offset', kind_real, 'in the unit of the monitor', default='0')
       call lines(t, most=1)
       call field(t, 'node or set', kind_label_or_set, node_or_set)

@@ -47,7 +47,7 @@ module deck_names
       logical :: contacts_incomplete = .false. !! true: a *CONTACT or *GAP has errors
       logical :: unknown_cards = .false.       !! true: a keyword is not known
       type(labels_t) :: node = labels_t(what='node'), element = labels_t(what='element')
-      type(definitions_t) :: material, law, obstacle, monitor, step
+      type(definitions_t) :: distribution, material, law, obstacle, monitor, step
       type(name_list_t) :: pushed_out        !! obstacles that a *CONTACT INTERFERENCE, SHRINK names
       logical :: has_modes = .false.         !! true: an *IMPERFECTION has SHAPE=MODE
       logical, allocatable :: touched(:)     !! (obstacles) true: a *CONTACT or *GAP names the obstacle (once these cards are read)

@@ -14,6 +14,7 @@ module deck_to_model
    use checked_deck, only: checked_deck_t
    use read_mesh, only: read_mesh_cards
    use read_imperfections, only: read_imperfection_cards, read_mode_imperfection_cards
+   use read_distributions, only: read_distribution_cards
    use read_sections, only: read_section_cards
    use read_supports, only: read_support_cards, read_spring_cards, read_gap_cards
    use read_releases, only: read_release_cards
@@ -77,6 +78,7 @@ contains
       call read_release_cards(deck, model)
       call read_tie_cards(deck, model)
       call note_errors(joints_wrong)
+      call read_distribution_cards(deck, model)
       call read_section_cards(deck, model)
       call note_errors(deck%names%sections_incomplete)
       call read_support_cards(deck, model)
@@ -170,6 +172,7 @@ contains
                names%sections_incomplete = .true.
                names%material%incomplete = .true.
             end if
+            if (concerns(keyword, 'DISTRIBUTION')) names%distribution%incomplete = .true.
             if (concerns(keyword, 'FOUNDATION LAW')) names%law%incomplete = .true.
             if (concerns(keyword, 'OBSTACLE|GAP')) names%obstacle%incomplete = .true.
             if (concerns(keyword, 'CONTACT|GAP')) names%contacts_incomplete = .true.

@@ -5,7 +5,7 @@ module item_values
    use text, only: to_text, squeeze, nearest_word, parse_integer, parse_real, word_at, word_count, word_index, separated
    use printable_text, only: quoted
    use card_spec, only: item_t, bound_words, kind_word, kind_name, kind_integer, kind_real, kind_label, &
-      kind_label_or_set, kind_dof, kind_component, positive, not_negative, not_zero, below_one, poisson
+      kind_label_or_set, kind_dof, kind_component, kind_distributed, positive, not_negative, not_zero, below_one, poisson
    use foreign_words, only: foreign_value
    implicit none
    private
@@ -36,6 +36,14 @@ contains
       case (kind_real)
          call parse_real(typed, number, right)
          if (right) right = abs(number) <= largest_real .and. within(item%bound, number)
+      case (kind_distributed)
+         call parse_real(typed, number, right)
+         if (right) then
+            right = abs(number) <= largest_real .and. within(item%bound, number)
+         else
+            number = 0.0_wp
+            right = is_name(typed)
+         end if
       case (kind_integer)
          call parse_integer(typed, whole, right)
          number = whole
@@ -74,6 +82,9 @@ contains
             ' characters), not '//quoted(typed)
       case (kind_integer, kind_real)
          wrong = number_error()
+      case (kind_distributed)
+         wrong = number_error()
+         if (index(wrong, ' must be a number') > 0) wrong = wrong//'; or the name of a *DISTRIBUTION'
       case (kind_label)
          wrong = item%name//' must be a positive integer'//label_limit()//', not '//quoted(typed)
       case (kind_label_or_set)

@@ -2,6 +2,7 @@
 module read_limit_curves
    use kinds, only: wp
    use text, only: to_text, same_name
+   use cross_section, only: varies
    use model, only: model_t, limit_curve_t, method_load, parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, &
       & parameter_ei, parameter_constant_load
    use obstacle_types, only: obstacle_t, ground_half_space
@@ -114,6 +115,8 @@ contains
          end do
          if (i > size(model%section)) then
             call deck%wrong('ELSET', 'no *BEAM SECTION names set '//trim(curve%set))
+         else if (varies(model%section(i))) then
+            call deck%wrong('ELSET', 'the section of set '//trim(curve%set)//' varies, and has no one EA or EI')
          else if (curve%parameter == parameter_ea .and. model%section(i)%inextensible) then
             call deck%wrong('ELSET', 'the rods of set '//trim(curve%set)//' are INEXTENSIBLE and have no EA')
          else

@@ -5,17 +5,22 @@ module read_loads
    use model, only: model_t, load_t, new_load
    use point_load, only: point_load_t
    use pole_load, only: pole_load_t
+   use load_pattern, only: line_load_t
+   use distribution, only: distributed_t
+   use cross_section, only: varies
+   use element_families, only: collocates
    use obstacle_geometry, only: obstacle_gap
    use item_values, only: component_dof
    use checked_deck, only: checked_deck_t
    use deck_names, only: node_words, element_words
    use read_supports, only: read_dofs
+   use read_distributions, only: read_distributed
    implicit none
    private
    public :: note_pushed_out, read_load_cards, load_cards, load_card_list
 
    !> Keywords of all cards that are loads only; a new load card is added here. (*BOUNDARY in a step is a load, too.)
-   character(*), parameter :: load_cards = 'CLOAD|POLE LOAD|DLOAD|TEMPERATURE|OBSTACLE MOTION|CONTACT INTERFERENCE'
+   character(*), parameter :: load_cards = 'CLOAD|POLE LOAD|DLOAD|LIQUID|TEMPERATURE|OBSTACLE MOTION|CONTACT INTERFERENCE'
 
 contains
 
@@ -73,6 +78,8 @@ contains
          call read_pole_load()
       case ('DLOAD')
          call read_element_load()
+      case ('LIQUID')
+         call read_liquid()
       case ('TEMPERATURE')
          call read_temperature()
       case ('OBSTACLE MOTION')
@@ -117,9 +124,10 @@ contains
       !> Reads *DLOAD: element or set, type, magnitude, direction.
       subroutine read_element_load()
          integer, allocatable :: elements(:)
-         real(wp) :: magnitude, direction(2)
+         type(distributed_t) :: magnitude
+         real(wp) :: direction(2)
          elements = deck%elements('element or set')
-         magnitude = deck%real('magnitude')
+         call read_distributed(deck, model, 'magnitude', elements, magnitude)
          if (deck%word('type') == 'GRAV') then
             direction = [deck%real('x direction'), deck%real('y direction')]
             if (.not. deck%given('x direction')) then
@@ -129,7 +137,7 @@ contains
             else if (norm2(direction) <= 0.0_wp) then
                call deck%wrong('x direction', 'the direction has no length')
             else
-               call add_weight(elements, magnitude * direction / norm2(direction))
+               call add_weight(elements, magnitude, direction / norm2(direction))
             end if
             return
          else if (deck%count('x direction') > 0) then
@@ -138,19 +146,75 @@ contains
          end if
          select case (deck%word('type'))
          case ('PX')
-            load%line_force(1, elements) = load%line_force(1, elements) + magnitude
+            call add_dead_load(elements, magnitude, [1.0_wp, 0.0_wp])
          case ('PY')
-            load%line_force(2, elements) = load%line_force(2, elements) + magnitude
+            call add_dead_load(elements, magnitude, [0.0_wp, 1.0_wp])
+         case ('PT')
+            call add_line(elements, line_load_t(magnitude, [1.0_wp, 0.0_wp], along_axis=.true.))
+         case ('PN')
+            call add_line(elements, line_load_t(magnitude, [0.0_wp, 1.0_wp], along_axis=.true.))
          case ('P')
-            load%pressure(elements) = load%pressure(elements) + magnitude
+            if (magnitude%distribution > 0) call deck%wrong('magnitude', 'a pressure that follows the rod is the same along '// &
+               'it, or that of a *LIQUID; PN, a dead load to the left, may vary')
+            load%pressure(elements) = load%pressure(elements) + magnitude%value
          end select
       end subroutine read_element_load
 
-      !> Adds the weight of elements.
-      subroutine add_weight(elements, gravity)
+      !> Adds a dead load in a direction that is the same everywhere.
+      subroutine add_dead_load(elements, magnitude, direction)
          integer, intent(in) :: elements(:)
-         real(wp), intent(in) :: gravity(2)
+         type(distributed_t), intent(in) :: magnitude
+         real(wp), intent(in) :: direction(2)
          integer :: i
+         if (magnitude%distribution > 0) then
+            call add_line(elements, line_load_t(magnitude, direction))
+            return
+         end if
+         do i = 1, size(elements)
+            load%line_force(:, elements(i)) = load%line_force(:, elements(i)) + magnitude%value * direction
+         end do
+      end subroutine add_dead_load
+
+      !> Adds a dead load that varies.
+      subroutine add_line(elements, line)
+         integer, intent(in) :: elements(:)
+         type(line_load_t), intent(in) :: line
+         type(line_load_t) :: new
+         integer :: i
+         i = findloc(collocates(model%mesh%family(elements)), .false., 1)
+         if (i > 0) then
+            call deck%wrong('element or set', element_words(model%mesh, elements(i))//' is UL2; loads that vary need GE elements')
+            return
+         end if
+         new = line
+         allocate (new%on(model%mesh%n_elements), source=.false.)
+         new%on(elements) = .true.
+         call load%add_line(new)
+      end subroutine add_line
+
+      !> Reads *LIQUID: element or set, weight, level.
+      subroutine read_liquid()
+         integer, allocatable :: elements(:)
+         integer :: i
+         elements = deck%elements('element or set')
+         i = findloc(collocates(model%mesh%family(elements)), .false., 1)
+         if (i > 0) call deck%wrong('element or set', element_words(model%mesh, elements(i))//' is UL2; a liquid needs GE elements')
+         load%pressure(elements) = load%pressure(elements) + deck%real('weight') * deck%real('level')
+         load%gradient(2, elements) = load%gradient(2, elements) - deck%real('weight')
+      end subroutine read_liquid
+
+      !> Adds the weight of elements.
+      subroutine add_weight(elements, gravity, direction)
+         integer, intent(in) :: elements(:)
+         type(distributed_t), intent(in) :: gravity
+         real(wp), intent(in) :: direction(2)
+         integer, allocatable :: varying(:) ! elements whose mass is not the same everywhere
+         integer :: i
+         varying = [integer ::]
+         if (gravity%distribution > 0) then
+            call deck%wrong('magnitude', 'gravity is the same everywhere; what varies is the mass, from *BEAM SECTION')
+            return
+         end if
          do i = 1, size(elements)
             associate (e => elements(i))
                if (model%mesh%section(e) == 0) cycle ! reported elsewhere
@@ -160,10 +224,15 @@ contains
                         'or from mass on *BEAM SECTION, SECTION=STIFFNESS')
                      return
                   end if
-                  load%line_force(:, e) = load%line_force(:, e) + mass * gravity
+                  if (varies(model%section(model%mesh%section(e)))) then
+                     varying = [varying, e]
+                  else
+                     load%line_force(:, e) = load%line_force(:, e) + mass * gravity%value * direction
+                  end if
                end associate
             end associate
          end do
+         if (size(varying) > 0) call add_line(varying, line_load_t(distributed_t(gravity%value), direction, weight=.true.))
       end subroutine add_weight
 
       !> Reads *TEMPERATURE: element or set, change, gradient.

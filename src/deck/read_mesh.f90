@@ -1,8 +1,8 @@
 !> Reads nodes, elements, generated curves and sets, in the order of the deck: each card refers to preceding definitions.
 module read_mesh
-   use kinds, only: wp
+   use kinds, only: wp, name_length
    use errors, only: error_t
-   use text, only: to_text
+   use text, only: to_text, same_name
    use memory, only: can_be_had
    use model, only: model_t, curve_t, imperfection_t
    use element_families, only: element_kind
@@ -10,6 +10,7 @@ module read_mesh
    use reference_curve, only: curve_point
    use checked_deck, only: checked_deck_t
    use deck_names, only: labels_t, take_node_sets
+   use read_distributions, only: same_length
    implicit none
    private
    public :: read_mesh_cards
@@ -20,6 +21,12 @@ module read_mesh
    real(wp), parameter :: bytes_of_element = 3.5e3_wp
    !> Entries per node of a chain's band matrix factored with pivoting: three unknowns, coupled with those of neighbouring nodes.
    integer, parameter :: band_entries = 3 * (3 * 5 + 1)
+
+   !> A corner of a *DISTRIBUTION: the lines that are generated for its ELSET get a node there.
+   type :: corner_t
+      character(name_length) :: set = ''       !! element set
+      real(wp) :: ahead = 0.0_wp               !! distance from the end of the lines that the set has so far
+   end type corner_t
 
    !> Properties that all elements of a card have in common.
    type :: element_card_t
@@ -34,8 +41,15 @@ contains
       type(checked_deck_t), intent(inout), target :: deck !! receives nodes, elements and sets
       type(model_t), intent(inout) :: model             !! receives mesh (without sections), curve, node_set
       type(growing_mesh_t) :: grown
+      type(corner_t), allocatable :: corner(:)
       integer :: e
-      allocate (deck%names%placed_line(0))
+      allocate (deck%names%placed_line(0), corner(0))
+      do while (deck%next_card('DISTRIBUTION'))
+         if (deck%given('FORMULA')) cycle
+         do while (deck%next_line())
+            corner = [corner, corner_t(deck%text('ELSET'), deck%real('s'))]
+         end do
+      end do
       do while (deck%next_card('NODE|ELEMENT|LINE|ARC|RING|NSET|ELSET'))
          select case (deck%at%keyword)
          case ('NODE')
@@ -122,13 +136,29 @@ contains
             call read_division(common, elements, grading, ok)
             if (ok .and. minval(node) > 0) then
                call grown%add_curve(curve)
-               call mesh_curve(node, graded_division(curve%length, elements, grading), common, placed)
+               call mesh_curve(node, with_corners(graded_division(curve%length, elements, grading)), common, placed)
                deck%names%placed_line = [deck%names%placed_line, merge(deck%at%line, 0, placed)]
             else
                deck%names%mesh_incomplete = .true.
             end if
          end do
       end subroutine read_curves
+
+      !> The nodes of a curve, with those at corners of distributions.
+      function with_corners(s) result(all)
+         real(wp), intent(in) :: s(:)         ! from 0 to the length of the curve
+         real(wp), allocatable :: all(:)
+         integer :: i
+         all = s
+         do i = 1, size(corner)
+            if (.not. deck%given('ELSET')) exit
+            if (.not. same_name(deck%text('ELSET'), corner(i)%set)) cycle
+            if (corner(i)%ahead > 0.0_wp .and. corner(i)%ahead < s(size(s)) .and. &
+               & minval(abs(all - corner(i)%ahead)) > same_length * s(size(s))) &
+               & all = [pack(all, all < corner(i)%ahead), corner(i)%ahead, pack(all, all > corner(i)%ahead)]
+            corner(i)%ahead = corner(i)%ahead - s(size(s))
+         end do
+      end function with_corners
 
       !> Reads end nodes and shape of a curve.
       subroutine read_curve(node, curve)

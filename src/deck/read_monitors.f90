@@ -2,8 +2,11 @@
 !> with the beginning or end of contact.
 module read_monitors
    use kinds, only: wp
-   use text, only: same_name
-   use model, only: model_t, monitor_t, contact_print_t, quantity_reaction, quantity_contact
+   use text, only: to_text, same_name
+   use model, only: model_t, monitor_t, contact_print_t, quantity_reaction, quantity_contact, quantity_section
+   use cross_section, only: outer_fibre
+   use deck_names, only: element_words
+   use read_distributions, only: same_length
    use obstacle_types, only: obstacle_circle, obstacle_arc
    use checked_deck, only: checked_deck_t
    implicit none
@@ -26,13 +29,23 @@ contains
          end if
          if (.not. deck%defines(deck%names%monitor, deck%text('NAME'))) cycle
          monitor = monitor_t()
-         allocate (monitor%node(0))
+         allocate (monitor%node(0), monitor%element(0))
          monitor%name = deck%text('NAME')
          if (deck%given('OBSTACLE')) then
             monitor%quantity = quantity_contact
             call deck%touched_obstacle('OBSTACLE', monitor%obstacle, ok)
          end if
+         if (deck%given('ELSET')) then
+            if (deck%given('OBSTACLE')) call deck%wrong('ELSET', 'a monitor observes an obstacle or sections, not both')
+            monitor%quantity = quantity_section
+            monitor%element = deck%elements('ELSET')
+         end if
          if (deck%next_line()) then
+            if (monitor%quantity == quantity_section) then
+               call read_section_quantity(deck, model, monitor)
+               model%monitor = [model%monitor, monitor]
+               cycle
+            end if
             if (monitor%quantity /= quantity_contact) monitor%node = deck%nodes('node or set')
             ! The words are in the order x, y, rotation: those of displacements, then those of reactions.
             if (monitor%quantity /= quantity_contact .and. deck%integer('quantity') > 3) monitor%quantity = quantity_reaction
@@ -44,6 +57,37 @@ contains
          model%monitor = [model%monitor, monitor]
       end do
    end subroutine read_monitor_cards
+
+   !> Reads the data line of a monitor of sections.
+   subroutine read_section_quantity(deck, model, monitor)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model
+      type(monitor_t), intent(inout) :: monitor
+      real(wp) :: length
+      integer :: i
+      monitor%component = modulo(deck%integer('quantity') - 1, 5) + 1
+      monitor%where = deck%integer('quantity') > 5
+      monitor%largest = .not. deck%given('s')
+      monitor%place = deck%real('s')
+      monitor%factor = deck%real('factor')
+      monitor%offset = deck%real('offset')
+      if (monitor%where .and. deck%given('s')) call deck%wrong('s', 'the place of the largest value is looked for along the set')
+      if (deck%names%mesh_incomplete) return
+      length = 0.0_wp
+      do i = 1, size(monitor%element)
+         associate (e => monitor%element(i))
+            length = length + (model%mesh%s(2, e) - model%mesh%s(1, e))
+            if (model%mesh%section(e) == 0) cycle ! reported elsewhere
+            if (monitor%component > 3 .and. .not. outer_fibre(model%section(model%mesh%section(e))) > 0.0_wp) then
+               call deck%wrong('quantity', element_words(model%mesh, e)//' has no shape with an outermost fibre; that takes '// &
+                  'SECTION=RECT, CIRC or PIPE')
+               return
+            end if
+         end associate
+      end do
+      if (monitor%place > length * (1.0_wp + same_length)) call deck%wrong('s', 'the elements of ELSET are only '// &
+         to_text(length)//' long')
+   end subroutine read_section_quantity
 
    !> Checks that the nodes belong to elements; for a reaction, that at least one node is supported.
    subroutine check_monitor(deck, model, monitor)

@@ -1,11 +1,13 @@
 !> Reads *MATERIAL, *ELASTIC, *DENSITY, *EXPANSION and *BEAM SECTION: the material and section of every element.
 module read_sections
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_positive_inf
-   use kinds, only: wp, pi
+   use kinds, only: wp
    use text, only: to_text
-   use model, only: model_t, section_t
+   use model, only: model_t
+   use cross_section, only: section_t, local_section
    use element_families, only: collocates
    use checked_deck, only: checked_deck_t
+   use read_distributions, only: read_distributed, value_inside
    use deck_names, only: element_words
    implicit none
    private
@@ -95,12 +97,13 @@ contains
                   ' has no *ELASTIC')
             end if
          end if
-         section = section_t()
+         section = section_t(shape=deck%word('SECTION'))
          section_line(size(model%section) + 1) = deck%at%card_at
          if (deck%next_line()) then
             if (m > 0) call section_of_material(material(m))
             if (.not. deck%given('MATERIAL')) call section_of_stiffness()
             section%name = deck%text('ELSET')
+            section = local_section(section, [real(wp) ::])
          end if
          model%section = [model%section, section]
          do i = 1, size(elements)
@@ -120,45 +123,36 @@ contains
 
    contains
 
-      !> EA, EI, GA, mass and expansion of a shape made of a material.
+      !> Reads the dimensions of a shape made of a material.
       subroutine section_of_material(material)
          type(material_t), intent(in) :: material
-         real(wp) :: area, inertia, shear_area, a, b
+         integer :: j
          section%shear_rigid = deck%word('SHEAR') == 'RIGID'
-         select case (deck%word('SECTION'))
+         select case (section%shape)
          case ('RECT')
-            a = deck%real('width')
-            b = deck%real('height')
-            area = a * b
-            inertia = a * b**3 / 12
-            shear_area = area * 5 / 6
+            call read_dimension(1, 'width')
+            call read_dimension(2, 'height')
          case ('CIRC')
-            a = deck%real('radius')
-            area = pi * a**2
-            inertia = pi * a**4 / 4
-            shear_area = 0.9_wp * area
+            call read_dimension(1, 'radius')
          case ('PIPE')
-            a = deck%real('radius')
-            b = deck%real('thickness')
-            if (b > a) call deck%wrong('thickness', 'the thickness must not be larger than the radius')
-            ! Differences of powers, without cancellation for thin walls.
-            area = pi * b * (2 * a - b)
-            inertia = area * (a**2 + (a - b)**2) / 4
-            shear_area = 0.5_wp * area
+            call read_dimension(1, 'radius')
+            call read_dimension(2, 'thickness')
+            if (any([(too_thick(elements(j), 0.0_wp) .or. too_thick(elements(j), 1.0_wp), j=1, size(elements))])) &
+               call deck%wrong('thickness', 'the thickness must not be larger than the radius')
          case default
-            area = deck%real('A')
-            inertia = deck%real('I')
-            shear_area = deck%real('shear area')
-            if (section%shear_rigid .and. shear_area > 0.0_wp) then
+            call read_dimension(1, 'A')
+            call read_dimension(2, 'I')
+            if (section%shear_rigid .and. deck%given('shear area')) then
                call deck%wrong('shear area', 'a shear area goes with SHEAR=FLEXIBLE only')
-            else if (.not. (section%shear_rigid .or. shear_area > 0.0_wp)) then
+            else if (.not. (section%shear_rigid .or. deck%given('shear area'))) then
                call deck%wrong('shear area', 'shear area is missing; required with SHEAR=FLEXIBLE')
+            else if (.not. section%shear_rigid) then
+               call read_dimension(3, 'shear area')
             end if
          end select
-         section%ea = material%e * area
-         section%ei = material%e * inertia
-         section%ga = 0.5_wp * material%e / (1.0_wp + material%nu) * shear_area
-         section%mass = material%rho * area
+         section%young = material%e
+         section%rigidity = 0.5_wp * material%e / (1.0_wp + material%nu)
+         section%density = material%rho
          section%expansion = material%alpha
       end subroutine section_of_material
 
@@ -168,14 +162,27 @@ contains
          if (section%inextensible) then
             section%ea = ieee_value(section%ea, ieee_positive_inf)
          else
-            section%ea = deck%real('EA')
+            call read_dimension(1, 'EA')
          end if
-         section%ei = deck%real('EI')
+         call read_dimension(2, 'EI')
          section%shear_rigid = .not. deck%given('GA')
-         section%ga = deck%real('GA')
-         section%mass = deck%real('mass')
+         if (.not. section%shear_rigid) call read_dimension(3, 'GA')
+         call read_dimension(4, 'mass')
          section%expansion = deck%real('alpha')
       end subroutine section_of_stiffness
+
+      !> True if the wall of a pipe is thicker than its radius at a place of an element.
+      logical function too_thick(e, tau)
+         integer, intent(in) :: e
+         real(wp), intent(in) :: tau
+         too_thick = value_inside(model, section%dimension(2), e, tau) > value_inside(model, section%dimension(1), e, tau)
+      end function too_thick
+
+      subroutine read_dimension(i, name)
+         integer, intent(in) :: i
+         character(*), intent(in) :: name
+         call read_distributed(deck, model, name, elements, section%dimension(i), positive=.true.)
+      end subroutine read_dimension
    end subroutine read_beam_sections
 
    !> Reports elements without a section, at the line that defines the first of these.

@@ -2,7 +2,7 @@
 module step_card_table
    use model, only: method_words, parameter_words
    use card_spec, only: table_t, in_step, outside_step, positive, not_zero, &
-      kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label_or_set, kind_component, below_one, &
+      kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_distributed, kind_label_or_set, kind_component, below_one, &
       card => add_card, param => add_parameter, lines => add_layout, field => add_field, point => add_point
    implicit none
    private
@@ -93,14 +93,25 @@ contains
       call field(t, 'magnitude', kind_real, 'positive: pulls the node towards the point', unit='force')
       call point(t, 'x', 'y', 'of the point')
 
-      call card(t, 'DLOAD', in_step, 'Loads on elements at load factor 1; repeated ones add up.')
+      call card(t, 'DLOAD', in_step, 'Loads on elements at load factor 1; repeated ones add up. They may vary along the rods.')
       call lines(t)
       call field(t, 'element or set', kind_label_or_set, 'an element label or the name of an element set')
-      call field(t, 'type', kind_word, 'PX, PY: dead load along x, y per stress-free length; P: follower pressure per deformed '// &
-         'length, to the left of the element''s direction; GRAV: mass times magnitude along the direction', words='PX|PY|P|GRAV')
-      call field(t, 'magnitude', kind_real, 'size of the load', unit='force/length; GRAV: length/time^2')
+      call field(t, 'type', kind_word, 'PX, PY: dead load along x, y per stress-free length. PN, PT: dead load to the left '// &
+         'of the element and along it; the directions stay as at the start. P: follower pressure per deformed length, to '// &
+         'the left of the element''s direction. GRAV: mass times magnitude along the direction', &
+         words='PX|PY|PN|PT|P|GRAV')
+      call field(t, 'magnitude', kind_distributed, 'size of the load: a number, or for dead loads a `*DISTRIBUTION`', &
+         unit='force/length; GRAV: length/time^2')
       call field(t, 'x direction', kind_real, 'GRAV only, and required there; any length', optional=.true.)
       call field(t, 'y direction', kind_real, 'GRAV only, and required there', optional=.true.)
+
+      call card(t, 'LIQUID', in_step, 'Pressure of a liquid at rest at load factor 1: weight times depth below the level, to '// &
+         'the left of the element''s direction. It acts on the deformed rod at its deformed place. Above the level it sucks, '// &
+         'as under a floating sheet; end the set where the rod is dry.')
+      call lines(t)
+      call field(t, 'element or set', kind_label_or_set, 'an element label or the name of an element set')
+      call field(t, 'weight', kind_real, 'of the liquid; negative: it presses to the right', unit='force/length^2', bound=not_zero)
+      call field(t, 'level', kind_real, 'y of the surface', unit='length')
 
       call card(t, 'TEMPERATURE', in_step, 'Temperature change of elements: strain and curvature that they would take without '// &
          'stress. The coefficient is that of `*EXPANSION`, or alpha on `*BEAM SECTION, SECTION=STIFFNESS`; repeated ones add up.')

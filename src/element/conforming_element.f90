@@ -23,7 +23,7 @@ module conforming_element
    use obstacle_types, only: obstacle_t
    use gauss_tableau, only: tableau_t, max_stages, stage_basis
    use small_dense, only: solve_small
-   use ge_element, only: ge_stiffness_t, ge_load_t
+   use ge_element, only: ge_stiffness_t, ge_load_t, line_at
    use obstacle_track, only: track_t, track_at, track_between
    implicit none
    private
@@ -46,6 +46,7 @@ module conforming_element
    type :: conforming_output_t
       private
       real(wp) :: sense = 1.0_wp, offset = 0.0_wp !! as in conforming_evaluate
+      real(wp) :: length = 1.0_wp           !! h
       type(ge_stiffness_t) :: compliance
       type(ge_load_t) :: load
       type(track_t) :: near                 !! a point of the element's piece of the track
@@ -102,7 +103,7 @@ contains
       near = track_between(obstacle, offset, first, last)
       do i = 1, s
          section(i) = section_at(track_at(obstacle, offset, first%sigma + z(1 + s + i), near), sense, bend(i), compliance, &
-            & load, z(1 + i))
+            & load, load%line(:, i), load%line_rate(:, i), z(1 + i))
       end do
       ok = all(section(:s)%stretch > 0.0_wp)
 
@@ -206,6 +207,7 @@ contains
       integer :: i, s
       s = size(bend)
       output%sense = sense
+      output%length = h
       output%offset = offset
       output%compliance = compliance
       output%load = load
@@ -214,7 +216,7 @@ contains
       output%p = z(1)
       do i = 1, s
          at = section_at(track_at(obstacle, offset, first%sigma + z(1 + s + i), output%near), sense, bend(i), compliance, load, &
-            & z(1 + i))
+            & load%line(:, i), load%line_rate(:, i), z(1 + i))
          output%run(i) = h * (sense * at%stretch)
          output%pull(i) = h * at%pull
       end do
@@ -249,42 +251,45 @@ contains
       real(wp), intent(out) :: n, q, m         !! N, Q and M at the place
       real(wp), intent(out), optional :: density !! reaction of the obstacle per unit stress-free length, positive when it pushes
       type(section_t) :: at
-      real(wp) :: p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2)
+      real(wp) :: p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2), line(2), line_slope(2)
       call output_at(output, tab, obstacle, tau, here, p)
       associate (sense => output%sense, compliance => output%compliance, load => output%load)
-         at = section_at(here, sense, k0(0), compliance, load, p)
+         call line_at(tab, load, tau, line, line_slope)
+         line_slope = line_slope / output%length
+         at = section_at(here, sense, k0(0), compliance, load, line, line_slope, p)
          n = at%n
          m = at%m
 
          ! M' after substitution of N'; k1 is (o k)'.
          ei = 1.0_wp / compliance%bending
          normal = [-here%tangent(2), here%tangent(1)]
-         along = sense * dot_product(load%line, here%tangent)
-         across = sense * dot_product(load%line, normal)
+         along = sense * dot_product(line, here%tangent)
+         across = sense * dot_product(line, normal)
          d = 1.0_wp + ei * here%curvature**2 * compliance%axial
          k1 = here%curvature_rate * at%stretch
          m1 = ei * (k1 * at%stretch - sense * here%curvature * along * compliance%axial - k0(1)) / d
          n1 = -sense * here%curvature * m1 - along
          q = -m1 / at%stretch
          if (.not. present(density)) return
-         ! With (o k)' = k' (1 + e) and q_t' = o k (1 + e) q_n:
+         ! With (o k)' = k' (1 + e) and q_t' = o k (1 + e) q_n + q' . (o tangent):
          !   M'' = EI (o k'' (1 + e)^3 + 3 k' (1 + e) e' + o k N''/EA - k0''),   N'' = -k' (1 + e) M' - o k M'' - q_t'
          stretch1 = n1 * compliance%axial
          k2 = sense * here%curvature_second * at%stretch**2
          m2 = ei * (k2 * at%stretch + 3 * k1 * stretch1 - k0(2) - (compliance%axial * sense * here%curvature) * &
-            & (k1 * m1 + sense * here%curvature * at%stretch * across)) / d
+            & (k1 * m1 + sense * here%curvature * at%stretch * across + sense * dot_product(line_slope, here%tangent))) / d
          q1 = -m2 / at%stretch + m1 * stretch1 / at%stretch**2
          density = -sense * (q1 + n * sense * here%curvature * at%stretch + across + load%pressure * at%stretch)
       end associate
    end subroutine conforming_resultants
 
    !> N, M and the right-hand sides of sigma' and P' with their derivatives, at a place `at` of the track for a given P.
-   pure type(section_t) function section_at(at, sense, bend, compliance, load, p) result(section)
+   pure type(section_t) function section_at(at, sense, bend, compliance, load, line, line_rate, p) result(section)
       type(track_t), intent(in) :: at
       real(wp), intent(in) :: sense
       real(wp), intent(in) :: bend             !! stress-free curvature
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: line(2), line_rate(2) !! dead load at the place, and its derivative by the load factor
       real(wp), intent(in) :: p
       real(wp) :: ei, d, k, unstretched, n_by_sigma, m_by_sigma, n_by_load, m_by_load, stretch_by_load
       ei = 1.0_wp / compliance%bending
@@ -294,7 +299,7 @@ contains
       section%n = (p - k * ei * unstretched) / d
       section%stretch = 1.0_wp + load%strain + section%n * compliance%axial
       section%m = ei * (unstretched + k * section%n * compliance%axial)
-      section%pull = at%curvature_rate * section%stretch * section%m - sense * dot_product(load%line, at%tangent)
+      section%pull = at%curvature_rate * section%stretch * section%m - sense * dot_product(line, at%tangent)
 
       section%run_by_p = sense * compliance%axial / d
       n_by_sigma = -sense * at%curvature_rate * (section%m + ei * k * section%stretch) / d
@@ -302,12 +307,12 @@ contains
       section%run_by_sigma = sense * compliance%axial * n_by_sigma
       section%pull_by_sigma = at%curvature_second * section%stretch * section%m + &
          & at%curvature_rate * (compliance%axial * n_by_sigma * section%m + section%stretch * m_by_sigma) - &
-         & k * dot_product(load%line, [-at%tangent(2), at%tangent(1)])
+         & k * dot_product(line, [-at%tangent(2), at%tangent(1)])
       n_by_load = -k * ei * (k * load%strain_rate - load%curvature_rate) / d
       stretch_by_load = compliance%axial * n_by_load + load%strain_rate
       m_by_load = ei * (k * stretch_by_load - load%curvature_rate)
       section%run_by_load = sense * stretch_by_load
       section%pull_by_load = at%curvature_rate * (stretch_by_load * section%m + section%stretch * m_by_load) - &
-         & sense * dot_product(load%line_rate, at%tangent)
+         & sense * dot_product(line_rate, at%tangent)
    end function section_at
 end module conforming_element

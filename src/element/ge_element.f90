@@ -4,8 +4,9 @@
 !>   rotation' = k + m/EI                   n' = -q - p J r' - f(r)     m' = -r' x n
 !>
 !> ' is the derivative by the stress-free length. r: position; n, m: force and moment of the section, with the components N along
-!> the section's normal t and Q along nu, a quarter turn to the left of t; q: dead load per unit stress-free length; p: follower
-!> pressure per deformed length; J: a quarter turn anticlockwise; e, k: thermal strain and curvature of the unstressed rod;
+!> the section's normal t and Q along nu, a quarter turn to the left of t; q: dead load per unit stress-free length, given at the
+!> stages; p: follower pressure per deformed length, linear in the position; EA, EI, GA: given at the stages, too; J: a quarter
+!> turn anticlockwise; e, k: thermal strain and curvature of the unstressed rod;
 !> f: force of foundations per unit stress-free length, a function of the position. Its quadrature points may be anywhere in the
 !> element (contact may end inside): the stages take n_i = n_1 - ... - h sum_q w_q (1 - A_i(tau_q)/b_i) f_q, A_i the integral of the
 !> Lagrange polynomial, as the virtual work of f_q requires; with the Gauss points this is the collocation itself.
@@ -25,23 +26,26 @@ module ge_element
    implicit none
    private
    public :: ge_compliance, forbid_stretch, ge_stiffness_t, ge_load_t, ge_evaluate, ge_end_forces, ge_interior, ge_between, &
-      & ge_directions, ge_direction_changes, ge_direction_rates, ge_size, ge_columns
+      & ge_directions, ge_direction_changes, ge_direction_rates, ge_size, ge_columns, line_at
 
    integer, parameter :: ge_columns = 8 !! columns of the update operator: six node displacements, residual, load factor
 
-   !> Compliances; zero means rigid.
+   !> Compliances; zero means rigid. Of a section that varies along the element these are the values at its middle, for scales.
    type :: ge_stiffness_t
       real(wp) :: axial = 0.0_wp   !! 1/EA
       real(wp) :: bending = 0.0_wp !! 1/EI
       real(wp) :: shear = 0.0_wp   !! 1/GA, exactly zero for shear-rigid rods
+      real(wp) :: part(3, max_stages) = 1.0_wp !! axial, bending and shear compliance at the stages over those above
       real(wp) :: give = 0.0_wp    !! axial compliance of the tangent of an inextensible element (1/EA = 0), which would be singular
       !! for a straight one
    end type ge_stiffness_t
 
    !> Element load at the present load factor, and its derivative by the load factor.
    type :: ge_load_t
-      real(wp) :: line(2) = 0.0_wp, line_rate(2) = 0.0_wp
-      real(wp) :: pressure = 0.0_wp, pressure_rate = 0.0_wp
+      real(wp) :: line(2, max_stages) = 0.0_wp, line_rate(2, max_stages) = 0.0_wp !! q at the stages; without stages at the first
+      logical :: uniform = .true.                             !! true: q is the same at all stages
+      real(wp) :: pressure = 0.0_wp, pressure_rate = 0.0_wp   !! p at the deformed position of the first node
+      real(wp) :: gradient(2) = 0.0_wp, gradient_rate(2) = 0.0_wp !! derivative of p by the deformed position
       real(wp) :: strain = 0.0_wp, strain_rate = 0.0_wp       !! thermal strain e of the unstressed rod
       real(wp) :: curvature = 0.0_wp, curvature_rate = 0.0_wp !! thermal curvature k of the unstressed rod
    end type ge_load_t
@@ -120,22 +124,32 @@ contains
       real(wp) :: slope(n_by, max_stages) ! m'/C at the stages: derivatives by the columns, and m'/C itself in the residual's column
       real(wp) :: moved(n_by, 2), dphi(n_by), dend(n_by, 3), dtail(n_by, 3), flexibility(3, 3), end_weight(3)
       real(wp), dimension(ge_columns + 2, 3) :: ends, tails
-      real(wp) :: beta, end_defect(3), tail(3), hc, he, span(2)
+      real(wp), dimension(2, max_stages) :: drop, drop_rate ! dead load between the first end and the stages
+      real(wp) :: axial_give(max_stages), shear_give(max_stages), bending_give(max_stages), beta(max_stages) ! compliances
+      real(wp) :: pressure(max_stages), pressure_rate(max_stages)
+      real(wp) :: end_defect(3), tail(3), hc, he, end_drop(2), end_drop_rate(2)
       real(wp) :: free, heat(2, max_stages), g_heat(max_stages), largest, rounding
       real(wp) :: moved_direction(2, max_stages) ! rho less rho of the stress-free element
       integer :: s, stored_by, unknowns
-      logical :: stored, founded, singular
+      logical :: stored, founded, anchored, pressed, singular
 
       s = tab%stages
       hc = h * scale
-      he = h * compliance%bending
-      beta = compliance%axial - compliance%shear
+      axial_give = compliance%axial * compliance%part(1, :)
+      bending_give = compliance%bending * compliance%part(2, :)
+      shear_give = compliance%shear * compliance%part(3, :)
+      beta = axial_give - shear_give
+      he = h * maxval(bending_give(:s))
       free = 1.0_wp + load%strain
       largest = 0.0_wp
       stored = size(z) > 3 + s
       founded = .false.
       if (present(inner)) founded = inner%n > 0
-      turn(:s, :s) = he * transpose(tab%a(:s, :s))
+      ! Forces that depend on the position resist a translation of the element.
+      anchored = founded .or. any(abs(load%gradient) > 0.0_wp)
+      pressed = stored .and. (abs(load%pressure) > 0.0_wp .or. abs(load%pressure_rate) > 0.0_wp .or. &
+         & any(abs(load%gradient) > 0.0_wp) .or. any(abs(load%gradient_rate) > 0.0_wp))
+      call take_dead_load()
 
       call find_stage_values()
       call set_up_stage_equations()
@@ -156,17 +170,35 @@ contains
 
    contains
 
+      !> Dead load between the first end and the stages and the second end, and rotations by the moments.
+      subroutine take_dead_load()
+         integer :: i, j
+         drop(:, :s) = 0.0_wp
+         drop_rate(:, :s) = 0.0_wp
+         end_drop = 0.0_wp
+         end_drop_rate = 0.0_wp
+         do j = 1, s
+            do i = 1, s
+               turn(j, i) = h * tab%a(i, j) * bending_give(j)
+               drop(:, i) = drop(:, i) + (h * tab%a(i, j)) * load%line(:, j)
+               drop_rate(:, i) = drop_rate(:, i) + (h * tab%a(i, j)) * load%line_rate(:, j)
+            end do
+            end_drop = end_drop + (h * tab%b(j)) * load%line(:, j)
+            end_drop_rate = end_drop_rate + (h * tab%b(j)) * load%line_rate(:, j)
+         end do
+      end subroutine take_dead_load
+
       !> Strains, section forces and their derivatives at the stages.
       subroutine find_stage_values()
          real(wp) :: t(2), nu(2), axial, shear, more(2), along, across, half
-         integer :: i
+         integer :: i, j
          m(:s) = z(4:3 + s)
          do i = 1, s
-            phi(i) = u(3) + he * dot_product(tab%a(i, :s), m(:s)) + (tab%c(i) * h) * load%curvature
+            phi(i) = u(3) + dot_product(turn(:s, i), m(:s)) + (tab%c(i) * h) * load%curvature
             if (stored) then
                nn(:, i) = z(2 + s + 2 * i:3 + s + 2 * i)
             else
-               nn(:, i) = z(1:2) - (tab%c(i) * h) * load%line
+               nn(:, i) = z(1:2) - drop(:, i)
             end if
             half = 0.5_wp * phi(i)
             t = tangent(:, i)
@@ -176,17 +208,17 @@ contains
             axial = dot_product(nn(:, i), t)
             shear = dot_product(nn(:, i), nu)
             largest = max(largest, abs(nn(1, i)), abs(nn(2, i)))
-            moved_direction(:, i) = moved_direction(:, i) + (load%strain + axial * compliance%axial) * t + &
-               & (shear * compliance%shear) * nu
-            rho(:, i) = (free + axial * compliance%axial) * t + (shear * compliance%shear) * nu
-            g(i) = -free * shear - axial * shear * beta
-            g_phi(i) = free * axial + beta * (axial**2 - shear**2)
-            d(:, i) = (beta * shear) * t + (free + beta * axial) * nu
+            moved_direction(:, i) = moved_direction(:, i) + (load%strain + axial * axial_give(i)) * t + &
+               & (shear * shear_give(i)) * nu
+            rho(:, i) = (free + axial * axial_give(i)) * t + (shear * shear_give(i)) * nu
+            g(i) = -free * shear - axial * shear * beta(i)
+            g_phi(i) = free * axial + beta(i) * (axial**2 - shear**2)
+            d(:, i) = (beta(i) * shear) * t + (free + beta(i) * axial) * nu
             if (present(more_force)) then
                ! The strains do not change, but a shear-flexible section shears when it rotates under an axial force (Haringx).
                more = [dot_product(more_force(:, i), t), dot_product(more_force(:, i), nu)]
-               across = free + beta * axial - compliance%shear * more(1)
-               along = beta * shear
+               across = free + beta(i) * axial - shear_give(i) * more(1)
+               along = beta(i) * shear
                d(:, i) = along * t + across * nu
                g_phi(i) = across * (axial + more(1)) - along * (shear + more(2))
             end if
@@ -198,9 +230,18 @@ contains
             slope(by_residual, i) = g(i)
             slope(by_load, i) = g_heat(i)
             if (.not. stored) slope(by_nx:by_ny, i) = -d(:, i)
-            bnn(1, i) = compliance%axial * t(1) * t(1) + compliance%shear * nu(1) * nu(1)
-            bnn(2, i) = compliance%axial * t(1) * t(2) + compliance%shear * nu(1) * nu(2)
-            bnn(3, i) = compliance%axial * t(2) * t(2) + compliance%shear * nu(2) * nu(2)
+            bnn(1, i) = axial_give(i) * t(1) * t(1) + shear_give(i) * nu(1) * nu(1)
+            bnn(2, i) = axial_give(i) * t(1) * t(2) + shear_give(i) * nu(1) * nu(2)
+            bnn(3, i) = axial_give(i) * t(2) * t(2) + shear_give(i) * nu(2) * nu(2)
+         end do
+         if (.not. pressed) return
+         do i = 1, s
+            position(:, i) = 0.0_wp
+            do j = 1, s
+               position(:, i) = position(:, i) + (hc * tab%a(i, j)) * rho(:, j)
+            end do
+            pressure(i) = load%pressure + dot_product(load%gradient, position(:, i))
+            pressure_rate(i) = load%pressure_rate + dot_product(load%gradient_rate, position(:, i))
          end do
       end subroutine find_stage_values
 
@@ -229,7 +270,7 @@ contains
                if (stored) then
                   system(s + 2 * j - 1:s + 2 * j, i) = hc * tab%a(i, j) * d(:, j)
                else
-                  rhs(by_load, i) = rhs(by_load, i) + hc * tab%a(i, j) * (tab%c(j) * h) * dot_product(d(:, j), load%line_rate)
+                  rhs(by_load, i) = rhs(by_load, i) + hc * tab%a(i, j) * dot_product(d(:, j), drop_rate(:, j))
                end if
             end do
             defect(1) = max(defect(1), (abs(rhs(by_residual, i)) - rounding) * he)
@@ -244,6 +285,7 @@ contains
       !> Increments of position and rotation (dend) and of n and m (dtail) at the second end, as linear functions of the columns:
       !> (increments of the rotation, n and m at the first end, 1, load factor).
       subroutine go_to_second_end()
+         real(wp) :: pushed(2), pushed_rate(2), by_slope(2, 2, max_stages), by_shift(2, 2)
          integer :: i, l, q
          dend = 0.0_wp
          dtail = 0.0_wp
@@ -251,13 +293,12 @@ contains
          dtail(by_nx, 1) = 1.0_wp
          dtail(by_ny, 2) = 1.0_wp
          dtail(by_m, 3) = 1.0_wp
-         dtail(by_load, 1:2) = -h * load%line_rate
+         dtail(by_load, 1:2) = -end_drop_rate
          dend(by_load, 3) = h * load%curvature_rate
          ! Differences of displacements instead of positions have a smaller rounding error, and C closes the stress-free element.
          end_defect = [u(4:5) - u(1:2), u(6) - u(3) - h * load%curvature]
-         span = 0.0_wp
          tail = z(1:3)
-         tail(1:2) = tail(1:2) - h * load%line
+         tail(1:2) = tail(1:2) - end_drop
          do i = 1, s
             dphi = 0.0_wp
             dphi(by_rotation) = 1.0_wp
@@ -274,7 +315,7 @@ contains
                   rate(:, 3, i) = rate(:, 3, i) - d(1, i) * dn(:, 1) - d(2, i) * dn(:, 2)
                end associate
             else
-               associate (dn => -(tab%c(i) * h) * load%line_rate)
+               associate (dn => -drop_rate(:, i))
                   rate(by_nx:by_ny, 1, i) = rate(by_nx:by_ny, 1, i) + bnn(1:2, i)
                   rate(by_nx:by_ny, 2, i) = rate(by_nx:by_ny, 2, i) + bnn(2:3, i)
                   rate(by_nx:by_ny, 3, i) = rate(by_nx:by_ny, 3, i) - d(:, i)
@@ -285,20 +326,25 @@ contains
             end if
             dend(:, 1) = dend(:, 1) + (hc * tab%b(i)) * rate(:, 1, i)
             dend(:, 2) = dend(:, 2) + (hc * tab%b(i)) * rate(:, 2, i)
-            dend(:, 3) = dend(:, 3) + (he * tab%b(i)) * rhs(:, i)
+            dend(:, 3) = dend(:, 3) + (h * bending_give(i) * tab%b(i)) * rhs(:, i)
             dtail(:, 3) = dtail(:, 3) + (hc * tab%b(i)) * rate(:, 3, i)
             dend(by_load, 1:2) = dend(by_load, 1:2) + (hc * tab%b(i)) * heat(:, i)
             dtail(by_load, 3) = dtail(by_load, 3) + (hc * tab%b(i)) * g_heat(i)
             end_defect(1:2) = end_defect(1:2) - (hc * tab%b(i)) * moved_direction(:, i)
-            span = span + (hc * tab%b(i)) * rho(:, i)
-            end_defect(3) = end_defect(3) - (he * tab%b(i)) * m(i)
+            end_defect(3) = end_defect(3) - (h * bending_give(i) * tab%b(i)) * m(i)
             tail(3) = tail(3) + (hc * tab%b(i)) * g(i)
          end do
-         if (stored) then
-            tail(1:2) = tail(1:2) - load%pressure * [-span(2), span(1)]
-            dtail(:, 1) = dtail(:, 1) + load%pressure * dend(:, 2)
-            dtail(:, 2) = dtail(:, 2) - load%pressure * dend(:, 1)
-            dtail(by_load, 1:2) = dtail(by_load, 1:2) - load%pressure_rate * [-span(2), span(1)]
+         if (pressed) then
+            call press_section(tab%b, pushed, pushed_rate, by_slope, by_shift)
+            tail(1:2) = tail(1:2) - pushed
+            do i = 1, s
+               do q = 1, 2
+                  dtail(:, q) = dtail(:, q) - matmul(rate(:, 1:2, i), by_slope(q, :, i))
+                  dtail(by_load, q) = dtail(by_load, q) - dot_product(by_slope(q, :, i), heat(:, i))
+               end do
+            end do
+            dtail(by_x:by_y, 1:2) = dtail(by_x:by_y, 1:2) - transpose(by_shift)
+            dtail(by_load, 1:2) = dtail(by_load, 1:2) - pushed_rate
          end if
          if (founded) then
             do q = 1, inner%n
@@ -338,7 +384,7 @@ contains
          ends(3, 3) = -dend(by_rotation, 3)
          ends(7, :) = end_defect - dend(by_residual, :)
          ends(8, :) = -dend(by_load, :)
-         if (founded) then
+         if (anchored) then
             ! Columns of a translation of the first node, and of the whole element.
             ends(1:2, :) = ends(1:2, :) - dend(by_x:by_y, :)
             ends(ge_columns + 1:, :) = -dend(by_x:by_y, :)
@@ -353,7 +399,7 @@ contains
             op(3 + l, :) = rhs(by_nx, l) * ends(:ge_columns, 1) + rhs(by_ny, l) * ends(:ge_columns, 2) + &
                & rhs(by_m, l) * ends(:ge_columns, 3)
             op(3 + l, 3) = op(3 + l, 3) + rhs(by_rotation, l)
-            if (founded) op(3 + l, 1:2) = op(3 + l, 1:2) + rhs(by_x:by_y, l)
+            if (anchored) op(3 + l, 1:2) = op(3 + l, 1:2) + rhs(by_x:by_y, l)
             op(3 + l, 7:8) = op(3 + l, 7:8) + rhs(by_residual:by_load, l)
          end do
          do i = 1, 3
@@ -363,7 +409,7 @@ contains
          k(1:3, :) = -transpose(ends(:6, :))
          k(4:6, :) = transpose(tails(:6, :))
          k(4:6, 3) = k(4:6, 3) + dtail(by_rotation, :)
-         if (founded) then
+         if (anchored) then
             k(4:6, 1:2) = k(4:6, 1:2) + transpose(dtail(by_x:by_y, :))
             if (present(shift)) then
                shift(1:3, :) = -transpose(ends(ge_columns + 1:, :))
@@ -395,39 +441,65 @@ contains
          end do
       end subroutine point_increment
 
-      !> n_i = n_1 - q c_i h - p J (r_i - r_1) - foundation at every stage, linearised.
-      subroutine add_force_rows()
-         integer :: row, a, b, q
-         real(wp) :: w, residual(2), share, k_d(2), along(max_stages, 2), swing(2), heated(2), k_dn(2, 2, max_stages)
-         position = 0.0_wp
-         do a = 1, s
-            do b = 1, s
-               position(:, a) = position(:, a) + hc * tab%a(a, b) * rho(:, b)
+      !> Force of the pressure on a part of the element, sum of weight p J r' over the stages, and its derivatives.
+      subroutine press_section(weight, force, force_rate, by_slope, by_shift)
+         real(wp), intent(in) :: weight(:)                 ! (stages) quadrature weights of the part
+         real(wp), intent(out) :: force(2), force_rate(2)  ! force, and its derivative by the load factor
+         real(wp), intent(out) :: by_slope(2, 2, max_stages) ! derivatives by r'/C at the stages
+         real(wp), intent(out) :: by_shift(2, 2)           ! derivative by the position of the first node
+         real(wp) :: side(2)
+         integer :: b, c
+         force = 0.0_wp
+         force_rate = 0.0_wp
+         by_slope = 0.0_wp
+         by_shift = 0.0_wp
+         do b = 1, s
+            side = (hc * weight(b)) * [-rho(2, b), rho(1, b)]
+            force = force + pressure(b) * side
+            force_rate = force_rate + pressure_rate(b) * side
+            by_slope(1, 2, b) = by_slope(1, 2, b) - hc * weight(b) * pressure(b)
+            by_slope(2, 1, b) = by_slope(2, 1, b) + hc * weight(b) * pressure(b)
+            if (.not. any(abs(load%gradient) > 0.0_wp)) cycle
+            by_shift(1, :) = by_shift(1, :) + side(1) * load%gradient
+            by_shift(2, :) = by_shift(2, :) + side(2) * load%gradient
+            do c = 1, s
+               by_slope(1, :, c) = by_slope(1, :, c) + (hc * tab%a(b, c) * side(1)) * load%gradient
+               by_slope(2, :, c) = by_slope(2, :, c) + (hc * tab%a(b, c) * side(2)) * load%gradient
             end do
          end do
+      end subroutine press_section
+
+      !> n_i = n_1 - dead load - pressure - foundation between the first end and every stage, linearised.
+      subroutine add_force_rows()
+         integer :: row, a, b, q, i
+         real(wp) :: share, k_d(2), along(max_stages, 2), swing(2), heated(2), k_dn(2, 2, max_stages)
+         real(wp) :: pushed(2), pushed_rate(2), by_slope(2, 2, max_stages), by_shift(2, 2)
          do a = 1, s
             row = s + 2 * a - 1
-            residual = nn(:, a) - z(1:2) + (tab%c(a) * h) * load%line + &
-               & load%pressure * [-position(2, a), position(1, a)]
             system(row, row) = 1.0_wp
             system(row + 1, row + 1) = 1.0_wp
-            do b = 1, s
-               w = load%pressure * hc * tab%a(a, b)
-               rhs(by_rotation, row) = rhs(by_rotation, row) + w * d(2, b)
-               rhs(by_rotation, row + 1) = rhs(by_rotation, row + 1) - w * d(1, b)
-               rhs(by_load, row:row + 1) = rhs(by_load, row:row + 1) + w * [heat(2, b), -heat(1, b)]
-               system(:s, row) = system(:s, row) - (w * d(2, b) * he) * tab%a(b, :s)
-               system(:s, row + 1) = system(:s, row + 1) + (w * d(1, b) * he) * tab%a(b, :s)
-               system(s + 2 * b - 1, row) = system(s + 2 * b - 1, row) - w * bnn(2, b)
-               system(s + 2 * b, row) = system(s + 2 * b, row) - w * bnn(3, b)
-               system(s + 2 * b - 1, row + 1) = system(s + 2 * b - 1, row + 1) + w * bnn(1, b)
-               system(s + 2 * b, row + 1) = system(s + 2 * b, row + 1) + w * bnn(2, b)
-            end do
             rhs(by_nx, row) = 1.0_wp
             rhs(by_ny, row + 1) = 1.0_wp
-            rhs(by_residual, row:row + 1) = -residual
-            rhs(by_load, row:row + 1) = rhs(by_load, row:row + 1) - (tab%c(a) * h) * load%line_rate - &
-               & load%pressure_rate * [-position(2, a), position(1, a)]
+            rhs(by_residual, row:row + 1) = z(1:2) - nn(:, a) - drop(:, a)
+            rhs(by_load, row:row + 1) = rhs(by_load, row:row + 1) - drop_rate(:, a)
+            if (.not. pressed) cycle
+            call press_section(tab%a(a, :), pushed, pushed_rate, by_slope, by_shift)
+            do i = 1, 2
+               associate (line => row + i - 1)
+                  rhs(by_residual, line) = rhs(by_residual, line) - pushed(i)
+                  rhs(by_load, line) = rhs(by_load, line) - pushed_rate(i)
+                  rhs(by_x:by_y, line) = rhs(by_x:by_y, line) - by_shift(i, :)
+                  do b = 1, s
+                     associate (w => by_slope(i, :, b))
+                        rhs(by_rotation, line) = rhs(by_rotation, line) - dot_product(w, d(:, b))
+                        rhs(by_load, line) = rhs(by_load, line) - dot_product(w, heat(:, b))
+                        system(:s, line) = system(:s, line) + dot_product(w, d(:, b)) * turn(:s, b)
+                        system(s + 2 * b - 1, line) = system(s + 2 * b - 1, line) + dot_product(w, bnn(1:2, b))
+                        system(s + 2 * b, line) = system(s + 2 * b, line) + dot_product(w, bnn(2:3, b))
+                     end associate
+                  end do
+               end associate
+            end do
          end do
          if (founded) then
             do q = 1, inner%n
@@ -439,8 +511,8 @@ contains
                   heated = heated + matmul(inner%sway(:, :, q), heat(:, b)) * (hc * inner%basis(b, q))
                   k_d = matmul(inner%sway(:, :, q), d(:, b)) * (hc * inner%basis(b, q))
                   swing = swing + k_d
-                  along(:s, 1) = along(:s, 1) + (k_d(1) * he) * tab%a(b, :s)
-                  along(:s, 2) = along(:s, 2) + (k_d(2) * he) * tab%a(b, :s)
+                  along(:s, 1) = along(:s, 1) + (k_d(1) * h) * (bending_give(:s) * tab%a(b, :s))
+                  along(:s, 2) = along(:s, 2) + (k_d(2) * h) * (bending_give(:s) * tab%a(b, :s))
                   k_dn(1, :, b) = matmul(inner%sway(:, :, q), bnn(1:2, b)) * (hc * inner%basis(b, q))
                   k_dn(2, :, b) = matmul(inner%sway(:, :, q), bnn(2:3, b)) * (hc * inner%basis(b, q))
                end do
@@ -480,7 +552,7 @@ contains
             do b = 1, s
                stiff = inner%spring(q) * hc * inner%basis(b, q)
                lever = stiff * dot_product(inner%normal(:, q), d(:, b))
-               system(:s, row) = system(:s, row) + (lever * he) * tab%a(b, :s)
+               system(:s, row) = system(:s, row) + (lever * h) * (bending_give(:s) * tab%a(b, :s))
                system(s + 2 * b - 1, row) = stiff * dot_product(inner%normal(:, q), bnn(1:2, b))
                system(s + 2 * b, row) = stiff * dot_product(inner%normal(:, q), bnn(2:3, b))
                rhs(by_rotation, row) = rhs(by_rotation, row) - lever
@@ -529,7 +601,8 @@ contains
       s = tab%stages
       call stage_basis(tab, tau, basis)
       call ge_directions(tab, h, angle, compliance, load, u, z, rho(:, :s))
-      rotation = u(3) + h * compliance%bending * dot_product(basis(:s), z(4:3 + s)) + (tau * h) * load%curvature
+      rotation = u(3) + h * compliance%bending * dot_product(basis(:s) * compliance%part(2, :s), z(4:3 + s)) + &
+         & (tau * h) * load%curvature
       call ge_between(tab, h, scale, load, z, rho, tau, span, resultant)
    end subroutine ge_interior
 
@@ -542,7 +615,7 @@ contains
       real(wp), intent(in) :: rho(:, :)        !! (2, at least stages) directions from ge_directions
       real(wp), intent(in) :: tau
       real(wp), intent(out) :: span(2), resultant(3)
-      real(wp) :: basis(max_stages), nn(2)
+      real(wp) :: basis(max_stages), nn(2), pressure
       integer :: i, s
       s = tab%stages
       call stage_basis(tab, tau, basis)
@@ -552,8 +625,11 @@ contains
          nn = stage_force(tab, h, load, z, i)
          span = span + (h * scale * basis(i)) * rho(:, i)
          resultant(3) = resultant(3) - (h * scale * basis(i)) * (rho(1, i) * nn(2) - rho(2, i) * nn(1))
+         pressure = load%pressure
+         if (any(abs(load%gradient) > 0.0_wp)) pressure = pressure + (h * scale) * dot_product(load%gradient, &
+            & matmul(rho(:, :s), tab%a(i, :s)))
+         resultant(1:2) = resultant(1:2) - (h * basis(i)) * (load%line(:, i) + (pressure * scale) * [-rho(2, i), rho(1, i)])
       end do
-      resultant(1:2) = resultant(1:2) - (tau * h) * load%line - load%pressure * [-span(2), span(1)]
    end subroutine ge_between
 
    !> Derivative of the position by the stress-free arc length, divided by C, at the stages.
@@ -585,12 +661,13 @@ contains
       integer :: i, s
       s = tab%stages
       do i = 1, s
-         phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s), z(4:3 + s)) + (tab%c(i) * h) * load%curvature
+         phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s) * compliance%part(2, :s), z(4:3 + s)) + &
+            & (tab%c(i) * h) * load%curvature
          nn = stage_force(tab, h, load, z, i)
          t = [cos(angle(i) + phi), sin(angle(i) + phi)]
          nu = [-t(2), t(1)]
-         change(:, i) = (load%strain + dot_product(nn, t) * compliance%axial) * t + &
-            & (dot_product(nn, nu) * compliance%shear) * nu + &
+         change(:, i) = (load%strain + dot_product(nn, t) * compliance%axial * compliance%part(1, i)) * t + &
+            & (dot_product(nn, nu) * compliance%shear * compliance%part(3, i)) * nu + &
             & (2.0_wp * sin(0.5_wp * phi)) * [-sin(angle(i) + 0.5_wp * phi), cos(angle(i) + 0.5_wp * phi)]
       end do
    end subroutine ge_direction_changes
@@ -607,14 +684,17 @@ contains
       real(wp), intent(in) :: load_change      !! change of the load factor
       real(wp), intent(out) :: rate(:, :)      !! (2, stages)
       type(ge_load_t) :: increment
-      real(wp) :: phi, dphi, nn(2), dn(2), t(2), nu(2), axial, shear, beta
+      real(wp) :: phi, dphi, nn(2), dn(2), t(2), nu(2), axial, shear, axial_give, shear_give, beta
       integer :: i, s
       s = tab%stages
-      beta = compliance%axial - compliance%shear
       increment%line = load_change * load%line_rate
       do i = 1, s
-         phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s), z(4:3 + s)) + (tab%c(i) * h) * load%curvature
-         dphi = du(3) + h * compliance%bending * dot_product(tab%a(i, :s), dz(4:3 + s)) + &
+         phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s) * compliance%part(2, :s), z(4:3 + s)) + &
+            & (tab%c(i) * h) * load%curvature
+         axial_give = compliance%axial * compliance%part(1, i)
+         shear_give = compliance%shear * compliance%part(3, i)
+         beta = axial_give - shear_give
+         dphi = du(3) + h * compliance%bending * dot_product(tab%a(i, :s) * compliance%part(2, :s), dz(4:3 + s)) + &
             & (tab%c(i) * h) * load_change * load%curvature_rate
          nn = stage_force(tab, h, load, z, i)
          dn = stage_force(tab, h, increment, dz, i)
@@ -623,8 +703,8 @@ contains
          axial = dot_product(nn, t)
          shear = dot_product(nn, nu)
          rate(:, i) = dphi * ((beta * shear) * t + (1.0_wp + load%strain + beta * axial) * nu) + &
-            & (load_change * load%strain_rate + compliance%axial * dot_product(dn, t)) * t + &
-            & (compliance%shear * dot_product(dn, nu)) * nu
+            & (load_change * load%strain_rate + axial_give * dot_product(dn, t)) * t + &
+            & (shear_give * dot_product(dn, nu)) * nu
       end do
    end subroutine ge_direction_rates
 
@@ -636,12 +716,38 @@ contains
       real(wp), intent(in) :: z(:)
       integer, intent(in) :: i
       real(wp) :: nn(2)
+      integer :: j
       associate (s => tab%stages)
          if (size(z) > 3 + s) then
             nn = z(2 + s + 2 * i:3 + s + 2 * i)
          else
-            nn = z(1:2) - (tab%c(i) * h) * load%line
+            nn = z(1:2)
+            do j = 1, s
+               nn = nn - (h * tab%a(i, j)) * load%line(:, j)
+            end do
          end if
       end associate
    end function stage_force
+
+   !> Dead load at a place of an element: the polynomial through its values at the stages.
+   pure subroutine line_at(tab, load, tau, line, slope)
+      type(tableau_t), intent(in) :: tab
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
+      real(wp), intent(out) :: line(2)         !! q
+      real(wp), intent(out) :: slope(2)        !! its derivative by tau
+      real(wp) :: basis(max_stages), rate(max_stages)
+      integer :: k
+      line = load%line(:, 1)
+      slope = 0.0_wp
+      if (load%uniform) return
+      basis = 0.0_wp
+      rate = 0.0_wp
+      do k = tab%stages, 1, -1
+         rate = rate * tau + basis
+         basis = basis * tau + k * tab%integral(k, :)
+      end do
+      line = matmul(load%line, basis)
+      slope = matmul(load%line, rate)
+   end subroutine line_at
 end module ge_element

@@ -28,6 +28,8 @@ module rod_geometry
    type :: geometry_t
       type(element_geometry_t), allocatable :: element(:)
       real(wp), allocatable :: x(:, :)        !! (2, nodes) stress-free position of the nodes
+      real(wp), allocatable :: sample(:, :, :) !! (distributions, max_stages, elements) values of the model's distributions at the
+      !! stages; zero where they are not defined. Not allocated: the model has none
    end type geometry_t
 
 contains
@@ -46,7 +48,37 @@ contains
                & mesh%x(:, mesh%node(2, e)))
          end do
       end associate
+      call take_samples(model, geometry, [(.true., e=1, model%mesh%n_elements)])
    end function new_geometry
+
+   !> Evaluates the distributions at the stages of elements.
+   subroutine take_samples(model, geometry, wanted)
+      type(model_t), intent(in) :: model
+      type(geometry_t), intent(inout) :: geometry
+      logical, intent(in) :: wanted(:)            !! (elements) true: the element has moved along its curve
+      character(:), allocatable :: wrong
+      real(wp) :: x(2), angle, speed
+      integer :: e, i, k, c
+      if (.not. allocated(model%distribution)) return
+      if (size(model%distribution) == 0) return
+      if (.not. allocated(geometry%sample)) allocate (geometry%sample(size(model%distribution), max_stages, &
+         & model%mesh%n_elements), source=0.0_wp)
+      do e = 1, model%mesh%n_elements
+         c = model%mesh%curve(e)
+         if (.not. wanted(e) .or. c == 0) cycle
+         associate (g => geometry%element(e))
+            do k = 1, size(model%distribution)
+               if (.not. model%distribution(k)%contains_place(c, 0.5_wp * (g%s(1) + g%s(2)))) cycle
+               do i = 1, model%mesh%stages(e)
+                  call curve_point(model%curve(c), model%imperfection, g%at(i), x, angle, speed)
+                  call model%distribution(k)%value_at(g%at(i) + model%distribution(k)%offset(c), x, geometry%sample(k, i, e), &
+                     & wrong)
+                  if (wrong /= '') error stop 'a *DISTRIBUTION has no value at a place that the reader did not check'
+               end do
+            end do
+         end associate
+      end do
+   end subroutine take_samples
 
    !> Geometry of the same nodes for other numbers of stages. Elements between the same places in `known` are taken from there.
    function with_other_stages(model, tableau, geometry, known) result(new)
@@ -56,12 +88,16 @@ contains
       type(geometry_t), intent(in) :: known       !! earlier result for the same model; without elements: none
       type(geometry_t) :: new
       integer :: e
+      logical :: moved(model%mesh%n_elements)
       new = geometry
+      moved = .true.
       do e = 1, model%mesh%n_elements
          associate (g => new%element(e))
             if (allocated(known%element)) then
                if (stands_still(known%element(e), g)) then
                   g = known%element(e)
+                  moved(e) = .false.
+                  if (allocated(known%sample)) new%sample(:, :, e) = known%sample(:, :, e)
                   cycle
                end if
             end if
@@ -74,6 +110,7 @@ contains
             end if
          end associate
       end do
+      call take_samples(model, new, moved)
    end function with_other_stages
 
    !> True if two elements lie at exactly the same place of the same curve.
@@ -153,7 +190,7 @@ contains
    end subroutine place_stages
 
    !> Moves many nodes at once, each along its own curve.
-   pure subroutine shift_nodes(model, tableau, shift, geometry)
+   subroutine shift_nodes(model, tableau, shift, geometry)
       type(model_t), intent(in) :: model
       type(tableau_t), intent(in) :: tableau(:)
       real(wp), intent(in) :: shift(:)           !! (nodes) distance in the nominal coordinate; 0 except between two elements of one
@@ -175,5 +212,7 @@ contains
             geometry%element(e) = element_geometry(model, tableau, e, s, geometry%x(:, node(1)), geometry%x(:, node(2)))
          end associate
       end do
+      call take_samples(model, geometry, abs(shift(model%mesh%node(1, :))) > 0.0_wp .or. &
+         & abs(shift(model%mesh%node(2, :))) > 0.0_wp)
    end subroutine shift_nodes
 end module rod_geometry

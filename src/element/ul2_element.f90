@@ -65,11 +65,11 @@ contains
       end do
 
       side = 0.5_wp * [-d(2), d(1)]
-      f(1:2) = f(1:2) - 0.5_wp * h * load%line - load%pressure * side
-      f(4:5) = f(4:5) - 0.5_wp * h * load%line - load%pressure * side
+      f(1:2) = f(1:2) - 0.5_wp * h * load%line(:, 1) - load%pressure * side
+      f(4:5) = f(4:5) - 0.5_wp * h * load%line(:, 1) - load%pressure * side
       fl = (ea * load%strain_rate) * ba - (ei * load%curvature_rate) * (b1 - b2)
-      fl(1:2) = fl(1:2) + 0.5_wp * h * load%line_rate + load%pressure_rate * side
-      fl(4:5) = fl(4:5) + 0.5_wp * h * load%line_rate + load%pressure_rate * side
+      fl(1:2) = fl(1:2) + 0.5_wp * h * load%line_rate(:, 1) + load%pressure_rate * side
+      fl(4:5) = fl(4:5) + 0.5_wp * h * load%line_rate(:, 1) + load%pressure_rate * side
       ! The symmetric part of the pressure's load stiffness; the skew part cancels between neighbours.
       k(1, 5) = k(1, 5) + 0.5_wp * load%pressure
       k(5, 1) = k(5, 1) + 0.5_wp * load%pressure

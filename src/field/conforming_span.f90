@@ -6,7 +6,8 @@
 module conforming_span
    use kinds, only: wp, pi
    use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t, element_load, element_displacement, node_position, obstacle_shift, candidate_offset, closing_rate
+   use rod_state, only: state_t, element_compliance, element_load, element_displacement, node_position, obstacle_shift, &
+      & candidate_offset, closing_rate
    use reference_curve, only: curve_point, curve_abscissa, curve_length, curve_bend
    use gauss_tableau, only: max_stages
    use obstacle_track, only: track_t, track_foot, track_ahead, across_joint, joint_shares
@@ -245,7 +246,8 @@ contains
       m = state%z(3, e)
       if (side == 1) return
       associate (g => state%geometry%element(e))
-         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, problem%compliance(e), &
+         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, &
+            & element_compliance(problem, state, e), &
             & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), first, &
             & second, none)
       end associate

@@ -3,9 +3,9 @@
 module node_rates
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, element_load, element_displacement
+   use rod_state, only: state_t, element_compliance, element_load, element_displacement, node_position
    use reference_curve, only: curve_point, curve_bend
-   use ge_element, only: ge_load_t, ge_end_forces
+   use ge_element, only: ge_load_t, ge_end_forces, line_at
    use gauss_tableau, only: max_stages
    implicit none
    private
@@ -52,8 +52,8 @@ contains
       integer, intent(in) :: e, side
       real(wp), intent(out) :: x(2, 3)       !! first, second, third derivative
       type(section_t) :: section
-      real(wp), dimension(2) :: dn, ddn
-      real(wp) :: bend, bend_rate, turn, turn_rate, along(0:2), across(0:2)
+      real(wp), dimension(2) :: dn, ddn, line, line_slope
+      real(wp) :: pressure, bend, bend_rate, turn, turn_rate, along(0:2), across(0:2)
       section = end_section(problem, state, e, side)
       associate (load => section%load, n => section%n, t => section%t, nu => section%nu, compliance => problem%compliance(e), &
          & c => problem%model%mesh%curve(e))
@@ -62,15 +62,20 @@ contains
          if (c > 0) call curve_bend(problem%model%curve(c), problem%model%imperfection, state%geometry%element(e)%s(side), bend, &
             & bend_rate)
          turn = bend + load%curvature + compliance%bending * section%m
+         pressure = load%pressure
+         if (side == 2) pressure = pressure + dot_product(load%gradient, node_position(state, problem%model%mesh%node(2, e)) - &
+            & node_position(state, problem%model%mesh%node(1, e)))
          ! x' = along t + across nu, and t' = turn nu, nu' = -turn t.
          along(0) = section%along
          across(0) = section%across
          x(:, 1) = along(0) * t + across(0) * nu
-         dn = -load%line - load%pressure * [-x(2, 1), x(1, 1)]
+         call line_at(problem%tableau(problem%model%mesh%stages(e)), load, side - 1.0_wp, line, line_slope)
+         dn = -line - pressure * [-x(2, 1), x(1, 1)]
          along(1) = compliance%axial * (dot_product(dn, t) + turn * dot_product(n, nu))
          across(1) = compliance%shear * (dot_product(dn, nu) - turn * dot_product(n, t))
          x(:, 2) = (along(1) - turn * across(0)) * t + (across(1) + turn * along(0)) * nu
-         ddn = -load%pressure * [-x(2, 2), x(1, 2)]
+         ddn = -line_slope / state%geometry%element(e)%length - pressure * [-x(2, 2), x(1, 2)] - &
+            & dot_product(load%gradient, x(:, 1)) * [-x(2, 1), x(1, 1)]
          turn_rate = bend_rate - compliance%bending * (x(1, 1) * n(2) - x(2, 1) * n(1))
          along(2) = compliance%axial * (dot_product(ddn, t) + 2.0_wp * turn * dot_product(dn, nu) + &
             & turn_rate * dot_product(n, nu) - turn**2 * dot_product(n, t))
@@ -129,7 +134,8 @@ contains
          return
       end if
       associate (g => state%geometry%element(e))
-         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, problem%compliance(e), &
+         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, &
+            & element_compliance(problem, state, e), &
             & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), first, &
             & second)
       end associate

@@ -17,9 +17,9 @@ module rod_profile
    use element_families, only: collocates, follows_curves
    use rod_geometry, only: element_geometry_t
    use reference_curve, only: curve_point, curve_bend, curve_length, curve_abscissa
-   use rod_state, only: state_t, element_displacement, element_load
+   use rod_state, only: state_t, element_displacement, element_compliance, element_load
    use gauss_tableau, only: max_stages, stage_basis
-   use ge_element, only: ge_load_t, ge_direction_changes, ge_direction_rates
+   use ge_element, only: ge_load_t, ge_stiffness_t, ge_direction_changes, ge_direction_rates
    use ground, only: home_deviation
    implicit none
    private
@@ -133,6 +133,7 @@ contains
       real(wp), intent(in) :: start(2)              !! stress-free position of the first node
       type(profile_t) :: profile
       type(ge_load_t) :: load
+      type(ge_stiffness_t) :: compliance
       real(wp) :: u(6), slope(2, max_stages), home(2, max_stages), turn(max_stages), phi(2), d(2), side(2)
       integer :: s, j, k
       u = element_displacement(problem, state, e)
@@ -149,10 +150,11 @@ contains
          profile%degree = s
          profile%curved = deviates(problem, e)
          associate (tab => problem%tableau(s), scaled => geometry%length * geometry%scale, z => state%z(:problem%z_size(e), e))
-            call ge_direction_changes(tab, geometry%length, geometry%angle, problem%compliance(e), load, u, z, slope(:, :s))
+            compliance = element_compliance(problem, state, e)
+            call ge_direction_changes(tab, geometry%length, geometry%angle, compliance, load, u, z, slope(:, :s))
             home(1, :s) = cos(geometry%angle(:s))
             home(2, :s) = sin(geometry%angle(:s))
-            turn(:s) = geometry%length * (problem%compliance(e)%bending * z(4:3 + s) + load%curvature)
+            turn(:s) = geometry%length * (problem%compliance(e)%bending * compliance%part(2, :s) * z(4:3 + s) + load%curvature)
             home(:, :s) = scaled * home(:, :s)
             slope(:, :s) = scaled * slope(:, :s)
             do j = 1, s
@@ -395,15 +397,17 @@ contains
       real(wp) :: rate(3)
       real(wp) :: basis(max_stages), slope(2, max_stages), d(2)
       type(ge_load_t) :: load
+      type(ge_stiffness_t) :: compliance
       integer :: s
       associate (e => profile%element, g => state%geometry%element(profile%element))
          s = problem%model%mesh%stages(e)
          load = element_load(problem, state, e)
+         compliance = element_compliance(problem, state, e)
          call stage_basis(problem%tableau(s), tau, basis)
-         call ge_direction_rates(problem%tableau(s), g%length, g%angle, problem%compliance(e), load, &
+         call ge_direction_rates(problem%tableau(s), g%length, g%angle, compliance, load, &
             & element_displacement(problem, state, e), state%z(:problem%z_size(e), e), du, dz, load_change, slope(:, :s))
          rate(1:2) = du(1:2) + g%length * g%scale * matmul(slope(:, :s), basis(:s))
-         rate(3) = du(3) + g%length * (problem%compliance(e)%bending * dot_product(basis(:s), dz(4:3 + s)) + &
+         rate(3) = du(3) + g%length * (compliance%bending * dot_product(basis(:s) * compliance%part(2, :s), dz(4:3 + s)) + &
             & tau * load_change * load%curvature_rate)
       end associate
       if (.not. profile%curved) return

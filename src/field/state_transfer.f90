@@ -8,10 +8,11 @@ module state_transfer
    use problem, only: problem_t
    use element_families, only: collocates
    use rod_geometry, only: geometry_t, new_geometry, shift_nodes
-   use rod_state, only: state_t, element_displacement, element_load, node_position, unknown_push
+   use rod_state, only: state_t, element_displacement, element_compliance, element_load, node_position, unknown_push
    use rod_profile, only: profile_t, new_profile, keep_profile, mend_rotation, mended_displacement, profile_place, &
       & profile_displacement, profile_angle, element_place
    use reference_curve, only: curve_point
+   use cross_section, only: varies
    use conforming_span, only: lying_t, conforming_forces, conforming_displacement, conforming_resultant, conforming_track, &
       & track_below, conforming_guess
    use obstacle_track, only: track_t
@@ -375,7 +376,7 @@ contains
       load = element_load(problem, state, e)
       associate (g => state%geometry%element(e), tab => problem%tableau(problem%model%mesh%stages(e)), &
          & z => state%z(:problem%z_size(e), e))
-         if (e /= kept%directed) call ge_directions(tab, g%length, g%angle, problem%compliance(e), load, &
+         if (e /= kept%directed) call ge_directions(tab, g%length, g%angle, element_compliance(problem, state, e), load, &
             & element_displacement(problem, state, e), z, kept%rho)
          kept%directed = e
          call ge_between(tab, g%length, g%scale, load, z, kept%rho, tau, span, resultant)
@@ -387,7 +388,7 @@ contains
    end subroutine find_resultant
 
    !> Moves nodes along their rod segments, in the geometry only.
-   pure subroutine move_nodes(problem, shift, geometry)
+   subroutine move_nodes(problem, shift, geometry)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: shift(:)          !! (nodes) distance in the nominal coordinate; 0 at segment boundaries and at fixed
       !! nodes
@@ -462,7 +463,7 @@ contains
       pure logical function is_smooth(e)
          integer, intent(in) :: e
          is_smooth = problem%has_spans() .and. problem%conforms(e) == 0 .and. collocates(problem%model%mesh%family(e)) .and. &
-            & .not. problem%ground%founded(e)
+            & .not. (problem%ground%founded(e) .or. varies(problem%model%section(problem%model%mesh%section(e))))
       end function is_smooth
    end subroutine see_from
 

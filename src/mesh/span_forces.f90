@@ -4,7 +4,7 @@ module span_forces
    use problem, only: problem_t
    use rod_layout, only: segment_element
    use rod_state, only: state_t, candidate_gap, node_position, element_load
-   use ge_element, only: ge_load_t
+   use ge_element, only: ge_load_t, line_at
    use section_forces, only: end_forces
    use conforming_span, only: lying_t, conforming_forces, rolled_t, rolled, track_joints
    use touchdown_points, only: point_force
@@ -188,7 +188,7 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: middle(2)
       real(wp), intent(out) :: force(3), moment
-      real(wp) :: local(3), x(2), angle, density, ends(3, 2), place(2, 2)
+      real(wp) :: local(3), x(2), angle, density, ends(3, 2), place(2, 2), line(2), slope(2)
       real(wp), allocatable :: part(:)
       real(wp) :: weight
       type(ge_load_t) :: load
@@ -201,7 +201,8 @@ contains
       end do
       associate (tab => problem%tableau(problem%model%mesh%stages(e)), length => state%geometry%element(e)%length, &
          & d => place(:, 2) - place(:, 1))
-         force(1:2) = ends(1:2, 1) - ends(1:2, 2) - length * load%line - load%pressure * [-d(2), d(1)]
+         force(1:2) = ends(1:2, 1) - ends(1:2, 2) - length * matmul(load%line(:, :tab%stages), tab%b(:tab%stages)) - &
+            & load%pressure * [-d(2), d(1)]
          force(3) = 0.0_wp
          moment = ends(3, 1) - ends(3, 2) + place(1, 1) * ends(2, 1) - place(2, 1) * ends(1, 1) - place(1, 2) * ends(2, 2) + &
             & place(2, 2) * ends(1, 2) - 0.5_wp * load%pressure * (dot_product(place(:, 2), place(:, 2)) - &
@@ -215,7 +216,8 @@ contains
                   & density, kept)
                force(3) = force(3) + weight * density
                x = x - middle
-               moment = moment - weight * (x(1) * load%line(2) - x(2) * load%line(1))
+               call line_at(tab, load, part(k - 1) + tab%c(i) * (part(k) - part(k - 1)), line, slope)
+               moment = moment - weight * (x(1) * line(2) - x(2) * line(1))
             end do
          end do
       end associate

@@ -7,6 +7,8 @@ module model
    use obstacle_types, only: obstacle_t
    use length_table, only: length_table_t
    use load_pattern, only: load_t, new_load
+   use distribution, only: distribution_t
+   use cross_section, only: section_t
    implicit none
    private
    public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, law_t, contact_t
@@ -14,7 +16,7 @@ module model
    public :: monitor_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
-   public :: quantity_displacement, quantity_reaction, quantity_contact
+   public :: quantity_displacement, quantity_reaction, quantity_contact, quantity_section
    public :: method_words, parameter_words, same_component, supports
    public :: method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
       & method_minimum_residual, method_variable_load, method_generalised, method_largest
@@ -28,7 +30,7 @@ module model
    ! Shapes of imperfections; see imperfection_t.
    integer, parameter :: shape_none = 0, shape_sine = 1, shape_cosine = 2, shape_clamped = 3, shape_nodal = 4
 
-   integer, parameter :: quantity_displacement = 1, quantity_reaction = 2, quantity_contact = 3
+   integer, parameter :: quantity_displacement = 1, quantity_reaction = 2, quantity_contact = 3, quantity_section = 4
 
    !> Increment strategies: the deck names them by these words, in the order of the numbers.
    character(*), parameter :: method_words = 'LOAD|DISPLACEMENT|CYLINDRICAL|SPHERICAL|LINEARISED|MINIMUM RESIDUAL|'// &
@@ -84,17 +86,6 @@ module model
       logical, allocatable :: placed(:)         !! (n_elements) true: the deck leaves the number of elements open. The program
       !! computes with a mesh of its own; these elements only define where output is given
    end type mesh_t
-
-   !> A cross section.
-   type :: section_t
-      character(name_length) :: name = ''       !! element set of the section
-      real(wp) :: ea = 0.0_wp, ei = 0.0_wp      !! axial [force] and bending [force length^2] stiffness
-      logical :: inextensible = .false.         !! true: 1/EA is zero: ea is not used
-      real(wp) :: ga = 0.0_wp                   !! shear stiffness [force]; not used when shear_rigid
-      logical :: shear_rigid = .true.
-      real(wp) :: mass = 0.0_wp                 !! mass per unit stress-free length (self-weight)
-      real(wp) :: expansion = 0.0_wp            !! strain per unit of temperature
-   end type section_t
 
    !> A displacement or rotation that follows others, u = sum of factor u_k + [(R - 1) arm], R the rotation matrix of node `turner`.
    !>
@@ -160,9 +151,13 @@ module model
       character(name_length) :: name = ''
       integer :: quantity = quantity_displacement
       integer :: component = 1                  !! 1, 2, 3: u, v, rotation, or the corresponding reaction (contact: in x, in y,
-      !! normal)
+      !! normal); of sections 1 to 5: N, Q, M, strain, stress
       integer :: obstacle = 0                   !! contact: obstacle whose reactions are summed
       integer, allocatable :: node(:)           !! displacement: nodes whose mean is taken; reaction: nodes whose sum is taken
+      integer, allocatable :: element(:)        !! section: elements of a set, in its order
+      real(wp) :: place = 0.0_wp                !! section: arc length along the elements, if not the largest is taken
+      logical :: largest = .false.              !! section: true: the largest magnitude along the elements
+      logical :: where = .false.                !! section: true: the number is the place of the largest magnitude
       real(wp) :: factor = 1.0_wp, offset = 0.0_wp !! value = offset + factor * quantity
    end type monitor_t
 
@@ -262,6 +257,7 @@ module model
       type(mesh_t) :: mesh
       type(curve_t), allocatable :: curve(:)
       type(imperfection_t), allocatable :: imperfection(:)
+      type(distribution_t), allocatable :: distribution(:) !! not allocated: none
       type(section_t), allocatable :: section(:)
       type(node_set_t), allocatable :: node_set(:)
       logical, allocatable :: fixed(:, :)       !! (3, n_nodes) true for supported degrees of freedom

@@ -12,6 +12,8 @@ module rod_layout
    private
    public :: layout_t, rod_segment_t, new_layout, segment_element, segment_place
 
+   real(wp), parameter :: same_length = 1.0e-9_wp !! smaller parts of a length are rounding of typed numbers
+
    !> A rod between two segment boundaries.
    type :: rod_segment_t
       integer :: node(2) = 0                  !! the deck's nodes at its ends, the same node for a closed segment
@@ -183,12 +185,21 @@ contains
    pure logical function goes_on(model, a, b)
       type(model_t), intent(in) :: model
       integer, intent(in) :: a, b             !! element that ends at a node, and element that begins there
-      integer :: k
+      integer :: k, n
       associate (mesh => model%mesh)
          goes_on = min(mesh%curve(a), mesh%curve(b)) > 0 .and. mesh%family(a) == mesh%family(b) .and. &
             & mesh%stages(a) == mesh%stages(b) .and. mesh%section(a) == mesh%section(b) .and. &
             & (mesh%placed(a) .eqv. mesh%placed(b))
          if (goes_on) goes_on = curve_goes_on(model%curve(mesh%curve(a)), mesh%s(2, a), model%curve(mesh%curve(b)), mesh%s(1, b))
+         if (.not. goes_on) return
+         n = 0
+         if (allocated(model%distribution)) n = size(model%distribution)
+         do k = 1, n
+            goes_on = .not. model%distribution(k)%bends_at(mesh%curve(a), mesh%s(2, a), same_length * mesh%s(2, a)) .and. &
+               & (model%distribution(k)%contains_place(mesh%curve(a), 0.5_wp * sum(mesh%s(:, a))) .eqv. &
+               & model%distribution(k)%contains_place(mesh%curve(b), 0.5_wp * sum(mesh%s(:, b))))
+            if (.not. goes_on) return
+         end do
          do k = 1, size(model%step)
             if (.not. goes_on) return
             goes_on = model%step(k)%load%same_on(a, b)

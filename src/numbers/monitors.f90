@@ -1,12 +1,14 @@
-!> Monitors, the numbers that the deck observes: displacements, reactions of supports and springs, contact forces. Their values and
+!> Monitors, the numbers that the deck observes: displacements, reactions of supports and springs, contact forces, sections. Their
+!> values and
 !> their linearisations (functionals).
 module monitors
    use kinds, only: wp
-   use model, only: quantity_displacement, quantity_contact
+   use model, only: quantity_displacement, quantity_contact, quantity_section
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use state_functional, only: functional_t, new_functional
+   use state_functional, only: functional_t, section_place_t, new_functional
+   use section_quantities, only: watched_section, new_section_functional
    use displacement_functional, only: watched_displacement, new_displacement_functional
    use reaction_functional, only: reaction_sum, new_reaction_functional
    use node_contact_functional, only: has_node_forces, node_force_sum, new_node_force_functional
@@ -24,6 +26,7 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       real(wp) :: values(size(problem%model%monitor)), total
+      type(section_place_t) :: place
       integer :: m
       do m = 1, size(problem%model%monitor)
          associate (monitor => problem%deck%monitor(m))
@@ -31,7 +34,9 @@ contains
                values(m) = watched_displacement(problem, state, m)
                cycle
             end if
-            if (monitor%quantity == quantity_contact) then
+            if (monitor%quantity == quantity_section) then
+               call watched_section(problem, state, monitor, total, place)
+            else if (monitor%quantity == quantity_contact) then
                total = contact_force_sum(problem, state, system, monitor%obstacle, monitor%component)
             else
                total = reaction_sum(problem, state, system, m)
@@ -86,7 +91,9 @@ contains
          end if
          number = new_functional(system%n)
          number%value = monitor%offset
-         if (monitor%quantity == quantity_contact) then
+         if (monitor%quantity == quantity_section) then
+            call number%add(monitor%factor, new_section_functional(problem, state, system, monitor))
+         else if (monitor%quantity == quantity_contact) then
             call number%add(monitor%factor, new_contact_functional(problem, state, system, monitor%obstacle, monitor%component))
          else
             call number%add(monitor%factor, new_reaction_functional(problem, state, system, m))

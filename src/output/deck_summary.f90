@@ -1,6 +1,7 @@
 !> Summary of the deck as the program has understood it: the first part of the listing.
 module deck_summary
    use kinds, only: wp, degree
+   use cross_section, only: varies
    use model, only: model_t, supports, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t, contact_t, method_load, &
       & method_displacement
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
@@ -147,7 +148,8 @@ contains
                heat = ''
                if (abs(section%expansion) > 0.0_wp) heat = ', expansion '//brief(section%expansion)
                call line('section', trim(section%name)//': '//plural(count(model%mesh%section == i), 'element') //', EA '//axial// &
-                  ', EI '//brief(section%ei)//', GA '//shear//', mass per length ' //brief(section%mass)//heat)
+                  ', EI '//brief(section%ei)//', GA '//shear//', mass per length ' //brief(section%mass)//heat// &
+                  repeat(' (varies, these are of its mean dimensions)', merge(1, 0, varies(section))))
             end associate
          end do
       end subroutine write_sections

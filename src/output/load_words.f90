@@ -35,7 +35,7 @@ contains
                & 'moment')//' at the start, turning as the node moves')]
          end associate
       end do
-      lines = [lines, element_lines(load)]
+      lines = [lines, element_lines(load), varying_lines(model, load)]
       lines = [lines, node_lines(model, load%displacement, any(abs(load%displacement) > 0.0_wp, 1), &
          & 'prescribed displacement', 'rotation')]
       if (size(lines) == 0) return
@@ -108,7 +108,7 @@ contains
       integer :: e, i
       allocate (lines(0))
       value(1:2, :) = load%line_force
-      value(3, :) = load%pressure
+      value(3, :) = merge(0.0_wp, load%pressure, any(abs(load%gradient) > 0.0_wp, 1))
       value(4, :) = load%strain
       value(5, :) = load%curvature
       left = any(abs(value) > 0.0_wp, 1)
@@ -128,6 +128,38 @@ contains
          lines = [lines, words_t('load on '//plural(count(alike), 'element')//': '//text(3:))]
       end do
    end function element_lines
+
+   !> Dead loads that vary along the rods, and pressures of liquids: one line for each.
+   function varying_lines(model, load) result(lines)
+      type(model_t), intent(in) :: model
+      type(load_t), intent(in) :: load
+      type(words_t), allocatable :: lines(:)
+      character(:), allocatable :: text
+      logical, allocatable :: wet(:)
+      integer :: i, n
+      allocate (lines(0))
+      n = 0
+      if (allocated(load%line_load)) n = size(load%line_load)
+      do i = 1, n
+         associate (part => load%line_load(i))
+            text = merge('along and to the left of the axis', 'in x and y                       ', part%along_axis)
+            text = 'load on '//plural(count(part%on), 'element')//', '//trim(text)//': ('//brief(part%direction(1))//', '// &
+               & brief(part%direction(2))//')'
+            if (part%intensity%distribution > 0) then
+               text = text//' times '//trim(model%distribution(part%intensity%distribution)%name)
+            else
+               text = text//' times '//brief(part%intensity%value)
+            end if
+            if (part%weight) text = text//' times the mass'
+            lines = [lines, words_t(text//' per length')]
+         end associate
+      end do
+      wet = any(abs(load%gradient) > 0.0_wp, 1)
+      if (any(wet)) lines = [lines, words_t('liquid on '//plural(count(wet), 'element')// &
+         & ': pressure to the left, at y = 0 from '//brief(minval(load%pressure, wet))//' to '//brief(maxval(load%pressure, &
+         & wet))//', rising with depth by '// &
+         & brief(minval(-load%gradient(2, :), wet))//' to '//brief(maxval(-load%gradient(2, :), wet)))]
+   end function varying_lines
 
    !> "node 3 at (150, 0)", "nodes 1, 5, 9", "nodes 1, 2, 3, 4, 5, 6 and 20 more".
    function nodes_text(model, node) result(text)

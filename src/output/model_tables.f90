@@ -1,6 +1,9 @@
 !> Writes supports, springs, loads of the steps and node sets to the result file. A failure is kept in the file, see hdf5_file.
 module model_tables
    use kinds, only: wp
+   use rod_geometry, only: geometry_t, new_geometry
+   use rod_samples, only: line_at_stages
+   use gauss_tableau, only: new_tableau, max_stages
    use model, only: model_t, step_t, supports
    use pole_load, only: pole_load_t
    use columns, only: whole
@@ -57,20 +60,26 @@ contains
    subroutine write_loads(file, model)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
+      type(geometry_t) :: home
       integer :: i
+      home = new_geometry(model, [(new_tableau(i), i=1, max_stages)])
       call hdf5_group(file, '/loads')
       do i = 1, size(model%step)
-         call write_step_loads(file, model%step(i), '/loads/'//whole(i))
+         call write_step_loads(file, model, home, model%step(i), '/loads/'//whole(i))
       end do
    end subroutine write_loads
 
    !> Writes the loads of one step.
-   subroutine write_step_loads(file, step, group)
+   subroutine write_step_loads(file, model, home, step, group)
       type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      type(geometry_t), intent(in) :: home
       type(step_t), intent(in) :: step
       character(*), intent(in) :: group
       integer, allocatable :: at(:)
-      real(wp), allocatable :: pole(:, :)
+      real(wp), allocatable :: pole(:, :), line(:, :), pressure(:)
+      real(wp) :: stages(2, max_stages)
+      logical :: uniform
       integer :: i
       call hdf5_group(file, group)
       call hdf5_attribute(file, group, 'name', step%name)
@@ -82,16 +91,25 @@ contains
             call hdf5_write(file, group//'/node', at - 1, '1', 'nodes with forces: '//node_rows)
             call hdf5_write(file, group//'/force', load%node_force(:, at), 'force, force, moment', 'in x, in y, and the couple')
          end if
-         at = where_any(abs(load%line_force) > 0.0_wp)
+         allocate (line(2, model%mesh%n_elements), pressure(model%mesh%n_elements))
+         do i = 1, model%mesh%n_elements
+            associate (n => max(1, model%mesh%stages(i)), ends => model%mesh%node(:, i))
+               call line_at_stages(model, home, i, load, stages(:, :n), uniform)
+               line(:, i) = sum(stages(:, :n), 2) / n
+               pressure(i) = load%pressure(i) + 0.5_wp * dot_product(load%gradient(:, i), home%x(:, ends(1)) + home%x(:, ends(2)))
+            end associate
+         end do
+         at = where_any(abs(line) > 0.0_wp)
          if (size(at) > 0) then
             call hdf5_write(file, group//'/element', at - 1, '1', 'elements with dead loads: '//element_rows)
-            call hdf5_write(file, group//'/line_force', load%line_force(:, at), 'force/length', &
-               & 'in x and y, per stress-free length')
+            call hdf5_write(file, group//'/line_force', line(:, at), 'force/length', &
+               & 'in x and y, per stress-free length, at the middle of the element')
          end if
-         at = pack([(i, i=1, size(load%pressure))], abs(load%pressure) > 0.0_wp)
+         at = pack([(i, i=1, size(pressure))], abs(pressure) > 0.0_wp)
          if (size(at) > 0) then
             call hdf5_write(file, group//'/pressed_element', at - 1, '1', 'elements with pressure: '//element_rows)
-            call hdf5_write(file, group//'/pressure', load%pressure(at), 'force/length', 'to the left of the element, follows it')
+            call hdf5_write(file, group//'/pressure', pressure(at), 'force/length', &
+               & 'to the left of the element, follows it; at the middle of the stress-free element')
          end if
          at = pack([(i, i=1, size(load%strain))], abs(load%strain) > 0.0_wp .or. abs(load%curvature) > 0.0_wp)
          if (size(at) > 0) then

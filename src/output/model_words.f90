@@ -1,7 +1,8 @@
 !> Components of the model in words, for the result file and the listing.
 module model_words
    use kinds, only: wp
-   use model, only: model_t, monitor_t, contact_t, limit_curve_t, quantity_displacement, quantity_reaction, quantity_contact, &
+   use model, only: model_t, monitor_t, contact_t, limit_curve_t, quantity_displacement, quantity_reaction, &
+      & quantity_contact, quantity_section, &
       & method_load, method_displacement, method_cylindrical, method_spherical, method_linearised, &
       & method_minimum_residual, method_variable_load, method_generalised, method_largest, &
       & parameter_modulus, parameter_gap, parameter_imperfection, parameter_ea, parameter_ei
@@ -12,13 +13,20 @@ module model_words
    public :: monitor_units, monitor_description, method_name, side_name, kind_name, points_name
    public :: parameter_name, parameter_units, parameter_object
 
+   !> Quantities of sections and their units, in the order of monitor_t%component.
+   character(*), parameter :: section_quantity(5) = [character(12) :: 'normal force', 'shear force', 'moment', 'strain', 'stress']
+   character(*), parameter :: section_unit(5) = [character(14) :: 'force', 'force', 'moment', '1', 'force/length^2']
+
 contains
 
    !> Units of a monitor in words; a factor other than 1 makes them "scaled".
    pure function monitor_units(monitor) result(units)
       type(monitor_t), intent(in) :: monitor
       character(:), allocatable :: units
-      if (monitor%quantity == quantity_displacement) then
+      if (monitor%quantity == quantity_section) then
+         units = trim(section_unit(monitor%component))
+         if (monitor%where) units = 'length'
+      else if (monitor%quantity == quantity_displacement) then
          units = 'length'
          if (monitor%component == 3) units = 'radian'
       else
@@ -36,14 +44,26 @@ contains
       character(*), parameter :: displacement(3) = [character(14) :: 'displacement u', 'displacement v', 'rotation']
       character(*), parameter :: reaction(3) = [character(15) :: 'reaction in x', 'reaction in y', 'reaction moment']
       character(*), parameter :: contact(2) = ['in x', 'in y']
-      if (monitor%quantity == quantity_displacement) then
+      if (monitor%quantity == quantity_section) then
+         description = ''
+      else if (monitor%quantity == quantity_displacement) then
          description = trim(displacement(monitor%component))
          if (size(monitor%node) > 1) description = 'mean '//description
       else
          description = trim(reaction(monitor%component))
          if (size(monitor%node) > 1) description = 'sum of '//description
       end if
-      if (monitor%quantity == quantity_contact) then
+      if (monitor%quantity == quantity_section) then
+         description = trim(section_quantity(monitor%component))
+         if (monitor%where) then
+            description = 'place of the largest '//description
+         else if (monitor%largest) then
+            description = 'largest '//description
+         else
+            description = description//' at s = '//to_text(monitor%place)
+         end if
+         description = description//' along '//to_text(size(monitor%element))//' elements'
+      else if (monitor%quantity == quantity_contact) then
          description = 'sum of normal contact reactions of '//trim(model%obstacle(monitor%obstacle)%name)
          if (monitor%component < 3) description = 'sum of contact reactions '//contact(monitor%component)//' of '// &
             & trim(model%obstacle(monitor%obstacle)%name)

@@ -11,6 +11,8 @@ module result_tables
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
    use element_families, only: follows_curves
    use rod_geometry, only: geometry_t, new_geometry
+   use cross_section, only: section_t
+   use rod_samples, only: middle_section
    use candidates, only: candidates_t, new_candidates
    use model_words, only: side_name, kind_name, points_name
    use path_record, only: branch_start_t, buckling_t
@@ -58,26 +60,31 @@ contains
    subroutine write_mesh(file, model)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
+      type(geometry_t) :: home
+      type(section_t) :: section(model%mesh%n_elements)
+      integer :: i
       call hdf5_group(file, '/mesh')
       call hdf5_write(file, '/mesh/coordinates', model%mesh%x, 'length', 'stress-free position (x, y) of every node')
       call hdf5_write(file, '/mesh/elements', model%mesh%node - 1, '1', &
          & 'rows of coordinates (from 0) of the first and second node of every element')
       call hdf5_write(file, '/mesh/node_label', model%mesh%node_label, '1', 'node numbers of the deck')
       call hdf5_write(file, '/mesh/element_label', model%mesh%element_label, '1', 'element numbers of the deck')
-      call hdf5_write(file, '/mesh/bending_stiffness', model%section(model%mesh%section)%ei, 'force length^2', &
-         & 'EI of every element')
-      if (any(follows_curves(model%mesh%family))) call write_directions(file, model)
+      home = new_geometry(model, [(new_tableau(i), i=1, max_stages)])
+      do i = 1, model%mesh%n_elements
+         section(i) = middle_section(model, home, i)
+      end do
+      call hdf5_write(file, '/mesh/bending_stiffness', section%ei, 'force length^2', 'EI of every element, at its middle')
+      if (any(follows_curves(model%mesh%family))) call write_directions(file, model, home)
       if (allocated(model%tie)) call write_joints(file, model)
    end subroutine write_mesh
 
    !> Writes where the axis points to at the ends of the elements: coordinates of few elements do not tell an arc from a polygon.
-   subroutine write_directions(file, model)
+   subroutine write_directions(file, model, home)
       type(hdf5_file_t), intent(inout) :: file
       type(model_t), intent(in) :: model
-      type(geometry_t) :: home
+      type(geometry_t), intent(in) :: home
       real(wp), allocatable :: direction(:, :)
       integer :: i
-      home = new_geometry(model, [(new_tableau(i), i=1, max_stages)])
       allocate (direction(2, model%mesh%n_elements))
       do i = 1, model%mesh%n_elements
          direction(:, i) = home%element(i)%end_angle

@@ -103,7 +103,7 @@ contains
          do i = 1, s
             call conforming_forces(problem, state, e, problem%tableau(s)%c(i), local, position, angle, kept=kept)
             position = position - middle
-            force = h * problem%tableau(s)%b(i) * load%line
+            force = h * problem%tableau(s)%b(i) * load%line(:, i)
             total = total + [force, position(1) * force(2) - position(2) * force(1)]
          end do
       end associate

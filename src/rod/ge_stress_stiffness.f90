@@ -3,7 +3,7 @@ module ge_stress_stiffness
    use kinds, only: wp
    use gauss_tableau, only: max_stages
    use problem, only: problem_t
-   use rod_state, only: state_t, element_displacement, element_load
+   use rod_state, only: state_t, element_displacement, element_compliance, element_load
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
    use ge_element, only: ge_evaluate, ge_direction_rates, ge_load_t, ge_columns
@@ -43,11 +43,11 @@ contains
             if (z > 3 + s) then
                force(:, i) = dz(2 + s + 2 * i:3 + s + 2 * i)
             else
-               force(:, i) = dz(1:2) - (tab%c(i) * g%length) * load%line_rate
+               force(:, i) = dz(1:2) - g%length * matmul(load%line_rate(:, :s), tab%a(i, :s))
             end if
          end do
          largest = maxval(abs(force(:, :s))) * g%length**2 * flexible%bending
-         largest = max(largest, abs(load%pressure_rate) * g%length**3 * flexible%bending)
+         largest = max(largest, (abs(load%pressure_rate) + norm2(load%gradient_rate) * g%length) * g%length**3 * flexible%bending)
          call foundation_forces(problem, state, e, inner)
       end associate
       if (.not. largest > 0.0_wp) return
@@ -71,10 +71,12 @@ contains
          logical :: ok
          shifted = load
          shifted%pressure = load%pressure + part_of_load * load%pressure_rate
+         shifted%gradient = load%gradient + part_of_load * load%gradient_rate
          pressed = inner
          if (inner%n > 0) call press(part_of_load)
          associate (g => state%geometry%element(e))
-            call ge_evaluate(problem%tableau(s), g%length, g%scale, g%angle, g%tangent, problem%compliance(e), shifted, &
+            call ge_evaluate(problem%tableau(s), g%length, g%scale, g%angle, g%tangent, element_compliance(problem, state, e), &
+               & shifted, &
                & element_displacement(problem, state, e), state%z(:z, e), f, raw, part, fl, op, defect, ok, &
                & more_force=part_of_load * force(:, :s), inner=pressed, shift=moved)
          end associate
@@ -88,7 +90,7 @@ contains
          real(wp) :: along(2), d(2), rho(2, max_stages), change
          integer :: q
          associate (g => state%geometry%element(e))
-            call ge_direction_rates(problem%tableau(s), g%length, g%angle, problem%compliance(e), load, &
+            call ge_direction_rates(problem%tableau(s), g%length, g%angle, element_compliance(problem, state, e), load, &
                & element_displacement(problem, state, e), state%z(:z, e), du, dz(:z), 1.0_wp, rho(:, :s))
             do q = 1, inner%n
                d = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))

@@ -70,7 +70,7 @@ contains
       first = [force(1) * d(1) - shear * d(2), force(1) * d(2) + shear * d(1), -force(2)]
       second = [first(1:2), force(3)]
       ! The loads of this element are lumped: half of them acts between each end and the node.
-      half = 0.5_wp * (state%geometry%element(e)%length * load%line + load%pressure * l * [-d(2), d(1)])
+      half = 0.5_wp * (state%geometry%element(e)%length * load%line(:, 1) + load%pressure * l * [-d(2), d(1)])
       first(1:2) = first(1:2) + half
       second(1:2) = second(1:2) - half
    end subroutine end_forces
@@ -130,7 +130,7 @@ contains
          x(:, i) = node_position(state, problem%model%mesh%node(i, e)) - middle
       end do
       associate (h => state%geometry%element(e)%length)
-         force = h * load%line + load%pressure * [x(2, 1) - x(2, 2), x(1, 2) - x(1, 1)]
+         force = h * load%line(:, 1) + load%pressure * [x(2, 1) - x(2, 2), x(1, 2) - x(1, 1)]
       end associate
       position = 0.5_wp * (x(:, 1) + x(:, 2))
       total = [force, position(1) * force(2) - position(2) * force(1)]

@@ -8,7 +8,7 @@
 module stress_stiffness
    use kinds, only: wp
    use problem, only: problem_t, dof
-   use rod_state, only: state_t
+   use rod_state, only: state_t, end_pressures
    use linear_system, only: system_t, sum_elements, turn_pair, matrix_to_node, to_global, add_swings, apply_joints
    use tied_nodes, only: tie_swing, node_unknowns, spread_force, add_matrix
    use element_products, only: apply_elements
@@ -29,7 +29,7 @@ module stress_stiffness
       real(wp), allocatable :: shift(:, :, :)  !! (6, 2, elements) matrices times unit translations, (6, 2, 0) without foundations
       real(wp), allocatable :: contact(:, :, :) !! (2, 2, candidates) matrices of contacts
       real(wp), allocatable :: swing(:)        !! (ties) geometric stiffness of rigid links
-      real(wp), allocatable :: pressure(:)     !! (elements) follower pressure contained in the matrices
+      real(wp), allocatable :: pressure(:, :)  !! (2, elements) follower pressure contained in the matrices, at both ends
       type(node_push_t), allocatable :: push(:) !! loads on nodes with stiffness, node axes
    end type stress_stiffness_t
 
@@ -59,7 +59,7 @@ contains
       call sum_stresses(problem, state, system, factor, matrix)
       call sum_stresses(problem, state, system, (1.0_wp + part) * factor, more)
       call sum_stresses(problem, state, system, (1.0_wp - part) * factor, derivative)
-      derivative%pressure = problem%model%step(problem%step)%load%pressure
+      derivative%pressure = end_pressures(problem, state, problem%model%step(problem%step)%load)
       derivative%k%a = (more%k%a - derivative%k%a) / (2.0_wp * part * factor)
       derivative%element = (more%element - derivative%element) / (2.0_wp * part * factor)
       derivative%shift = (more%shift - derivative%shift) / (2.0_wp * part * factor)
@@ -109,7 +109,7 @@ contains
       matrix%k = stresses%k
       matrix%element = stresses%ek
       matrix%shift = stresses%eshift
-      matrix%pressure = times * problem%model%step(problem%step)%load%pressure
+      matrix%pressure = times * end_pressures(problem, state, problem%model%step(problem%step)%load)
       allocate (matrix%contact(2, 2, problem%candidates%n), source=0.0_wp)
       ! Geometric stiffness of curved obstacles under their reactions.
       do c = 1, problem%candidates%n

@@ -8,7 +8,7 @@ module tangent_modes
    use kinds, only: wp
    use errors, only: error_t
    use problem, only: problem_t, dof
-   use rod_state, only: state_t
+   use rod_state, only: state_t, end_pressures
    use linear_system, only: system_t, to_global, contact_tangent, spring_tangent, matrix_to_node, apply_joints
    use axial_rigidity, only: shrinking_forces
    use tied_nodes, only: node_unknowns, spread_force
@@ -187,10 +187,8 @@ contains
       real(wp) :: force(2), k(3, 3), excess
       type(node_push_t), allocatable :: pushed(:)
       integer :: c, i, node
-      associate (rate => problem%model%step(problem%step)%load%pressure)
-         call apply_elements(problem, system, system%ek, system%eshift, &
-            & problem%constant%pressure + state%load_factor * rate, x, y, form)
-      end associate
+      call apply_elements(problem, system, system%ek, system%eshift, end_pressures(problem, state, problem%constant) + &
+         & state%load_factor * end_pressures(problem, state, problem%model%step(problem%step)%load), x, y, form)
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          call contact_tangent(problem, state, system, c, force, k)

@@ -7,6 +7,7 @@
 module problem
    use kinds, only: wp
    use model, only: model_t, load_t, new_load, complete_joints
+   use rod_samples, only: middle_section
    use element_families, only: collocates
    use rod_layout, only: layout_t, new_layout
    use mesh_density, only: mesh_density_t, new_demands
@@ -61,6 +62,8 @@ module problem
       type(ge_stiffness_t), allocatable :: compliance(:) !! (elements)
       real(wp), allocatable :: spring(:, :)              !! (3, nodes) stiffness of springs to a fixed point
       logical, allocatable :: pressurised(:)             !! (elements) true: a pressure acts in some step
+      logical, &
+         & allocatable :: immersed(:)                !! (elements) true: a pressure that depends on the position acts in some step
       integer, allocatable :: z_size(:)                  !! (elements) number of stored unknowns
       type(mark_t), allocatable :: mark(:)               !! interface points: ends of foundations' contact, corners of laws
       real(wp), allocatable :: chain_start(:, :)         !! (rod segments, contacts) coordinate of the segment's first node along
@@ -256,15 +259,17 @@ contains
          problem%z_size = spread(ul2_size, 1, model%mesh%n_elements)
          problem%conforms = spread(0, 1, model%mesh%n_elements)
          problem%pressurised = spread(.false., 1, model%mesh%n_elements)
+         problem%immersed = problem%pressurised
          problem%weight = spread(0.0_wp, 1, model%mesh%n_nodes)
          if (allocated(problem%compliance)) deallocate (problem%compliance)
          allocate (problem%compliance(model%mesh%n_elements))
          do k = 1, size(model%step)
-            problem%pressurised = problem%pressurised .or. abs(model%step(k)%load%pressure) > 0.0_wp
+            problem%pressurised = problem%pressurised .or. model%step(k)%load%presses()
+            problem%immersed = problem%immersed .or. any(abs(model%step(k)%load%gradient) > 0.0_wp, 1)
          end do
          softest = huge(1.0_wp)
          do e = 1, model%mesh%n_elements
-            associate (section => model%section(model%mesh%section(e)))
+            associate (section => middle_section(model, home, e))
                problem%compliance(e) = ge_compliance(model%mesh%stages(e), home%element(e)%length, section%ea, section%ei, &
                   & section%ga, section%shear_rigid)
                if (section%inextensible) call forbid_stretch(problem%compliance(e), problem%size)

@@ -6,13 +6,17 @@ module rod_state
    use candidates, only: candidates_t
    use obstacle_geometry, only: moved_gap
    use ground_coupling, only: settlement
-   use ge_element, only: ge_load_t
+   use ge_element, only: ge_load_t, ge_stiffness_t, ge_compliance
+   use load_pattern, only: load_t
+   use cross_section, only: section_t, varies
+   use rod_samples, only: stage_section, line_at_stages
    use gauss_tableau, only: max_stages
    use force_law, only: segment_unknown
    implicit none
    private
-   public :: state_t, new_state, element_displacement, element_load, node_position, candidate_position, &
-      & obstacle_shift, candidate_gap, candidate_opening, chain_gap, candidate_offset, closing_rate, may_react, &
+   public :: state_t, new_state, element_displacement, element_load, element_compliance, end_pressures, node_position, &
+      & candidate_position, obstacle_shift, candidate_gap, candidate_opening, chain_gap, candidate_offset, closing_rate, &
+      & may_react, &
       & is_stress_free, unknown_push, rounding_steps
 
    real(wp), parameter :: rounding_steps = 32.0_wp !! bound of rounding errors of displacements summed along an element, in rounding
@@ -97,23 +101,83 @@ contains
       u(4:6) = state%u(:, problem%model%mesh%node(2, e))
    end function element_displacement
 
+   !> Compliance of an element: that of the problem, with its variation between the stages where the section varies.
+   pure function element_compliance(problem, state, e) result(compliance)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      type(ge_stiffness_t) :: compliance
+      type(section_t) :: section
+      type(ge_stiffness_t) :: stage
+      integer :: i, s
+      compliance = problem%compliance(e)
+      if (.not. allocated(state%geometry%sample)) return
+      if (.not. varies(problem%model%section(problem%model%mesh%section(e)))) return
+      s = problem%model%mesh%stages(e)
+      do i = 1, s
+         section = stage_section(problem%model, state%geometry, e, i)
+         stage = ge_compliance(s, state%geometry%element(e)%length, section%ea, section%ei, section%ga, section%shear_rigid)
+         if (compliance%axial > 0.0_wp) compliance%part(1, i) = stage%axial / compliance%axial
+         compliance%part(2, i) = stage%bending / compliance%bending
+         if (compliance%shear > 0.0_wp) compliance%part(3, i) = stage%shear / compliance%shear
+      end do
+   end function element_compliance
+
    !> Distributed loads on an element at the state's load factor.
    pure function element_load(problem, state, e) result(load)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       type(ge_load_t) :: load
+      real(wp) :: x(2), line(2)
+      logical :: even(2)
+      integer :: i, s
       associate (step => problem%model%step(problem%step)%load)
-         load%line_rate = step%line_force(:, e)
-         load%line = problem%constant%line_force(:, e) + state%load_factor * load%line_rate
+         s = max(1, problem%model%mesh%stages(e))
+         if (allocated(step%line_load) .or. allocated(problem%constant%line_load)) then
+            call line_at_stages(problem%model, state%geometry, e, step, load%line_rate(:, :s), even(1))
+            call line_at_stages(problem%model, state%geometry, e, problem%constant, load%line(:, :s), even(2))
+            load%line(:, :s) = load%line(:, :s) + state%load_factor * load%line_rate(:, :s)
+            load%uniform = all(even)
+         else
+            line = problem%constant%line_force(:, e) + state%load_factor * step%line_force(:, e)
+            do i = 1, s
+               load%line_rate(:, i) = step%line_force(:, e)
+               load%line(:, i) = line
+            end do
+         end if
+         load%gradient_rate = step%gradient(:, e)
+         load%gradient = problem%constant%gradient(:, e) + state%load_factor * load%gradient_rate
          load%pressure_rate = step%pressure(e)
          load%pressure = problem%constant%pressure(e) + state%load_factor * load%pressure_rate
+         if (problem%immersed(e)) then
+            x = node_position(state, problem%model%mesh%node(1, e))
+            load%pressure = load%pressure + dot_product(load%gradient, x)
+            load%pressure_rate = load%pressure_rate + dot_product(load%gradient_rate, x)
+         end if
          load%strain_rate = step%strain(e)
          load%strain = problem%constant%strain(e) + state%load_factor * load%strain_rate
          load%curvature_rate = step%curvature(e)
          load%curvature = problem%constant%curvature(e) + state%load_factor * load%curvature_rate
       end associate
    end function element_load
+
+   !> Follower pressure of a load pattern at both ends of all elements.
+   pure function end_pressures(problem, state, load) result(pressure)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(load_t), intent(in) :: load
+      real(wp) :: pressure(2, size(load%pressure))
+      integer :: e, i
+      pressure = spread(load%pressure, 1, 2)
+      do e = 1, size(load%pressure)
+         if (.not. problem%immersed(e)) cycle
+         do i = 1, 2
+            pressure(i, e) = pressure(i, e) + dot_product(load%gradient(:, e), node_position(state, &
+               & problem%model%mesh%node(i, e)))
+         end do
+      end do
+   end function end_pressures
 
    !> Deformed position of a node.
    pure function node_position(state, node) result(x)

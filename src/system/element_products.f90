@@ -19,7 +19,7 @@ contains
       type(system_t), intent(in) :: system     !! provides the node axes
       real(wp), intent(in) :: k(:, :, :)       !! (6, 6, elements) node axes, as after sum_elements
       real(wp), intent(in) :: shift(:, :, :)   !! (6, 2, elements) k times unit translations, or (6, 2, 0): zero for all elements
-      real(wp), intent(in) :: pressure(:)      !! (elements) follower pressure in these matrices
+      real(wp), intent(in) :: pressure(:, :)   !! (2, elements) follower pressure in these matrices, at both ends
       real(wp), intent(in) :: x(:)             !! (n) node axes
       real(wp), intent(out) :: y(:)            !! (n) product
       real(wp), intent(out) :: form            !! x^T y
@@ -44,11 +44,11 @@ contains
                form = form + dot_product(moved, held(3 * i - 2:3 * i - 1))
             end do
          end if
-         if (abs(pressure(e)) > 0.0_wp .and. problem%conforms(e) == 0) then
+         if (any(abs(pressure(:, e)) > 0.0_wp) .and. problem%conforms(e) == 0) then
             stretch = to_global(problem, system, x, node(2)) - u
-            form = form - pressure(e) * (u(2) * stretch(1) - u(1) * stretch(2))
+            form = form - pressure(2, e) * (u(2) * stretch(1) - u(1) * stretch(2))
             do i = 1, 2
-               pair = (merge(0.5_wp, -0.5_wp, i == 1) * pressure(e)) * [u(2), -u(1)]
+               pair = (merge(0.5_wp, -0.5_wp, i == 1) * pressure(i, e)) * [u(2), -u(1)]
                if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), pair)
                force(3 * i - 2:3 * i - 1) = force(3 * i - 2:3 * i - 1) + pair
             end do

@@ -64,7 +64,7 @@ contains
          do e = 1, problem%model%mesh%n_elements
             if (problem%conforms(e) == 0) cycle
             load = element_load(problem, state, e)
-            carried = carried + (norm2(load%line) + abs(load%pressure)) * state%geometry%element(e)%length
+            carried = carried + (maxval(norm2(load%line, 1)) + abs(load%pressure)) * state%geometry%element(e)%length
          end do
          scale = max(scale, carried)
       end if

@@ -13,13 +13,14 @@
 !> foundation force    sum of the forces of distributed foundations (foundation_force_functional)
 !> monitor             any of these sums with the deck's factor and offset (monitors)
 !> place               position of a touchdown point (place_functional)
+!> section quantity    section force, strain or stress at a place (section_quantities)
 !> gap at a place      gap between an obstacle and a place inside an element (gap_functional)
 !> relative curvature  curvature of the rod less that of the obstacle at a point contact (relative_curvature)
 module state_functional
    use kinds, only: wp
    implicit none
    private
-   public :: functional_t, inner_place_t, new_functional, new_load_functional
+   public :: functional_t, inner_place_t, section_place_t, new_functional, new_load_functional
 
    !> A place inside an element at which a number takes displacements and rotation from the element's polynomial.
    type :: inner_place_t
@@ -27,6 +28,16 @@ module state_functional
       real(wp) :: tau = 0.0_wp                   !! position in the element, 0 to 1
       real(wp) :: weight(3) = 0.0_wp             !! derivatives of the number by displacements and rotation, global axes
    end type inner_place_t
+
+   !> A place inside an element whose section has a quantity on which a number depends (section_quantities).
+   type :: section_place_t
+      integer :: element = 0
+      real(wp) :: tau = 0.0_wp                   !! position in the element, 0 to 1
+      real(wp) :: s = 0.0_wp                     !! arc length along the monitor's elements
+      integer :: quantity = 0
+      real(wp) :: sense(2) = 1.0_wp              !! signs of N and M in strain and stress; the first is that of N, Q or M itself
+      real(wp) :: factor = 1.0_wp                !! derivative of the number by the quantity
+   end type section_place_t
 
    !> A number, a function of the state, with its value and derivatives at the state.
    type :: functional_t
@@ -42,6 +53,7 @@ module state_functional
       !! and residuals; not allocated: none
       type(inner_place_t), allocatable :: inner(:) !! places inside elements from which the number takes displacements; not
       !! allocated: none
+      type(section_place_t), allocatable :: section(:) !! sections on which the number depends; not allocated: none
    contains
       procedure :: change
       procedure :: add
@@ -78,11 +90,18 @@ contains
       class(functional_t), intent(inout) :: self
       real(wp), intent(in) :: factor
       type(functional_t), intent(in) :: other
+      type(section_place_t), allocatable :: added(:)
       self%estimated = self%estimated .and. other%estimated
       self%value = self%value + factor * other%value
       self%by_unknown = self%by_unknown + factor * other%by_unknown
       self%by_load = self%by_load + factor * other%by_load
       self%defect = self%defect + factor * other%defect
+      if (allocated(other%section)) then
+         added = other%section
+         added%factor = factor * added%factor
+         if (allocated(self%section)) added = [self%section, added]
+         call move_alloc(added, self%section)
+      end if
       if (allocated(other%by_force)) then
          if (.not. allocated(self%by_force)) allocate (self%by_force, source=0.0_wp * other%by_force)
          self%by_force = self%by_force + factor * other%by_force

@@ -113,7 +113,7 @@ contains
       allocate (system%ek(6, 6, elements), system%ef(6, elements), system%eraw(6, elements), system%el(6, elements))
       allocate (system%op(z, ge_columns, elements))
       allocate (system%grip(elements), source=0)
-      allocate (system%eshift(6, 2, merge(elements, 0, any(problem%ground%founded))))
+      allocate (system%eshift(6, 2, merge(elements, 0, any(problem%ground%founded .or. problem%immersed))))
       associate (list => problem%candidates)
          allocate (system%gap(list%n), system%normal(2, list%n), system%bend(list%n), system%slope(list%n))
          allocate (system%opening(list%n))

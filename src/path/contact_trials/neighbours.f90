@@ -73,8 +73,9 @@ module neighbours
    ! Sizes of an opening free span that are tried, as multiples of half the length of the zone in which the test fails: the ratio
    ! differs inside a line contact, at its end, and at a load.
    real(wp), parameter :: zones(4) = [1.0_wp, 0.5_wp, 2.0_wp, 4.0_wp]
-   real(wp), parameter :: least_gap = 0.2_wp  !! shortest new free span between two point contacts / length within which contacts are
-   !! edited
+   ! Shortest new spans / length within which contacts are edited:
+   real(wp), parameter :: least_line = 0.1_wp !! line contact whose pressure is resolved
+   real(wp), parameter :: least_gap = 0.2_wp  !! free span between two point contacts whose gap is resolved
    real(wp), parameter :: behind = 0.1_wp     !! first guess for a free span across a boundary: length behind / before the boundary
    real(wp), parameter :: at_load(3) = [1.0_wp, 4.0_wp, 16.0_wp]  !! sizes as `zones` at segment boundaries, as multiples of the
    !! least size of a new span
@@ -102,9 +103,7 @@ contains
             if (rank(all(k)%edit) /= r) cycle
             ! A contact whose force is not zero does not end.
             if (all(k)%edit == edit_remove .and. doubt%kind == no_test) cycle
-            ! The gap of a short span between two points is smaller than its slack: it does not tell that they belong together.
-            if (any(all(k)%edit == [edit_part, edit_leave]) .and. size(all(k)%set) > size(set) .and. &
-               & length_of_new(all(k)%length) < least_gap * near .and. size(length_of_new) > 1) cycle
+            if (.not. resolved(all(k))) cycle
             ! An edit without new length is the same for all lengths.
             if (any([(found(i)%edit == all(k)%edit .and. same_set(found(i)%set, all(k)%set), i=1, size(found))])) cycle
             found = [found, all(k)]
@@ -112,6 +111,18 @@ contains
       end do
 
    contains
+
+      !> False if the mesh does not resolve what is new: the pressure of a very short line contact, or the gap of a short free span
+      !> between two points, which is smaller than its slack. A point contact may leave a boundary by any distance.
+      pure logical function resolved(one)
+         type(neighbour_t), intent(in) :: one
+         real(wp) :: least
+         resolved = size(length_of_new) == 1 .or. maxval(one%held) == 0
+         if (resolved) return
+         least = least_line
+         if (any(one%edit == [edit_part, edit_leave])) least = merge(least_gap, 0.0_wp, size(one%set) > size(set))
+         resolved = length_of_new(one%length) >= least * near
+      end function resolved
 
       !> Adds all edits with one length of a new contact or free span.
       subroutine edit_with(new, number)

@@ -45,7 +45,9 @@ contains
       end if
       mu = numbered_eigenvalue(modes, event%number, event%least, event%most)
       ! At the zero itself the sign is rounding and gives no number in the order: the smallest eigenvalue is returned.
-      if (event%kind == event_release .and. abs(modes%mu(1)) <= alone * abs(modes%mu(2))) mu = modes%mu(1)
+      if (event%kind == event_release .and. size(modes%mu) > 1) then
+         if (abs(modes%mu(1)) <= alone * abs(modes%mu(2))) mu = modes%mu(1)
+      end if
       if (present(found)) found = modes
    end function zero_eigenvalue
 

@@ -1,5 +1,5 @@
-!> Point contacts that begin where gaps close: at the onset the contact force is zero. The gap inside a free span is only as accurate
-!> as the element polynomials; with a node at the new contact the onset is as accurate as nodal values.
+!> Point contacts that begin where gaps close: at the onset the contact force is zero. The gap inside a free span is only as
+!> accurate as the element polynomials; with a node at the new contact the onset is as accurate as nodal values.
 module beginning_contacts
    use kinds, only: wp
    use model, only: method_load
@@ -79,8 +79,8 @@ contains
       if (found) call copy_next(free, next)
    end subroutine release
 
-   !> Position along the rod segment where a contact begins: the place of the gap, or a segment boundary that allows rolling if it is
-   !> closer than `shortest`.
+   !> Position along the rod segment where a contact begins: the place of the gap, or a segment boundary that allows rolling if it
+   !> is closer than `shortest`.
    pure real(wp) function beginning_place(problem, test) result(at)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test

@@ -1,0 +1,74 @@
+!> What varies along the rods, at the stages of an element: sections and dead loads.
+module rod_samples
+   use kinds, only: wp
+   use model, only: model_t
+   use load_pattern, only: load_t
+   use cross_section, only: section_t, varies, local_section
+   use rod_geometry, only: geometry_t
+   implicit none
+   private
+   public :: stage_section, middle_section, line_at_stages
+
+contains
+
+   !> The section at a stage of an element.
+   pure function stage_section(model, geometry, e, stage) result(section)
+      type(model_t), intent(in) :: model
+      type(geometry_t), intent(in) :: geometry
+      integer, intent(in) :: e, stage
+      type(section_t) :: section
+      section = model%section(model%mesh%section(e))
+      if (varies(section)) section = local_section(section, geometry%sample(:, stage, e))
+   end function stage_section
+
+   !> The section of an element; of one that varies, that of the mean dimensions at the stages.
+   pure function middle_section(model, geometry, e) result(section)
+      type(model_t), intent(in) :: model
+      type(geometry_t), intent(in) :: geometry
+      integer, intent(in) :: e
+      type(section_t) :: section
+      section = model%section(model%mesh%section(e))
+      if (.not. varies(section)) return
+      associate (s => model%mesh%stages(e))
+         section = local_section(section, sum(geometry%sample(:, :s, e), 2) / s)
+      end associate
+   end function middle_section
+
+   !> Dead load of a pattern at the stages of an element; of an element without stages everywhere.
+   pure subroutine line_at_stages(model, geometry, e, load, line, uniform)
+      type(model_t), intent(in) :: model
+      type(geometry_t), intent(in) :: geometry
+      integer, intent(in) :: e
+      type(load_t), intent(in) :: load
+      real(wp), intent(out) :: line(:, :)       !! (2, max(stages, 1)) [force/length] per stress-free length
+      logical, intent(out) :: uniform           !! true: the same at all stages
+      type(section_t) :: section
+      real(wp) :: t(2), intensity
+      integer :: i, k
+      do i = 1, size(line, 2)
+         line(:, i) = load%line_force(:, e)
+      end do
+      uniform = .true.
+      if (.not. allocated(load%line_load)) return
+      do k = 1, size(load%line_load)
+         associate (part => load%line_load(k))
+            if (.not. part%on(e)) cycle
+            uniform = .false.
+            do i = 1, size(line, 2)
+               intensity = part%intensity%value
+               if (part%intensity%distribution > 0) intensity = geometry%sample(part%intensity%distribution, i, e)
+               if (part%weight) then
+                  section = stage_section(model, geometry, e, i)
+                  intensity = intensity * section%mass
+               end if
+               if (part%along_axis) then
+                  t = geometry%element(e)%tangent(:, i)
+                  line(:, i) = line(:, i) + intensity * (part%direction(1) * t + part%direction(2) * [-t(2), t(1)])
+               else
+                  line(:, i) = line(:, i) + intensity * part%direction
+               end if
+            end do
+         end associate
+      end do
+   end subroutine line_at_stages
+end module rod_samples

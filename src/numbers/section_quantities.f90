@@ -1,0 +1,236 @@
+!> Quantities of a cross section: section forces, strain and stress, at a place of a rod or the largest along rods. Monitors take
+!> them at material points: places of the deck's elements, wherever the nodes of the mesh are.
+module section_quantities
+   use kinds, only: wp
+   use model, only: monitor_t
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use rod_element, only: rod_element_t
+   use rod_elements, only: rod_at
+   use cross_section, only: section_t, varies, local_section, outer_fibre
+   use reference_curve, only: curve_point, curve_abscissa
+   use rod_profile, only: profile_t, new_profile, profile_angle
+   use node_rates, only: resultants_on_ground
+   use state_transfer, only: find_point
+   use golden_section, only: golden_section_t, sections_to_rounding
+   use linear_system, only: system_t
+   use local_differences, only: local_number_t, linearised
+   use state_functional, only: functional_t, section_place_t
+   implicit none
+   private
+   public :: section_value, watched_section, new_section_functional
+
+   ! Quantities, in the order of the deck's words.
+   integer, parameter :: axial = 1, shear = 2, moment = 3, strain = 4, stress = 5
+
+   !> A quantity at a place of the mesh, as a number of the state.
+   type, extends(local_number_t) :: section_number_t
+      type(section_place_t) :: place
+   contains
+      procedure :: value => value_there
+   end type section_number_t
+
+contains
+
+   !> Quantity of the section at a place of an element. Forces have the signs of the results: N positive in tension, Q along the
+   !> left
+   !> normal of the section. Strain and stress are those of the fibre that has the largest, as positive numbers: without heat, and
+   !> without shear.
+   function section_value(problem, state, e, tau, quantity, sense) result(value)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau               !! 0 to 1 of the element
+      integer, intent(in) :: quantity           !! 1: N, 2: Q, 3: M, 4: strain, 5: stress
+      real(wp), intent(in), optional :: sense(2) !! as in section_place_t, which makes the quantity a smooth function of the state;
+      !! default: N, Q, M with their signs, strain and stress positive
+      real(wp) :: value
+      real(wp) :: local(3), along(3), angle, signs(2)
+      class(rod_element_t), pointer :: rod
+      type(section_t) :: section
+      rod => rod_at(problem, e)
+      local = rod%local_forces(problem, state, e, tau)
+      if (problem%ground%founded(e)) then
+         along = resultants_on_ground(problem, state, e, tau)
+         angle = profile_angle(problem, state, new_profile(problem, state, e), tau)
+         local(1:2) = [cos(angle) * along(1) + sin(angle) * along(2), cos(angle) * along(2) - sin(angle) * along(1)]
+      end if
+      if (quantity <= moment) then
+         value = local(quantity)
+         if (present(sense)) value = sense(1) * value
+         return
+      end if
+      section = section_inside(problem, state, e, tau)
+      signs = sign(1.0_wp, local([axial, moment]))
+      if (present(sense)) signs = sense
+      value = signs(2) * local(moment) / section%ei * outer_fibre(section)
+      if (.not. section%inextensible) value = value + signs(1) * local(axial) / section%ea
+      if (quantity == stress) value = section%young * value
+   end function section_value
+
+   !> The section at a place of an element.
+   function section_inside(problem, state, e, tau) result(section)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      type(section_t) :: section
+      character(:), allocatable :: wrong
+      real(wp), allocatable :: sample(:)
+      real(wp) :: x(2), angle, speed, s
+      integer :: k
+      section = problem%model%section(problem%model%mesh%section(e))
+      if (.not. varies(section)) return
+      allocate (sample(size(problem%model%distribution)), source=0.0_wp)
+      associate (model => problem%model, g => state%geometry%element(e), c => problem%model%mesh%curve(e))
+         s = curve_abscissa(model%curve(c), model%imperfection, g%s(1), tau * g%length)
+         call curve_point(model%curve(c), model%imperfection, s, x, angle, speed)
+         do k = 1, size(sample)
+            if (model%distribution(k)%contains_place(c, 0.5_wp * (g%s(1) + g%s(2)))) &
+               & call model%distribution(k)%value_at(s + model%distribution(k)%offset(c), x, sample(k), wrong)
+         end do
+      end associate
+      section = local_section(section, sample)
+   end function section_inside
+
+   !> Value of a monitor of section quantities, and where it is: at its place, or the largest magnitude along its elements.
+   subroutine watched_section(problem, state, monitor, value, place)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(monitor_t), intent(in) :: monitor
+      real(wp), intent(out) :: value            !! without factor and offset
+      type(section_place_t), intent(out) :: place !! in the mesh; its `s` counts along the elements of the monitor
+      real(wp) :: from, at(2), s
+      integer :: i, segment
+      place%quantity = monitor%component
+      value = -1.0_wp
+      from = 0.0_wp
+      do i = 1, size(monitor%element)
+         associate (deck => problem%deck%mesh, layout => problem%layout, e => monitor%element(i))
+            segment = layout%rod_segment_of(e)
+            at = deck%s(:, e) + layout%origin(e)
+            if (monitor%largest) then
+               call search_element()
+            else if (monitor%place <= from + (at(2) - at(1)) .or. i == size(monitor%element)) then
+               s = min(monitor%place - from, at(2) - at(1))
+               call see_place(segment, at(1) + s)
+               place%s = monitor%place
+               exit
+            end if
+            from = from + (at(2) - at(1))
+         end associate
+      end do
+      call set_sense()
+      if (monitor%where) value = place%s
+
+   contains
+
+      !> Signs of the section forces at the place.
+      subroutine set_sense()
+         associate (e => place%element, tau => place%tau)
+            if (monitor%component > moment) then
+               place%sense = sign(1.0_wp, [section_value(problem, state, e, tau, axial), section_value(problem, state, e, tau, &
+                  & moment)])
+            else if (monitor%largest) then
+               place%sense(1) = sign(1.0_wp, section_value(problem, state, e, tau, monitor%component))
+            end if
+         end associate
+      end subroutine set_sense
+
+      !> The quantity at a coordinate along a rod segment. At its end the element before counts, so that a place at a node is on the
+      !> side of the monitor's elements.
+      subroutine see_place(segment, coordinate)
+         integer, intent(in) :: segment
+         real(wp), intent(in) :: coordinate
+         call find_point(problem, state, segment, coordinate, place%element, place%tau)
+         value = section_value(problem, state, place%element, place%tau, monitor%component)
+      end subroutine see_place
+
+      !> Looks for a larger value in the parts of the mesh that lie in the present element of the deck.
+      subroutine search_element()
+         type(golden_section_t) :: search
+         real(wp) :: ends(2), tau, best, step
+         integer :: first(2), k, j, e, n
+         call find_point(problem, state, segment, at(1), e, ends(1), first(1))
+         call find_point(problem, state, segment, at(2), e, ends(2), first(2))
+         if (ends(2) <= 0.0_wp .and. first(2) > first(1)) then
+            first(2) = first(2) - 1
+            ends(2) = 1.0_wp
+         end if
+         do k = first(1), first(2)
+            e = problem%along(k)
+            associate (low => merge(ends(1), 0.0_wp, k == first(1)), high => merge(ends(2), 1.0_wp, k == first(2)))
+               n = 2 * max(problem%model%mesh%stages(e), 1)
+               step = (high - low) / n
+               best = -1.0_wp
+               do j = 0, n
+                  if (look(e, low + j * step) > best) then
+                     best = look(e, low + j * step)
+                     tau = low + j * step
+                  end if
+               end do
+               if (best < 0.9_wp * value) cycle
+               call take(e, tau, best)
+               call search%begin(max(low, tau - step), min(high, tau + step), sections_to_rounding)
+               do while (search%asks(tau))
+                  call search%tell(-look(e, tau))
+               end do
+               call take(e, search%place, -search%least)
+            end associate
+         end do
+      end subroutine search_element
+
+      real(wp) function look(e, tau)
+         integer, intent(in) :: e
+         real(wp), intent(in) :: tau
+         look = abs(section_value(problem, state, e, tau, monitor%component))
+      end function look
+
+      !> Takes a place if its value is larger than that so far.
+      subroutine take(e, tau, size_there)
+         integer, intent(in) :: e
+         real(wp), intent(in) :: tau, size_there
+         if (size_there <= value) return
+         value = size_there
+         place%element = e
+         place%tau = tau
+         associate (g => state%geometry%element(e))
+            place%s = from + (g%s(1) + tau * (g%s(2) - g%s(1)) + problem%origin(e) - at(1))
+         end associate
+      end subroutine take
+   end subroutine watched_section
+
+   !> Value of the number at a state.
+   real(wp) function value_there(self, problem, state) result(value)
+      class(section_number_t), intent(in) :: self
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      value = section_value(problem, state, self%place%element, self%place%tau, self%place%quantity, self%place%sense)
+   end function value_there
+
+   !> Linearisation of such a monitor, without factor and offset. The place of the largest value stays: to first order its motion
+   !> does
+   !> not change the value. The place itself as a number has no linearisation.
+   function new_section_functional(problem, state, system, monitor) result(number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system       !! assembled at `state`
+      type(monitor_t), intent(in) :: monitor
+      type(functional_t) :: number
+      type(section_number_t) :: of
+      real(wp) :: value
+      integer :: next
+      call watched_section(problem, state, monitor, value, of%place)
+      of%element = [of%place%element]
+      next = problem%beside(2, problem%model%mesh%node(2, of%place%element))
+      if (problem%ground%founded(of%place%element) .and. next > 0) of%element = [of%element, next]
+      number = linearised(problem, state, system, of)
+      number%section = [of%place]
+      if (.not. monitor%where) return
+      number%estimated = .false.
+      number%value = value
+      number%by_unknown = 0.0_wp
+      number%by_load = 0.0_wp
+      number%defect = 0.0_wp
+   end function new_section_functional
+end module section_quantities
