@@ -95,8 +95,11 @@ contains
       if (allocated(located_event%bars)) then
          if (located_event%bars%monitor(m)%estimated) least = max(least, located_event%bars%monitor(m)%rounding)
       end if
-      no_turn = maxval(abs(located_event%point%test_values%monitor(m) - [run%last%test_values%monitor(m), &
-         & trial%test_values%monitor(m)])) <= least
+      associate (before => run%last%test_values%monitor(m), after => trial%test_values%monitor(m))
+         ! A rate that changes its sign by rounding has no zero that could be located.
+         no_turn = abs(after - before) <= least
+         if (located_event%located) no_turn = maxval(abs(located_event%point%test_values%monitor(m) - [before, after])) <= least
+      end associate
    end function turns_by_rounding
 
    !> Rejects a limit point if its shift on enriched elements is larger than the path since the last contact change (plus, for a

@@ -141,7 +141,11 @@ contains
       type(outcome_t), intent(in) :: outcome
       integer :: i
       do i = 1, size(findings%seen)
-         if (findings%duplicate(i) .or. findings%beside(i) > 0 .or. .not. findings%seen(i)%located) cycle
+         if (findings%duplicate(i) .or. findings%beside(i) > 0) cycle
+         if (.not. findings%seen(i)%located) then
+            findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, findings%seen(i))
+            cycle
+         end if
          call settle_event(problem, step, run, trial, arrival, i, findings, request, outcome)
          if (request%shorter .or. request%remeshes()) return
       end do
