@@ -28,7 +28,7 @@ module sized_equilibrium
    real(wp), parameter :: farthest = 1.0e6_wp   !! distance along the path in one iteration / its step for finite differences
    real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of a rotation [rad]
 
-   real(wp), parameter :: shorter = 0.25_wp     !! factor on a move for which Newton's method finds no equilibrium
+   real(wp), parameter :: shorter = 0.25_wp     !! factor on a move for which no equilibrium is found or errors grow
    real(wp), parameter :: sharper = 1.0e-4_wp !! residual of the equilibrium for given unknowns / tolerance of the step: a free span
    !! between straight walls resists a shift along itself by hardly more than its residual
    real(wp), parameter :: neutral = 1.0e-8_wp   !! directions with smaller effect, as a share of the largest, are not moved
@@ -112,7 +112,8 @@ contains
          do
             call go_by(move, other, state, changed)
             ! Steps for finite differences are short enough.
-            if (ok .or. all(abs(move) <= unit)) exit
+            if (all(abs(move) <= unit)) exit
+            if (ok .and. maxval(abs(changed)) <= maxval(abs(error))) exit
             whole = shorter * whole
             move = shorter * move
          end do
