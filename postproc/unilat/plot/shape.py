@@ -224,7 +224,7 @@ class Layout:
 
     def _place(self, figure, panels):
         width, most = self.args.width, self.args.height or 2.2 * self.args.width
-        aside = LEGEND_WIDTH if self.beside else 2.0
+        aside = max(LEGEND_WIDTH, self.entry + 3.0) if self.beside else 2.0
         panel = (width - self.left - aside - self.gap * (self.n - 1)) / self.n
         self.columns = 1 if self.beside else int(np.clip(panel // self.entry, 1, 4))
         rows = 0 if self.beside else 1 - (-self.entries // self.columns)
