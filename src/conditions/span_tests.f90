@@ -94,6 +94,7 @@ contains
             test%value = test%value / problem%size
             tests = [tests, test]
             test%beside = merge(span(i)%contact_span, 0, span(i)%contact == k)
+            if (all(test%beside == 0)) cycle
             ! A contact of the next segment at the boundary counts beside one of this segment with the same obstacle only.
             if (.not. any(test%beside > 0 .and. problem%contact_span(max(test%beside, 1))%rod_segment == span(i)%rod_segment)) cycle
             test%kind = test_vanishing
