@@ -1,7 +1,6 @@
-!> Rules for the contact set that follows a zero of a test: gaps, forces of point contacts, lengths, and contacts that arrive at
-!> segment boundaries. Other tests are located with the next set itself: span_opening (pressure, and loads that lift a
-!> line contact at a segment boundary), vanishing_span (a free span that closes). Where no rule gives the next set, neighbours of
-!> the present one are solved (contact_trials), for instance where a point contact is as curved as its obstacle.
+!> Rules for the contact set that follows where a line contact has no length left, or a contact arrives at a segment boundary. Line
+!> contacts that lift off and free spans that close are located with the next set itself: span_opening, vanishing_span. For all
+!> other changes neighbours of the present set are solved (contact_trials).
 module span_rules
    use kinds, only: wp
    use problem, only: problem_t
