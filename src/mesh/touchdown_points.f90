@@ -342,7 +342,7 @@ contains
       end do
       if (.not. any(abs(goes) > 0.0_wp)) return
       ! An iterate that has diverged has no places.
-      if (.not. all(abs(goes) < huge(part))) then
+      if (.not. all(abs(goes) < sqrt(huge(part)))) then
          part = huge(part)
          return
       end if

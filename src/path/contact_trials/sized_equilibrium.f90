@@ -113,7 +113,9 @@ contains
             call go_by(move, other, state, changed)
             ! Steps for finite differences are short enough.
             if (all(abs(move) <= unit)) exit
-            if (ok .and. maxval(abs(changed)) <= maxval(abs(error))) exit
+            if (ok) then
+               if (maxval(abs(changed)) <= maxval(abs(error))) exit
+            end if
             whole = shorter * whole
             move = shorter * move
          end do
@@ -169,12 +171,15 @@ contains
          real(wp), intent(in) :: move(:)
          real(wp), dimension(problem%candidates%n) :: whole, reduced
          type(state_t) :: moved
+         integer :: c
          whole = distances(move)
          reduced = whole
          moved = state
          call shift_touchdown_points(problem, moved, reduced)
-         part = minval(reduced / whole, mask=abs(whole) > 0.0_wp)
-         if (.not. any(abs(whole) > 0.0_wp)) part = 1.0_wp
+         part = 1.0_wp
+         do c = 1, size(whole)
+            if (abs(whole(c)) > 0.0_wp) part = min(part, reduced(c) / whole(c))
+         end do
       end function part_allowed
 
       !> True if two ends keep their distance, false if one end keeps its place.
