@@ -367,6 +367,12 @@ contains
             first = stop(i)
             last = stop(i + 1)
             length = at(last) - at(first)
+            ! In an iterate that has diverged a span may have closed.
+            if (.not. length > 0.0_wp) then
+               part = huge(part)
+               shift = 0.0_wp
+               return
+            end if
             part = max(part, (way(i) - way(i + 1)) / length)
             shift(node(first:last)) = way(i) + (way(i + 1) - way(i)) * (at(first:last) - at(first)) / length
          end do
