@@ -9,7 +9,7 @@ module doubts
    use line_pressure, only: pressure_t, sample_line
    use test_kinds, only: span_test_t, test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, &
       & test_crossing, test_slope, test_leaving, test_couple
-   use rod_strips, only: strip_t, on_strips, strip_place
+   use rod_strips, only: strip_t, on_strips, strip_place, coincide
    use neighbours, only: doubt_t
    implicit none
    private
@@ -17,17 +17,19 @@ module doubts
 
 contains
 
-   !> Places along the rod strips to which the given tests of a state belong.
+   !> Places along the rod strips to which the given tests of a state belong. A contact at a boundary of rod segments has tests on
+   !> both sides, but it is one place.
    function doubts_of(problem, state, strip, tests) result(doubt)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(strip_t), intent(in) :: strip(:)
       type(span_test_t), intent(in) :: tests(:)  !! the failing tests
-      type(doubt_t) :: doubt(size(tests))
+      type(doubt_t), allocatable :: doubt(:)
       type(contact_span_t), allocatable :: now(:)
       integer :: k
       real(wp) :: at
       now = present_contact_spans(problem, state)
+      allocate (doubt(size(tests)))
       do k = 1, size(tests)
          associate (test => tests(k))
             doubt(k)%kind = test%kind
@@ -52,6 +54,16 @@ contains
             end select
          end associate
       end do
+      doubt = pack(doubt, [(.not. any(same_place(doubt(:k - 1), doubt(k))), k=1, size(doubt))])
+
+   contains
+
+      !> True if tests of the same kind belong to the same place.
+      impure elemental logical function same_place(one, other) result(same)
+         type(doubt_t), intent(in) :: one, other
+         same = one%kind == other%kind .and. one%contact == other%contact .and. one%strip == other%strip .and. other%strip > 0
+         if (same) same = coincide(strip(other%strip), one%at, other%at)
+      end function same_place
    end function doubts_of
 
    !> Places of the ends of all contacts of a state, along the rod strips.

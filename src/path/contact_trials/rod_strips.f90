@@ -8,7 +8,7 @@ module rod_strips
    use contact_spans, only: contact_span_t, sort_contact_spans, line_share
    implicit none
    private
-   public :: strip_t, find_strips, on_strips, on_segments, strip_place, brought_near
+   public :: strip_t, find_strips, on_strips, on_segments, strip_place, brought_near, coincide
 
    !> A strip: rod segments that continue one another.
    type :: strip_t
@@ -219,12 +219,19 @@ contains
       if (strip%closed) near = at + strip%length() * anint((to - sum(at) / size(at)) / strip%length())
    end function brought_near
 
+   !> True if two coordinates belong to the same place, on a closed strip by whole turns, too.
+   pure logical function coincide(strip, one, other)
+      type(strip_t), intent(in) :: strip
+      real(wp), intent(in) :: one, other
+      coincide = all(abs(brought_near(strip, [one], other) - other) <= sqrt(epsilon(one)) * strip%length())
+   end function coincide
+
    !> True if a place is at a segment boundary or at an end of the strip.
    pure logical function at_boundary(strip, at)
       class(strip_t), intent(in) :: strip
       real(wp), intent(in) :: at
-      at_boundary = any(abs([strip%start - strip%length(), strip%start, strip%start + strip%length()] - at) <= &
-         & sqrt(epsilon(at)) * strip%length())
+      integer :: k
+      at_boundary = any([(coincide(strip, strip%start(k), at), k=1, size(strip%start))])
    end function at_boundary
 
    pure real(wp) function strip_length(strip) result(length)
