@@ -100,9 +100,9 @@ def test_stiffer_ground_tends_to_the_rigid_cavity():
 @dr.release_only
 @pytest.mark.parametrize("k, elements", [(1e15, 48), (1e16, None)])
 def test_the_stiffest_ground(k, elements):
-    """All is delivered as it is asked, the displacement at the limit point, too, which is located on the tangent. What the load lacks of
-    the rigid one is the layer's."""
-    point = limit(k, elements, tolerance=None if elements else 1e-6)
+    """All is delivered as it is asked, the displacement at the limit point, too, which is located on the tangent: to 1e-5, as rounding
+    takes 3e-6 of it. What the load lacks of the rigid one is the layer's."""
+    point = limit(k, elements, tolerance=None if elements else 1e-5)
     expected = (RIGID - limit(1e14, 48).corrected) * (k / 1e14)**-0.75
     assert point.error < 1e-6 * RIGID
     np.testing.assert_allclose(RIGID - point.corrected, expected, rtol=0.05 if elements else 0.1)
