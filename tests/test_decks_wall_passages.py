@@ -107,6 +107,7 @@ def solved(misfit: Callable, guess, steps=12):
 # A line between a clamp and a wall, and one from wall to wall ------------------------------------------------------------------------
 
 GAP, AXIAL, WAVES = 0.041935, 10872.12, ((6.54e-5, 2),)
+LARGER = ((2e-4, 2),)  # holds spans between flat walls better: where they are hangs on nothing else
 
 
 def lines_between_walls(loads):
@@ -139,7 +140,7 @@ def lines_between_walls(loads):
     return ends.T, 1.0 - x
 
 
-@pytest.mark.parametrize("options, relative", [({"elements": 24}, 1e-6), ({"tolerance": 1e-3}, 1e-3), ({"tolerance": 1e-6}, 1e-6)])
+@pytest.mark.parametrize("options, relative", [({"elements": 24}, 1e-6), ({"tolerance": 1e-4}, 1e-4), ({"tolerance": 1e-6}, 1e-6)])
 def test_line_opens_beside_spans_that_may_go_along_the_walls(options, relative):
     """With its ends held there is no equilibrium: the span to the other wall ends where its imperfection lets it. The load falls until
     the column gets to that wall, and rises from there."""
@@ -168,7 +169,7 @@ def test_line_opens_beside_spans_that_may_go_along_the_walls(options, relative):
 def test_a_finer_mesh_has_the_change_behind_the_point(first):
     """The point on a wall is as curved as that earlier on the finer mesh: it lies down at once. It was let go on less curved than the
     wall, and the load fell: a limit point that is none, at 17.6."""
-    run = column("clamped-hinged", AXIAL, GAP, -GAP, WAVES, tolerance=1e-3, first=first, code=None)
+    run = column("clamped-hinged", AXIAL, GAP, -GAP, LARGER, tolerance=1e-3, first=first, code=None)
     assert labels(run)[:4] == ["C+", "LP", "C+", "LP"] and labels(run)[4:] in ([], ["EP"])
 
 
@@ -177,7 +178,7 @@ def test_a_finer_mesh_has_the_change_behind_the_point(first):
 def test_a_mesh_gives_bounds_to_where_contact_ends(tolerance, first):
     """What makes a run incomplete is asked of its meshes, too, at every point. On some of them a point has become a line before the point
     of the path for which they are made."""
-    run = column("clamped-hinged", AXIAL, GAP, -GAP, WAVES, tolerance=tolerance, first=first)
+    run = column("clamped-hinged", AXIAL, GAP, -GAP, LARGER, tolerance=tolerance, first=first)
     assert labels(run) == ["C+", "LP", "C+", "LP", "EP"]
     contact = run.results.contact
     for row in range(1, run.results.n_points):
