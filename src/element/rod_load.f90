@@ -6,14 +6,17 @@ module rod_load
    use gauss_tableau, only: tableau_t, max_stages
    implicit none
    private
-   public :: ge_load_t, acts, largest_line, line_at_stage, line_before, sum_line, line_at
+   public :: ge_load_t, variation_t, acts, largest_line, line_at_stage, line_before, sum_line, line_at
+
+   !> What a dead load that varies adds at the stages to the part that is the same everywhere; zero after the last stage.
+   type :: variation_t
+      real(wp), dimension(2, max_stages) :: line = 0.0_wp, line_rate = 0.0_wp
+   end type variation_t
 
    !> Element load at the present load factor, and its derivative by the load factor.
    type :: ge_load_t
       real(wp) :: line(2) = 0.0_wp, line_rate(2) = 0.0_wp     !! q; of a dead load that varies the part that is the same everywhere
-      logical :: varies = .false.                             !! true: q is not the same everywhere
-      real(wp), dimension(2, max_stages) :: more, more_rate   !! what is added to `line` at the stages; zero after the last of
-      !! them; set if q varies
+      type(variation_t), allocatable :: more                  !! not allocated: q is the same everywhere
       real(wp) :: pressure = 0.0_wp, pressure_rate = 0.0_wp   !! p at the deformed position of the first node
       real(wp) :: gradient(2) = 0.0_wp, gradient_rate(2) = 0.0_wp !! derivative of p by the deformed position
       real(wp) :: strain = 0.0_wp, strain_rate = 0.0_wp       !! thermal strain e of the unstressed rod
@@ -25,7 +28,7 @@ contains
    !> False for an element without dead load and pressure at the present load factor.
    pure logical function acts(load)
       type(ge_load_t), intent(in) :: load
-      acts = load%varies .or. any(abs(load%line) > 0.0_wp) .or. abs(load%pressure) > 0.0_wp .or. any(abs(load%gradient) > 0.0_wp)
+      acts = allocated(load%more) .or. any(abs([load%line, load%pressure, load%gradient]) > 0.0_wp)
    end function acts
 
    !> Largest size of both components of the dead load along the element.
@@ -33,7 +36,8 @@ contains
       type(ge_load_t), intent(in) :: load
       real(wp) :: largest(2)
       largest = abs(load%line)
-      if (load%varies) largest = [maxval(abs(load%line(1) + load%more(1, :))), maxval(abs(load%line(2) + load%more(2, :)))]
+      if (.not. allocated(load%more)) return
+      largest = [maxval(abs(load%line(1) + load%more%line(1, :))), maxval(abs(load%line(2) + load%more%line(2, :)))]
    end function largest_line
 
    !> Dead load at a stage; an element without stages has one.
@@ -43,9 +47,9 @@ contains
       real(wp), intent(out) :: line(2), rate(2) !! q, and its derivative by the load factor
       line = load%line
       rate = load%line_rate
-      if (.not. load%varies) return
-      line = line + load%more(:, stage)
-      rate = rate + load%more_rate(:, stage)
+      if (.not. allocated(load%more)) return
+      line = line + load%more%line(:, stage)
+      rate = rate + load%more%line_rate(:, stage)
    end subroutine line_at_stage
 
    !> Dead load between the first end and a stage, as part of the element's length.
@@ -60,10 +64,10 @@ contains
       whole = sum(tab%a(stage, :tab%stages))
       line = whole * load%line
       rate = whole * load%line_rate
-      if (.not. load%varies) return
+      if (.not. allocated(load%more)) return
       do j = 1, tab%stages
-         line = line + tab%a(stage, j) * load%more(:, j)
-         rate = rate + tab%a(stage, j) * load%more_rate(:, j)
+         line = line + tab%a(stage, j) * load%more%line(:, j)
+         rate = rate + tab%a(stage, j) * load%more%line_rate(:, j)
       end do
    end subroutine line_before
 
@@ -77,9 +81,9 @@ contains
       whole = sum(weight(:tab%stages))
       line = whole * load%line
       rate = whole * load%line_rate
-      if (.not. load%varies) return
-      line = line + matmul(load%more(:, :tab%stages), weight(:tab%stages))
-      rate = rate + matmul(load%more_rate(:, :tab%stages), weight(:tab%stages))
+      if (.not. allocated(load%more)) return
+      line = line + matmul(load%more%line(:, :tab%stages), weight(:tab%stages))
+      rate = rate + matmul(load%more%line_rate(:, :tab%stages), weight(:tab%stages))
    end subroutine sum_line
 
    !> Dead load at a place of an element.
@@ -93,7 +97,7 @@ contains
       integer :: k, s
       line = load%line
       slope = 0.0_wp
-      if (.not. load%varies) return
+      if (.not. allocated(load%more)) return
       s = tab%stages
       basis = 0.0_wp
       rate = 0.0_wp
@@ -101,7 +105,7 @@ contains
          rate = rate * tau + basis
          basis = basis * tau + k * tab%integral(k, :)
       end do
-      line = line + matmul(load%more(:, :s), basis(:s))
-      slope = matmul(load%more(:, :s), rate(:s))
+      line = line + matmul(load%more%line(:, :s), basis(:s))
+      slope = matmul(load%more%line(:, :s), rate(:s))
    end subroutine line_at
 end module rod_load

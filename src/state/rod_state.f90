@@ -108,12 +108,20 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       type(ge_stiffness_t) :: compliance
+      compliance = problem%compliance(e)
+      if (.not. allocated(state%geometry%sample)) return
+      if (varies(problem%model%section(problem%model%mesh%section(e)))) call vary_compliance(problem, state, e, compliance)
+   end function element_compliance
+
+   !> Takes the compliances of the sections at the stages.
+   pure subroutine vary_compliance(problem, state, e, compliance)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      type(ge_stiffness_t), intent(inout) :: compliance
       type(section_t) :: section
       type(ge_stiffness_t) :: stage
       integer :: i, s
-      compliance = problem%compliance(e)
-      if (.not. allocated(state%geometry%sample)) return
-      if (.not. varies(problem%model%section(problem%model%mesh%section(e)))) return
       s = problem%model%mesh%stages(e)
       do i = 1, s
          section = stage_section(problem%model, state%geometry, e, i)
@@ -122,7 +130,7 @@ contains
          compliance%part(2, i) = stage%bending / compliance%bending
          if (compliance%shear > 0.0_wp) compliance%part(3, i) = stage%shear / compliance%shear
       end do
-   end function element_compliance
+   end subroutine vary_compliance
 
    !> Distributed loads on an element at the state's load factor.
    pure function element_load(problem, state, e) result(load)
@@ -131,17 +139,19 @@ contains
       integer, intent(in) :: e
       type(ge_load_t) :: load
       real(wp) :: x(2)
+      logical :: varies
       integer :: s
       associate (step => problem%model%step(problem%step)%load)
          load%line_rate = step%line_force(:, e)
          load%line = problem%constant%line_force(:, e) + state%load_factor * load%line_rate
          if (allocated(step%line_load) .or. allocated(problem%constant%line_load)) then
             s = max(1, problem%model%mesh%stages(e))
-            load%more = 0.0_wp
-            load%more_rate = 0.0_wp
-            call add_line_loads(problem%model, state%geometry, e, step, load%more_rate(:, :s), load%varies)
-            call add_line_loads(problem%model, state%geometry, e, problem%constant, load%more(:, :s), load%varies)
-            load%more = load%more + state%load_factor * load%more_rate
+            allocate (load%more)
+            varies = .false.
+            call add_line_loads(problem%model, state%geometry, e, step, load%more%line_rate(:, :s), varies)
+            call add_line_loads(problem%model, state%geometry, e, problem%constant, load%more%line(:, :s), varies)
+            load%more%line = load%more%line + state%load_factor * load%more%line_rate
+            if (.not. varies) deallocate (load%more)
          end if
          load%gradient_rate = step%gradient(:, e)
          load%gradient = problem%constant%gradient(:, e) + state%load_factor * load%gradient_rate
