@@ -151,6 +151,7 @@ contains
          type(golden_section_t) :: search
          real(wp) :: ends(2), tau, best, there, step
          integer :: first(2), k, j, e, n
+         first = 0
          call find_point(problem, state, segment, at(1), e, ends(1), first(1))
          call find_point(problem, state, segment, at(2), e, ends(2), first(2))
          if (ends(2) <= 0.0_wp .and. first(2) > first(1)) then
