@@ -2,6 +2,7 @@
 
 UNILAT names the program.
 """
+import graphlib
 import json
 import os
 import pathlib
@@ -221,6 +222,18 @@ def test_folders_of_the_page_for_developers_are_those_of_the_source():
     for folders, _, modules in rows:
         there = {path.stem for folder in re.findall(r"`(\w+)`", folders) for path in (source / folder).rglob("*.f90")}
         assert set(re.findall(r"`(\w+)`", modules)) <= there, folders
+
+
+def test_folders_of_the_source_use_each_other_one_way():
+    """Whatever a folder uses, directly or through others, does not use it in turn: no model knows of cards, nor an element of paths."""
+    files = list((INPUT.parent / "src").glob("*/**/*.f90"))
+    folder = {path.stem: path.relative_to(INPUT.parent / "src").parts[0] for path in files}
+    used = {name: set() for name in folder.values()}
+    for path in files:
+        modules = re.findall(r"^ *use (\w+)", path.read_text(encoding="utf-8"), re.MULTILINE)
+        used[folder[path.stem]] |= {folder[name] for name in modules if name in folder} - {folder[path.stem]}
+    assert {"base", "model"} <= used["deck"]
+    graphlib.TopologicalSorter(used).prepare()  # an error names a circle
 
 
 def test_modules_beside_the_diagrams_of_the_theory_are_there():

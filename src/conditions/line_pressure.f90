@@ -6,7 +6,7 @@ module line_pressure
    use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle, bend_at, &
       & track_joints, ge_end, density_samples
    use obstacle_track, only: track_t, jump_between
-   use ge_element, only: ge_load_t, line_at
+   use rod_load, only: ge_load_t, line_at
    use contact_spans, only: contact_span_t
    use state_transfer, only: find_point
    use golden_section, only: golden_section_t

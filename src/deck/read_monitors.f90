@@ -41,18 +41,17 @@ contains
             monitor%element = deck%elements('ELSET')
          end if
          if (deck%next_line()) then
-            if (monitor%quantity == quantity_section) then
-               call read_section_quantity(deck, model, monitor)
-               model%monitor = [model%monitor, monitor]
-               cycle
-            end if
-            if (monitor%quantity /= quantity_contact) monitor%node = deck%nodes('node or set')
-            ! The words are in the order x, y, rotation: those of displacements, then those of reactions.
-            if (monitor%quantity /= quantity_contact .and. deck%integer('quantity') > 3) monitor%quantity = quantity_reaction
-            monitor%component = modulo(deck%integer('quantity') - 1, 3) + 1
             monitor%factor = deck%real('factor')
             monitor%offset = deck%real('offset')
-            call check_monitor(deck, model, monitor)
+            if (monitor%quantity == quantity_section) then
+               call read_section_quantity(deck, model, monitor)
+            else
+               if (monitor%quantity /= quantity_contact) monitor%node = deck%nodes('node or set')
+               ! The words are in the order x, y, rotation: those of displacements, then those of reactions.
+               if (monitor%quantity /= quantity_contact .and. deck%integer('quantity') > 3) monitor%quantity = quantity_reaction
+               monitor%component = modulo(deck%integer('quantity') - 1, 3) + 1
+               call check_monitor(deck, model, monitor)
+            end if
          end if
          model%monitor = [model%monitor, monitor]
       end do
@@ -69,8 +68,6 @@ contains
       monitor%where = deck%integer('quantity') > 5
       monitor%largest = .not. deck%given('s')
       monitor%place = deck%real('s')
-      monitor%factor = deck%real('factor')
-      monitor%offset = deck%real('offset')
       if (monitor%where .and. deck%given('s')) call deck%wrong('s', 'the place of the largest value is looked for along the set')
       if (deck%names%mesh_incomplete) return
       length = 0.0_wp

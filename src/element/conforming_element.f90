@@ -23,7 +23,8 @@ module conforming_element
    use obstacle_types, only: obstacle_t
    use gauss_tableau, only: tableau_t, max_stages, stage_basis
    use small_dense, only: solve_small
-   use ge_element, only: ge_stiffness_t, ge_load_t, line_at
+   use rod_load, only: ge_load_t, line_at_stage, line_at
+   use rod_compliance, only: ge_stiffness_t
    use obstacle_track, only: track_t, track_at, track_between
    implicit none
    private
@@ -96,14 +97,15 @@ contains
       real(wp) :: system(2 * max_stages, 2 * max_stages), rhs(n_by, 2 * max_stages), weight(2 * max_stages) ! equations are columns,
       ! see solve_small
       real(wp) :: dend(n_by), dtail(n_by), dsigma(n_by), dp(n_by), ends(conforming_columns)
-      real(wp) :: residual_sigma, residual_p, end_defect, tail
+      real(wp) :: residual_sigma, residual_p, end_defect, tail, line(2), line_rate(2)
       logical :: singular
       integer :: i, j, s
       s = tab%stages
       near = track_between(obstacle, offset, first, last)
       do i = 1, s
+         call line_at_stage(load, i, line, line_rate)
          section(i) = section_at(track_at(obstacle, offset, first%sigma + z(1 + s + i), near), sense, bend(i), compliance, &
-            & load, load%line(:, i), load%line_rate(:, i), z(1 + i))
+            & load, line, line_rate, z(1 + i))
       end do
       ok = all(section(:s)%stretch > 0.0_wp)
 
@@ -204,6 +206,7 @@ contains
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: z(:)
       type(section_t) :: at
+      real(wp) :: line(2), line_rate(2)
       integer :: i, s
       s = size(bend)
       output%sense = sense
@@ -215,8 +218,9 @@ contains
       output%sigma = first%sigma
       output%p = z(1)
       do i = 1, s
+         call line_at_stage(load, i, line, line_rate)
          at = section_at(track_at(obstacle, offset, first%sigma + z(1 + s + i), output%near), sense, bend(i), compliance, load, &
-            & load%line(:, i), load%line_rate(:, i), z(1 + i))
+            & line, line_rate, z(1 + i))
          output%run(i) = h * (sense * at%stretch)
          output%pull(i) = h * at%pull
       end do

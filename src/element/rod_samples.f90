@@ -7,7 +7,7 @@ module rod_samples
    use rod_geometry, only: geometry_t
    implicit none
    private
-   public :: stage_section, middle_section, line_at_stages
+   public :: stage_section, middle_section, add_line_loads
 
 contains
 
@@ -34,26 +34,22 @@ contains
       end associate
    end function middle_section
 
-   !> Dead load of a pattern at the stages of an element; of an element without stages everywhere.
-   pure subroutine line_at_stages(model, geometry, e, load, line, uniform)
+   !> Adds the dead loads of a pattern that vary, at the stages of an element; an element without stages has one.
+   pure subroutine add_line_loads(model, geometry, e, load, line, varies)
       type(model_t), intent(in) :: model
       type(geometry_t), intent(in) :: geometry
       integer, intent(in) :: e
       type(load_t), intent(in) :: load
-      real(wp), intent(out) :: line(:, :)       !! (2, max(stages, 1)) [force/length] per stress-free length
-      logical, intent(out) :: uniform           !! true: the same at all stages
+      real(wp), intent(inout) :: line(:, :)     !! (2, max(stages, 1)) [force/length] per stress-free length
+      logical, intent(inout) :: varies          !! set to true if there is one on the element
       type(section_t) :: section
       real(wp) :: t(2), intensity
       integer :: i, k
-      do i = 1, size(line, 2)
-         line(:, i) = load%line_force(:, e)
-      end do
-      uniform = .true.
       if (.not. allocated(load%line_load)) return
       do k = 1, size(load%line_load)
          associate (part => load%line_load(k))
             if (.not. part%on(e)) cycle
-            uniform = .false.
+            varies = .true.
             do i = 1, size(line, 2)
                intensity = part%intensity%value
                if (part%intensity%distribution > 0) intensity = geometry%sample(part%intensity%distribution, i, e)
@@ -70,5 +66,5 @@ contains
             end do
          end associate
       end do
-   end subroutine line_at_stages
+   end subroutine add_line_loads
 end module rod_samples

@@ -6,7 +6,7 @@
 !> Stored is the force of the whole deformation; the part due to the thermal strain is subtracted on use.
 module ul2_element
    use kinds, only: wp
-   use ge_element, only: ge_load_t
+   use rod_load, only: ge_load_t, line_at_stage
    implicit none
    private
    public :: ul2_stress_stiffness, ul2_evaluate, ul2_forces, ul2_size, ul2_heat_scale
@@ -31,7 +31,7 @@ contains
       real(wp), intent(out) :: z(3)           !! stored forces of the present configuration
       real(wp) :: force(3)
       real(wp) :: d(2), d_base(2), change(2), l, l_base, e(2), stretch, turn, phi(2)
-      real(wp) :: ba(6), bt(6), b1(6), b2(6), side(2)
+      real(wp) :: ba(6), bt(6), b1(6), b2(6), side(2), line(2), line_rate(2)
       integer :: i, j
 
       d_base = chord + u_base(4:5) - u_base(1:2)
@@ -65,11 +65,12 @@ contains
       end do
 
       side = 0.5_wp * [-d(2), d(1)]
-      f(1:2) = f(1:2) - 0.5_wp * h * load%line(:, 1) - load%pressure * side
-      f(4:5) = f(4:5) - 0.5_wp * h * load%line(:, 1) - load%pressure * side
+      call line_at_stage(load, 1, line, line_rate)
+      f(1:2) = f(1:2) - 0.5_wp * h * line - load%pressure * side
+      f(4:5) = f(4:5) - 0.5_wp * h * line - load%pressure * side
       fl = (ea * load%strain_rate) * ba - (ei * load%curvature_rate) * (b1 - b2)
-      fl(1:2) = fl(1:2) + 0.5_wp * h * load%line_rate(:, 1) + load%pressure_rate * side
-      fl(4:5) = fl(4:5) + 0.5_wp * h * load%line_rate(:, 1) + load%pressure_rate * side
+      fl(1:2) = fl(1:2) + 0.5_wp * h * line_rate + load%pressure_rate * side
+      fl(4:5) = fl(4:5) + 0.5_wp * h * line_rate + load%pressure_rate * side
       ! The symmetric part of the pressure's load stiffness; the skew part cancels between neighbours.
       k(1, 5) = k(1, 5) + 0.5_wp * load%pressure
       k(5, 1) = k(5, 1) + 0.5_wp * load%pressure

@@ -11,7 +11,9 @@ module conforming_span
    use reference_curve, only: curve_point, curve_abscissa, curve_length, curve_bend
    use gauss_tableau, only: max_stages
    use obstacle_track, only: track_t, track_foot, track_ahead, across_joint, joint_shares
-   use ge_element, only: ge_load_t, ge_columns, ge_end_forces
+   use rod_load, only: ge_load_t
+   use ge_element, only: ge_columns
+   use ge_fields, only: ge_end_forces
    use inner_forces, only: inner_forces_t
    use conforming_element, only: conforming_evaluate, conforming_output_t, new_output, output_at, conforming_resultants, &
       & conforming_size
@@ -246,7 +248,7 @@ contains
       m = state%z(3, e)
       if (side == 1) return
       associate (g => state%geometry%element(e))
-         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, &
+         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%tangent, &
             & element_compliance(problem, state, e), &
             & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), first, &
             & second, none)
@@ -441,18 +443,30 @@ contains
       real(wp), intent(out) :: place(2), angle      !! deformed; tangent angle in (-pi, pi]
       real(wp), intent(out), optional :: density
       type(lying_t), intent(inout), optional :: kept !! of the same state, or undefined; computed again only if the element changes
-      type(lying_t) :: here
+      if (present(kept)) then
+         if (kept%element /= e) kept = lying(problem, state, e)
+         call look_at(problem, state, kept, tau, local, place, angle, density)
+      else
+         call look_at(problem, state, lying(problem, state, e), tau, local, place, angle, density)
+      end if
+   end subroutine conforming_forces
+
+   !> As conforming_forces, with the element's dense output.
+   pure subroutine look_at(problem, state, here, tau, local, place, angle, density)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(lying_t), intent(in) :: here
+      real(wp), intent(in) :: tau
+      real(wp), intent(out) :: local(3), place(2), angle
+      real(wp), intent(out), optional :: density
       type(track_t) :: track
-      if (present(kept)) here = kept
-      if (here%element /= e) here = lying(problem, state, e)
-      if (present(kept)) kept = here
-      associate (obstacle => problem%candidates%obstacle(problem%conforms(e)), tab => problem%tableau(problem%model%mesh%stages(e)))
-         call conforming_resultants(here%output, tab, problem%model%obstacle(obstacle), tau, bend_at(problem, state, e, tau), &
-            & track, local(1), local(2), local(3), density)
+      associate (e => here%element, obstacle => problem%candidates%obstacle(problem%conforms(here%element)))
+         call conforming_resultants(here%output, problem%tableau(problem%model%mesh%stages(e)), problem%model%obstacle(obstacle), &
+            & tau, bend_at(problem, state, e, tau), track, local(1), local(2), local(3), density)
          place = track%place + obstacle_shift(problem, state, obstacle)
       end associate
       angle = atan2(here%sense * track%tangent(2), here%sense * track%tangent(1))
-   end subroutine conforming_forces
+   end subroutine look_at
 
    !> A conforming element's dense output.
    pure type(lying_t) function lying(problem, state, e)

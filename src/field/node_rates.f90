@@ -5,7 +5,8 @@ module node_rates
    use problem, only: problem_t
    use rod_state, only: state_t, element_compliance, element_load, element_displacement, node_position
    use reference_curve, only: curve_point, curve_bend
-   use ge_element, only: ge_load_t, ge_end_forces, line_at
+   use rod_load, only: ge_load_t, line_at
+   use ge_fields, only: ge_end_forces
    use gauss_tableau, only: max_stages
    implicit none
    private
@@ -134,7 +135,7 @@ contains
          return
       end if
       associate (g => state%geometry%element(e))
-         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, &
+         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%tangent, &
             & element_compliance(problem, state, e), &
             & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), first, &
             & second)

@@ -19,7 +19,9 @@ module rod_profile
    use reference_curve, only: curve_point, curve_bend, curve_length, curve_abscissa
    use rod_state, only: state_t, element_displacement, element_compliance, element_load
    use gauss_tableau, only: max_stages, stage_basis
-   use ge_element, only: ge_load_t, ge_stiffness_t, ge_direction_changes, ge_direction_rates
+   use rod_load, only: ge_load_t
+   use rod_compliance, only: ge_stiffness_t
+   use ge_stages, only: ge_direction_changes, ge_direction_rates
    use ground, only: home_deviation
    implicit none
    private
@@ -151,10 +153,10 @@ contains
          profile%curved = deviates(problem, e)
          associate (tab => problem%tableau(s), scaled => geometry%length * geometry%scale, z => state%z(:problem%z_size(e), e))
             compliance = element_compliance(problem, state, e)
-            call ge_direction_changes(tab, geometry%length, geometry%angle, compliance, load, u, z, slope(:, :s))
+            call ge_direction_changes(tab, geometry%length, geometry%tangent, compliance, load, u, z, slope(:, :s))
+            turn(:s) = geometry%length * (problem%compliance(e)%bending * compliance%part(2, :s) * z(4:3 + s) + load%curvature)
             home(1, :s) = cos(geometry%angle(:s))
             home(2, :s) = sin(geometry%angle(:s))
-            turn(:s) = geometry%length * (problem%compliance(e)%bending * compliance%part(2, :s) * z(4:3 + s) + load%curvature)
             home(:, :s) = scaled * home(:, :s)
             slope(:, :s) = scaled * slope(:, :s)
             do j = 1, s
@@ -404,7 +406,7 @@ contains
          load = element_load(problem, state, e)
          compliance = element_compliance(problem, state, e)
          call stage_basis(problem%tableau(s), tau, basis)
-         call ge_direction_rates(problem%tableau(s), g%length, g%angle, compliance, load, &
+         call ge_direction_rates(problem%tableau(s), g%length, g%tangent, compliance, load, &
             & element_displacement(problem, state, e), state%z(:problem%z_size(e), e), du, dz, load_change, slope(:, :s))
          rate(1:2) = du(1:2) + g%length * g%scale * matmul(slope(:, :s), basis(:s))
          rate(3) = du(3) + g%length * (compliance%bending * dot_product(basis(:s) * compliance%part(2, :s), dz(4:3 + s)) + &

@@ -19,7 +19,9 @@ module state_transfer
    use gauss_tableau, only: max_stages
    use node_rates, only: resultants_on_ground
    use force_law, only: segment_unknown
-   use ge_element, only: ge_load_t, ge_between, ge_directions
+   use rod_load, only: ge_load_t
+   use ge_stages, only: ge_directions
+   use ge_fields, only: ge_between
    implicit none
    private
    public :: find_point, kept_t, point_displacement, carried, carried_field, carry_to, carry_stored, move_nodes, displacements_at, &
@@ -376,7 +378,7 @@ contains
       load = element_load(problem, state, e)
       associate (g => state%geometry%element(e), tab => problem%tableau(problem%model%mesh%stages(e)), &
          & z => state%z(:problem%z_size(e), e))
-         if (e /= kept%directed) call ge_directions(tab, g%length, g%angle, element_compliance(problem, state, e), load, &
+         if (e /= kept%directed) call ge_directions(tab, g%length, g%tangent, element_compliance(problem, state, e), load, &
             & element_displacement(problem, state, e), z, kept%rho)
          kept%directed = e
          call ge_between(tab, g%length, g%scale, load, z, kept%rho, tau, span, resultant)

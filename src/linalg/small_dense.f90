@@ -49,8 +49,7 @@ contains
          do i = k + 1, n
             part = a(k, i) / a(k, k)
             if (.not. abs(part) > 0.0_wp) cycle
-            ! Whole columns: entries before the pivot are not used again, and loops of constant length are faster.
-            call take_off(n, part, a(:n, k), a(:n, i))
+            call take_off(n - k, part, a(k + 1:n, k), a(k + 1:n, i))
             call take_off(size(b, 1), part, b(:, k), b(:, i))
          end do
       end do

@@ -4,7 +4,7 @@ module span_forces
    use problem, only: problem_t
    use rod_layout, only: segment_element
    use rod_state, only: state_t, candidate_gap, node_position, element_load
-   use ge_element, only: ge_load_t, line_at
+   use rod_load, only: ge_load_t, sum_line, line_at
    use section_forces, only: end_forces
    use conforming_span, only: lying_t, conforming_forces, rolled_t, rolled, track_joints
    use touchdown_points, only: point_force
@@ -201,8 +201,8 @@ contains
       end do
       associate (tab => problem%tableau(problem%model%mesh%stages(e)), length => state%geometry%element(e)%length, &
          & d => place(:, 2) - place(:, 1))
-         force(1:2) = ends(1:2, 1) - ends(1:2, 2) - length * matmul(load%line(:, :tab%stages), tab%b(:tab%stages)) - &
-            & load%pressure * [-d(2), d(1)]
+         call sum_line(tab, load, tab%b, line, slope)
+         force(1:2) = ends(1:2, 1) - ends(1:2, 2) - length * line - load%pressure * [-d(2), d(1)]
          force(3) = 0.0_wp
          moment = ends(3, 1) - ends(3, 2) + place(1, 1) * ends(2, 1) - place(2, 1) * ends(1, 1) - place(1, 2) * ends(2, 2) + &
             & place(2, 2) * ends(1, 2) - 0.5_wp * load%pressure * (dot_product(place(:, 2), place(:, 2)) - &

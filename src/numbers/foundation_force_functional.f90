@@ -8,7 +8,7 @@ module foundation_force_functional
    use rod_state, only: state_t, element_displacement, element_compliance, element_load
    use linear_system, only: system_t
    use bordered_system, only: resultant_rates, unknowns_of
-   use ge_element, only: ge_direction_rates
+   use ge_stages, only: ge_direction_rates
    use gauss_tableau, only: max_stages
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
@@ -89,7 +89,7 @@ contains
          s = problem%model%mesh%stages(e)
          change = 0.0_wp
          associate (g => state%geometry%element(e))
-            call ge_direction_rates(problem%tableau(s), g%length, g%angle, element_compliance(problem, state, e), &
+            call ge_direction_rates(problem%tableau(s), g%length, g%tangent, element_compliance(problem, state, e), &
                & element_load(problem, state, e), &
                & element_displacement(problem, state, e), state%z(:z, e), du, dz, y, rho(:, :s))
             do q = 1, inner%n

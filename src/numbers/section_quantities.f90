@@ -149,8 +149,9 @@ contains
       !> Looks for a larger value in the parts of the mesh that lie in the present element of the deck.
       subroutine search_element()
          type(golden_section_t) :: search
-         real(wp) :: ends(2), tau, best, step
+         real(wp) :: ends(2), tau, best, there, step
          integer :: first(2), k, j, e, n
+         first = 0
          call find_point(problem, state, segment, at(1), e, ends(1), first(1))
          call find_point(problem, state, segment, at(2), e, ends(2), first(2))
          if (ends(2) <= 0.0_wp .and. first(2) > first(1)) then
@@ -164,10 +165,9 @@ contains
                step = (high - low) / n
                best = -1.0_wp
                do j = 0, n
-                  if (look(e, low + j * step) > best) then
-                     best = look(e, low + j * step)
-                     tau = low + j * step
-                  end if
+                  there = look(e, low + j * step)
+                  if (there > best) tau = low + j * step
+                  best = max(best, there)
                end do
                if (best < 0.9_wp * value) cycle
                call take(e, tau, best)

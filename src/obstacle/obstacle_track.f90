@@ -46,7 +46,8 @@ contains
       case (obstacle_circle)
          d = x - obstacle%centre
          if (.not. any(abs(d) > 0.0_wp)) d = [1.0_wp, 0.0_wp]
-         track = on_circle(obstacle, offset, circle_sense(obstacle) * track_radius(obstacle, offset) * atan2(d(2), d(1)))
+         track = on_circle(obstacle, offset, circle_sense(obstacle) * track_radius(obstacle, offset) * atan2(d(2), d(1)), &
+            & d / hypot(d(1), d(2)))
       case default
          foot = nearest_point(obstacle%curve, x)
          track = on_piece(obstacle, offset, foot%piece, foot%t)
@@ -63,12 +64,14 @@ contains
       real(wp), intent(in) :: offset
       real(wp), intent(in) :: sigma
       type(track_t), intent(in) :: near   !! only its piece is used
+      real(wp) :: angle
       integer :: i
       select case (obstacle%kind)
       case (obstacle_line)
          track = on_line(obstacle, offset, sigma)
       case (obstacle_circle)
-         track = on_circle(obstacle, offset, sigma)
+         angle = circle_sense(obstacle) * sigma / track_radius(obstacle, offset)
+         track = on_circle(obstacle, offset, sigma, [cos(angle), sin(angle)])
       case default
          i = near%piece
          associate (n => size(obstacle%curve%piece), closed => obstacle%curve%closed)
@@ -235,14 +238,13 @@ contains
       track%tangent = d
    end function on_line
 
-   pure type(track_t) function on_circle(obstacle, offset, sigma) result(track)
+   pure type(track_t) function on_circle(obstacle, offset, sigma, d) result(track)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset, sigma
-      real(wp) :: r, angle, d(2), sense
+      real(wp), intent(in) :: d(2)        !! direction from the centre
+      real(wp) :: r, sense
       sense = circle_sense(obstacle)
       r = track_radius(obstacle, offset)
-      angle = sense * sigma / r
-      d = [cos(angle), sin(angle)]
       track%sigma = sigma
       track%place = obstacle%centre + r * d
       track%tangent = sense * [-d(2), d(1)]

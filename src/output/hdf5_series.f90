@@ -199,7 +199,7 @@ contains
       logical, intent(in) :: ragged
       integer, intent(in) :: n                    !! number of values; 0: all are missing
       type(c_ptr), intent(in) :: data             !! the values
-      character(1), pointer :: bytes(:)
+      character(1), pointer, contiguous :: bytes(:)
       integer :: first, last
       associate (table => set%table(set%present))
          if (table%defining) then

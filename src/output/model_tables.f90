@@ -2,7 +2,7 @@
 module model_tables
    use kinds, only: wp
    use rod_geometry, only: geometry_t, new_geometry
-   use rod_samples, only: line_at_stages
+   use rod_samples, only: add_line_loads
    use gauss_tableau, only: new_tableau, max_stages
    use model, only: model_t, step_t, supports
    use pole_load, only: pole_load_t
@@ -79,7 +79,7 @@ contains
       integer, allocatable :: at(:)
       real(wp), allocatable :: pole(:, :), line(:, :), pressure(:)
       real(wp) :: stages(2, max_stages)
-      logical :: uniform
+      logical :: varies
       integer :: i
       call hdf5_group(file, group)
       call hdf5_attribute(file, group, 'name', step%name)
@@ -94,8 +94,9 @@ contains
          allocate (line(2, model%mesh%n_elements), pressure(model%mesh%n_elements))
          do i = 1, model%mesh%n_elements
             associate (n => max(1, model%mesh%stages(i)), ends => model%mesh%node(:, i))
-               call line_at_stages(model, home, i, load, stages(:, :n), uniform)
-               line(:, i) = sum(stages(:, :n), 2) / n
+               stages = 0.0_wp
+               call add_line_loads(model, home, i, load, stages(:, :n), varies)
+               line(:, i) = load%line_force(:, i) + sum(stages(:, :n), 2) / n
                pressure(i) = load%pressure(i) + 0.5_wp * dot_product(load%gradient(:, i), home%x(:, ends(1)) + home%x(:, ends(2)))
             end associate
          end do

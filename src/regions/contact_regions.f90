@@ -10,7 +10,7 @@ module contact_regions
    use obstacle_types, only: obstacle_line, obstacle_circle, ground_half_space
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_position, candidate_offset, element_load
-   use ge_element, only: ge_load_t
+   use rod_load, only: ge_load_t
    use reference_curve, only: curve_length
    use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
    use section_forces, only: local_forces, rod_direction

@@ -4,7 +4,7 @@ module gap_profile
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_opening, candidate_gap, element_load
-   use ge_element, only: ge_load_t
+   use rod_load, only: ge_load_t
    use rod_geometry, only: element_geometry_t
    use section_forces, only: local_forces, rod_direction
    implicit none

@@ -6,7 +6,7 @@ module conforming_rod
    use rod_element, only: rod_element_t
    use inner_forces, only: inner_forces_t, clear_forces
    use gauss_tableau, only: raised_values
-   use ge_element, only: ge_load_t
+   use rod_load, only: ge_load_t, acts, line_at_stage
    use conforming_span, only: evaluate_conforming, lying_t, conforming_forces, conforming_resultant
    implicit none
    private
@@ -88,13 +88,13 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: middle(2)
       real(wp) :: total(3)
-      real(wp) :: x(2, 2), position(2), force(2), local(3), angle
+      real(wp) :: x(2, 2), position(2), force(2), local(3), angle, line(2), rate(2)
       type(ge_load_t) :: load
       type(lying_t) :: kept
       integer :: i, s
       load = element_load(problem, state, e)
       total = 0.0_wp
-      if (all(abs(load%line) <= 0.0_wp) .and. abs(load%pressure) <= 0.0_wp) return
+      if (.not. acts(load)) return
       do i = 1, 2
          x(:, i) = node_position(state, problem%model%mesh%node(i, e)) - middle
       end do
@@ -103,7 +103,8 @@ contains
          do i = 1, s
             call conforming_forces(problem, state, e, problem%tableau(s)%c(i), local, position, angle, kept=kept)
             position = position - middle
-            force = h * problem%tableau(s)%b(i) * load%line(:, i)
+            call line_at_stage(load, i, line, rate)
+            force = h * problem%tableau(s)%b(i) * line
             total = total + [force, position(1) * force(2) - position(2) * force(1)]
          end do
       end associate

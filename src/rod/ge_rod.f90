@@ -8,7 +8,10 @@ module ge_rod
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
    use gauss_tableau, only: max_stages, raised_values
-   use ge_element, only: ge_load_t, ge_stiffness_t, ge_evaluate, ge_end_forces, ge_interior
+   use rod_load, only: ge_load_t, acts, line_at_stage
+   use ge_element, only: ge_evaluate
+   use ge_stages, only: ge_directions
+   use ge_fields, only: ge_end_forces, ge_interior
    use ge_stress_stiffness, only: ge_stress
    implicit none
    private
@@ -41,9 +44,9 @@ contains
       real(wp) :: internal(2)
       call foundation_forces(problem, state, e, inner)
       associate (g => state%geometry%element(e))
-         call ge_evaluate(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, g%tangent, &
+         call ge_evaluate(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%tangent, &
             & element_compliance(problem, state, e), element_load(problem, state, e), element_displacement(problem, state, e), &
-            & state%z(:problem%z_size(e), e), f, raw, k, fl, op, internal, ok, inner=inner, shift=shift)
+            & state%z(:problem%z_size(e), e), inner, f, raw, k, shift, fl, op, internal, ok)
       end associate
       defect = [internal(1), 0.0_wp, internal(2)]
    end subroutine evaluate
@@ -58,7 +61,7 @@ contains
       type(inner_forces_t) :: inner
       call foundation_forces(problem, state, e, inner)
       associate (g => state%geometry%element(e))
-         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, &
+         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%tangent, &
             & element_compliance(problem, state, e), &
             & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), first, &
             & second, inner)
@@ -75,7 +78,7 @@ contains
       real(wp) :: local(3)
       real(wp) :: span(2), rotation, resultant(3), angle
       associate (g => state%geometry%element(e))
-         call ge_interior(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%angle, &
+         call ge_interior(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%tangent, &
             & element_compliance(problem, state, e), &
             & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), tau, &
             & span, rotation, resultant)
@@ -105,32 +108,22 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: middle(2)
       real(wp) :: total(3)
-      real(wp) :: x(2), u(6), phi, nn(2), t(2), nu(2), rho(2), position(2), direction(2, max_stages), force(2)
+      real(wp) :: x(2), position(2), direction(2, max_stages), force(2), line(2), rate(2)
       type(ge_load_t) :: load
-      type(ge_stiffness_t) :: compliance
       integer :: i, s
       load = element_load(problem, state, e)
-      compliance = element_compliance(problem, state, e)
       total = 0.0_wp
-      if (all(abs(load%line) <= 0.0_wp) .and. abs(load%pressure) <= 0.0_wp .and. all(abs(load%gradient) <= 0.0_wp)) return
+      if (.not. acts(load)) return
       x = node_position(state, problem%model%mesh%node(1, e)) - middle
       s = problem%model%mesh%stages(e)
-      u = element_displacement(problem, state, e)
-      associate (h => state%geometry%element(e)%length, tab => problem%tableau(s), z => state%z(:, e))
-         do i = 1, s
-            phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s) * compliance%part(2, :s), z(4:3 + s)) + &
-               & tab%c(i) * h * load%curvature
-            nn = z(1:2) - h * matmul(load%line(:, :s), tab%a(i, :s))
-            if (problem%pressurised(e) .or. problem%ground%founded(e)) nn = z(2 + s + 2 * i:3 + s + 2 * i)
-            t = [cos(state%geometry%element(e)%angle(i) + phi), sin(state%geometry%element(e)%angle(i) + phi)]
-            nu = [-t(2), t(1)]
-            rho = (1.0_wp + load%strain + dot_product(nn, t) * compliance%axial * compliance%part(1, i)) * t + &
-               & dot_product(nn, nu) * compliance%shear * compliance%part(3, i) * nu
-            direction(:, i) = state%geometry%element(e)%scale * rho
-         end do
+      associate (g => state%geometry%element(e), h => state%geometry%element(e)%length, tab => problem%tableau(s))
+         call ge_directions(tab, h, g%tangent, element_compliance(problem, state, e), load, &
+            & element_displacement(problem, state, e), state%z(:problem%z_size(e), e), direction)
+         direction(:, :s) = g%scale * direction(:, :s)
          do i = 1, s
             position = x + h * matmul(direction(:, :s), tab%a(i, :s))
-            force = h * tab%b(i) * (load%line(:, i) + (load%pressure + dot_product(load%gradient, position - x)) * &
+            call line_at_stage(load, i, line, rate)
+            force = h * tab%b(i) * (line + (load%pressure + dot_product(load%gradient, position - x)) * &
                & [-direction(2, i), direction(1, i)])
             total = total + [force, position(1) * force(2) - position(2) * force(1)]
          end do

@@ -6,7 +6,9 @@ module ge_stress_stiffness
    use rod_state, only: state_t, element_displacement, element_compliance, element_load
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
-   use ge_element, only: ge_evaluate, ge_direction_rates, ge_load_t, ge_columns
+   use rod_load, only: ge_load_t, line_before
+   use ge_element, only: ge_evaluate, ge_columns
+   use ge_stages, only: ge_direction_rates
    implicit none
    private
    public :: ge_stress
@@ -30,7 +32,7 @@ contains
       real(wp), parameter :: weights(6) = [0.5_wp, -0.5_wp, -20.0_wp, 20.0_wp, 128.0_wp, -128.0_wp] / 45.0_wp
       real(wp), parameter :: small = 0.3_wp    !! n h^2/EI at the outermost points of the difference
       type(ge_load_t) :: load
-      real(wp) :: force(2, max_stages), step, largest
+      real(wp) :: force(2, max_stages), step, largest, line(2), rate(2)
       type(inner_forces_t) :: inner, pressed
       integer :: i, s, z
       s = problem%model%mesh%stages(e)
@@ -43,7 +45,8 @@ contains
             if (z > 3 + s) then
                force(:, i) = dz(2 + s + 2 * i:3 + s + 2 * i)
             else
-               force(:, i) = dz(1:2) - g%length * matmul(load%line_rate(:, :s), tab%a(i, :s))
+               call line_before(tab, load, i, line, rate)
+               force(:, i) = dz(1:2) - g%length * rate
             end if
          end do
          largest = maxval(abs(force(:, :s))) * g%length**2 * flexible%bending
@@ -75,10 +78,9 @@ contains
          pressed = inner
          if (inner%n > 0) call press(part_of_load)
          associate (g => state%geometry%element(e))
-            call ge_evaluate(problem%tableau(s), g%length, g%scale, g%angle, g%tangent, element_compliance(problem, state, e), &
-               & shifted, &
-               & element_displacement(problem, state, e), state%z(:z, e), f, raw, part, fl, op, defect, ok, &
-               & more_force=part_of_load * force(:, :s), inner=pressed, shift=moved)
+            call ge_evaluate(problem%tableau(s), g%length, g%scale, g%tangent, element_compliance(problem, state, e), &
+               & shifted, element_displacement(problem, state, e), state%z(:z, e), pressed, f, raw, part, moved, fl, op, defect, &
+               & ok, more_force=part_of_load * force(:, :s))
          end associate
          k = k + weight * part
          shift = shift + weight * moved
@@ -90,7 +92,7 @@ contains
          real(wp) :: along(2), d(2), rho(2, max_stages), change
          integer :: q
          associate (g => state%geometry%element(e))
-            call ge_direction_rates(problem%tableau(s), g%length, g%angle, element_compliance(problem, state, e), load, &
+            call ge_direction_rates(problem%tableau(s), g%length, g%tangent, element_compliance(problem, state, e), load, &
                & element_displacement(problem, state, e), state%z(:z, e), du, dz(:z), 1.0_wp, rho(:, :s))
             do q = 1, inner%n
                d = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))

@@ -5,7 +5,7 @@ module ul2_rod
    use rod_state, only: state_t, node_position, element_displacement, element_load
    use rod_element, only: rod_element_t
    use inner_forces, only: inner_forces_t, clear_forces
-   use ge_element, only: ge_load_t
+   use rod_load, only: ge_load_t, acts, line_at_stage
    use ul2_element, only: ul2_evaluate, ul2_forces, ul2_stress_stiffness, ul2_heat_scale
    implicit none
    private
@@ -57,7 +57,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(out) :: first(3), second(3)
-      real(wp) :: u(6), d(2), l, shear, half(2), force(3)
+      real(wp) :: u(6), d(2), l, shear, half(2), force(3), line(2), rate(2)
       type(ge_load_t) :: load
       u = element_displacement(problem, state, e)
       d = state%geometry%element(e)%chord + u(4:5) - u(1:2)
@@ -70,7 +70,8 @@ contains
       first = [force(1) * d(1) - shear * d(2), force(1) * d(2) + shear * d(1), -force(2)]
       second = [first(1:2), force(3)]
       ! The loads of this element are lumped: half of them acts between each end and the node.
-      half = 0.5_wp * (state%geometry%element(e)%length * load%line(:, 1) + load%pressure * l * [-d(2), d(1)])
+      call line_at_stage(load, 1, line, rate)
+      half = 0.5_wp * (state%geometry%element(e)%length * line + load%pressure * l * [-d(2), d(1)])
       first(1:2) = first(1:2) + half
       second(1:2) = second(1:2) - half
    end subroutine end_forces
@@ -120,17 +121,18 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: middle(2)
       real(wp) :: total(3)
-      real(wp) :: x(2, 2), force(2), position(2)
+      real(wp) :: x(2, 2), force(2), position(2), line(2), rate(2)
       type(ge_load_t) :: load
       integer :: i
       load = element_load(problem, state, e)
       total = 0.0_wp
-      if (all(abs(load%line) <= 0.0_wp) .and. abs(load%pressure) <= 0.0_wp) return
+      if (.not. acts(load)) return
       do i = 1, 2
          x(:, i) = node_position(state, problem%model%mesh%node(i, e)) - middle
       end do
       associate (h => state%geometry%element(e)%length)
-         force = h * load%line(:, 1) + load%pressure * [x(2, 1) - x(2, 2), x(1, 2) - x(1, 1)]
+         call line_at_stage(load, 1, line, rate)
+         force = h * line + load%pressure * [x(2, 1) - x(2, 2), x(1, 2) - x(1, 1)]
       end associate
       position = 0.5_wp * (x(:, 1) + x(:, 2))
       total = [force, position(1) * force(2) - position(2) * force(1)]

@@ -103,7 +103,7 @@ contains
                call stage_basis(tableau(stages), ground%knot(k), basis)
                span = 0.0_wp
                do j = 1, stages
-                  span = span + basis(j) * [cos(g%angle(j)), sin(g%angle(j))]
+                  span = span + basis(j) * g%tangent(:, j)
                end do
                table(:, k) = x - start - (g%length * g%scale) * span
             end do

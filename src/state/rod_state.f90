@@ -6,10 +6,11 @@ module rod_state
    use candidates, only: candidates_t
    use obstacle_geometry, only: moved_gap
    use ground_coupling, only: settlement
-   use ge_element, only: ge_load_t, ge_stiffness_t, ge_compliance
+   use rod_load, only: ge_load_t
+   use rod_compliance, only: ge_stiffness_t, ge_compliance
    use load_pattern, only: load_t
    use cross_section, only: section_t, varies
-   use rod_samples, only: stage_section, line_at_stages
+   use rod_samples, only: stage_section, add_line_loads
    use gauss_tableau, only: max_stages
    use force_law, only: segment_unknown
    implicit none
@@ -107,12 +108,20 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       type(ge_stiffness_t) :: compliance
+      compliance = problem%compliance(e)
+      if (.not. allocated(state%geometry%sample)) return
+      if (varies(problem%model%section(problem%model%mesh%section(e)))) call vary_compliance(problem, state, e, compliance)
+   end function element_compliance
+
+   !> Takes the compliances of the sections at the stages.
+   pure subroutine vary_compliance(problem, state, e, compliance)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      type(ge_stiffness_t), intent(inout) :: compliance
       type(section_t) :: section
       type(ge_stiffness_t) :: stage
       integer :: i, s
-      compliance = problem%compliance(e)
-      if (.not. allocated(state%geometry%sample)) return
-      if (.not. varies(problem%model%section(problem%model%mesh%section(e)))) return
       s = problem%model%mesh%stages(e)
       do i = 1, s
          section = stage_section(problem%model, state%geometry, e, i)
@@ -121,7 +130,7 @@ contains
          compliance%part(2, i) = stage%bending / compliance%bending
          if (compliance%shear > 0.0_wp) compliance%part(3, i) = stage%shear / compliance%shear
       end do
-   end function element_compliance
+   end subroutine vary_compliance
 
    !> Distributed loads on an element at the state's load factor.
    pure function element_load(problem, state, e) result(load)
@@ -129,22 +138,20 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       type(ge_load_t) :: load
-      real(wp) :: x(2), line(2)
-      logical :: even(2)
-      integer :: i, s
+      real(wp) :: x(2)
+      logical :: varies
+      integer :: s
       associate (step => problem%model%step(problem%step)%load)
-         s = max(1, problem%model%mesh%stages(e))
+         load%line_rate = step%line_force(:, e)
+         load%line = problem%constant%line_force(:, e) + state%load_factor * load%line_rate
          if (allocated(step%line_load) .or. allocated(problem%constant%line_load)) then
-            call line_at_stages(problem%model, state%geometry, e, step, load%line_rate(:, :s), even(1))
-            call line_at_stages(problem%model, state%geometry, e, problem%constant, load%line(:, :s), even(2))
-            load%line(:, :s) = load%line(:, :s) + state%load_factor * load%line_rate(:, :s)
-            load%uniform = all(even)
-         else
-            line = problem%constant%line_force(:, e) + state%load_factor * step%line_force(:, e)
-            do i = 1, s
-               load%line_rate(:, i) = step%line_force(:, e)
-               load%line(:, i) = line
-            end do
+            s = max(1, problem%model%mesh%stages(e))
+            allocate (load%more)
+            varies = .false.
+            call add_line_loads(problem%model, state%geometry, e, step, load%more%line_rate(:, :s), varies)
+            call add_line_loads(problem%model, state%geometry, e, problem%constant, load%more%line(:, :s), varies)
+            load%more%line = load%more%line + state%load_factor * load%more%line_rate
+            if (.not. varies) deallocate (load%more)
          end if
          load%gradient_rate = step%gradient(:, e)
          load%gradient = problem%constant%gradient(:, e) + state%load_factor * load%gradient_rate

@@ -12,8 +12,15 @@ module deck_nodes
    use rod_profile, only: profile_t, keep_profile, profile_rate
    implicit none
    private
-   public :: deck_displacements, deck_section_forces, deck_contact_gaps, deck_node_rates, place_rate, &
+   public :: deck_displacements, kept_forces_t, deck_section_forces, deck_contact_gaps, deck_node_rates, place_rate, &
       & place_defect, find_node
+
+   !> Section forces computed last: neighbours in the deck share a place, or lie in one element.
+   type :: kept_forces_t
+      private
+      integer :: inner = 0, outer = 0           !! elements with the forces `local` at tau, and `ends`; 0: none
+      real(wp) :: tau = 0.0_wp, local(3) = 0.0_wp, ends(3, 2) = 0.0_wp
+   end type kept_forces_t
 
 contains
 
@@ -58,15 +65,15 @@ contains
 
    !> (N, Q, M) at both ends of an element of the deck, on the element's side of each end, as in local_forces; a contact force acts
    !> at the present place of its node.
-   subroutine deck_section_forces(problem, state, e, local)
+   subroutine deck_section_forces(problem, state, e, kept, local)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                  !! element of the deck
+      type(kept_forces_t), intent(inout) :: kept !! of the same state, or as initialised
       real(wp), intent(out) :: local(3, 2)
-      real(wp) :: ends(3, 2), tau
-      integer :: side, holder, known, j
+      real(wp) :: tau
+      integer :: side, holder, j
       j = problem%layout%rod_segment_of(e)
-      known = 0
       do side = 1, 2
          call find_point(problem, state, j, problem%deck%mesh%s(side, e) + problem%layout%origin(e), holder, tau)
          if (side == 2 .and. tau <= 0.0_wp) then
@@ -75,11 +82,16 @@ contains
             tau = 1.0_wp
          end if
          if (tau > 0.0_wp .and. tau < 1.0_wp) then
-            local(:, side) = inner_local_forces(problem, state, holder, tau)
+            if (holder /= kept%inner .or. abs(tau - kept%tau) > 0.0_wp) then
+               kept%inner = holder
+               kept%tau = tau
+               kept%local = inner_local_forces(problem, state, holder, tau)
+            end if
+            local(:, side) = kept%local
          else
-            if (holder /= known) call local_forces(problem, state, holder, ends)
-            known = holder
-            local(:, side) = ends(:, merge(1, 2, tau <= 0.0_wp))
+            if (holder /= kept%outer) call local_forces(problem, state, holder, kept%ends)
+            kept%outer = holder
+            local(:, side) = kept%ends(:, merge(1, 2, tau <= 0.0_wp))
          end if
       end do
    end subroutine deck_section_forces

@@ -105,7 +105,9 @@ contains
       system%load = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          node = problem%model%mesh%node(:, e)
-         p = 3 * (problem%numbering%position(node) - 1)
+         do i = 1, 2
+            p(i) = 3 * (problem%numbering%position(node(i)) - 1)
+         end do
          if (size(system%eshift, 3) > 0) then
             do i = 1, 2
                if (.not. system%turned(node(i))) cycle
@@ -118,7 +120,7 @@ contains
             if (system%turned(node(i))) call turn_element(system%axis(:, node(i)), system%roll(node(i)), system%lean(node(i)), &
                & 3 * i - 2, system%ek(:, :, e), system%ef(:, e), system%eraw(:, e), system%el(:, e))
          end do
-         if (any(problem%ties%follows(node))) then
+         if (problem%ties%follows(node(1)) .or. problem%ties%follows(node(2))) then
             do i = 1, 2
                call spread_force(problem, system%tie_block, node(i), system%ef(3 * i - 2:3 * i, e), system%residual)
                call spread_force(problem, system%tie_block, node(i), system%el(3 * i - 2:3 * i, e), system%load)
@@ -127,9 +129,9 @@ contains
             cycle
          end if
          do a = 1, 2
-            system%residual(p(a) + 1:p(a) + 3) = system%residual(p(a) + 1:p(a) + 3) + system%ef(3 * a - 2:3 * a, e)
-            system%load(p(a) + 1:p(a) + 3) = system%load(p(a) + 1:p(a) + 3) + system%el(3 * a - 2:3 * a, e)
             do j = 1, 3
+               system%residual(p(a) + j) = system%residual(p(a) + j) + system%ef(3 * a - 3 + j, e)
+               system%load(p(a) + j) = system%load(p(a) + j) + system%el(3 * a - 3 + j, e)
                do i = j, 3
                   system%k%a(1 + i - j, p(a) + j) = system%k%a(1 + i - j, p(a) + j) + system%ek(3 * a - 3 + i, 3 * a - 3 + j, e)
                end do

@@ -4,7 +4,7 @@ module residual_measure
    use problem, only: problem_t, dof
    use rod_state, only: state_t, element_load
    use node_loads, only: node_push_t, node_pushes
-   use ge_element, only: ge_load_t
+   use rod_load, only: ge_load_t, largest_line
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
    use tied_nodes, only: spread_force
@@ -64,7 +64,7 @@ contains
          do e = 1, problem%model%mesh%n_elements
             if (problem%conforms(e) == 0) cycle
             load = element_load(problem, state, e)
-            carried = carried + (maxval(norm2(load%line, 1)) + abs(load%pressure)) * state%geometry%element(e)%length
+            carried = carried + (norm2(largest_line(load)) + abs(load%pressure)) * state%geometry%element(e)%length
          end do
          scale = max(scale, carried)
       end if
@@ -72,7 +72,7 @@ contains
          ! A foundation may carry a load that causes no section force.
          do e = 1, problem%model%mesh%n_elements
             load = element_load(problem, state, e)
-            scale = max(scale, maxval(abs(load%line)) * state%geometry%element(e)%length)
+            scale = max(scale, maxval(largest_line(load)) * state%geometry%element(e)%length)
          end do
       end if
       worst = 0.0_wp

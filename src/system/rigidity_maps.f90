@@ -3,7 +3,7 @@ module rigidity_maps
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, element_displacement, element_compliance, element_load
-   use ge_element, only: ge_directions
+   use ge_stages, only: ge_directions
    use gauss_tableau, only: max_stages
    use system_type, only: system_t
    use node_axes, only: own_axes, turn_pair
@@ -72,7 +72,7 @@ contains
       s = problem%model%mesh%stages(e)
       give = 0.0_wp
       associate (g => state%geometry%element(e), tab => problem%tableau(s))
-         call ge_directions(tab, g%length, g%angle, element_compliance(problem, state, e), element_load(problem, state, e), &
+         call ge_directions(tab, g%length, g%tangent, element_compliance(problem, state, e), element_load(problem, state, e), &
             & element_displacement(problem, state, e), state%z(:problem%z_size(e), e), t(:, :s))
          do j = 1, s
             t(:, j) = t(:, j) / norm2(t(:, j))

@@ -10,7 +10,7 @@ module point_report
    use span_regions, only: find_span_regions
    use span_pushes, only: point_pushes, line_pushes
    use ground_regions, only: ground_reaction, deck_ground_reaction, ground_pressure, foundation_totals
-   use deck_nodes, only: deck_displacements, deck_section_forces, deck_contact_gaps, find_node
+   use deck_nodes, only: deck_displacements, kept_forces_t, deck_section_forces, deck_contact_gaps, find_node
    use path_record, only: point_t
    use model, only: obstacles_move
    implicit none
@@ -29,6 +29,7 @@ contains
       type(point_t) :: point
       real(wp), allocatable :: shares(:), totals(:, :), pushed(:, :)
       real(wp) :: moment
+      type(kept_forces_t) :: kept
       integer :: c, e
       associate (step => problem%model%step(problem%step))
          point%step = problem%step
@@ -94,7 +95,7 @@ contains
          if (step%field_section_forces) then
             allocate (point%section_forces(3, 2, problem%deck%mesh%n_elements))
             do e = 1, problem%deck%mesh%n_elements
-               call deck_section_forces(problem, state, e, point%section_forces(:, :, e))
+               call deck_section_forces(problem, state, e, kept, point%section_forces(:, :, e))
             end do
          end if
          if (size(problem%model%contact) == 0) return

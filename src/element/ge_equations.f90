@@ -1,0 +1,177 @@
+!> Linearised equations at the stages of a geometrically exact element, and their solution: the increments there as linear functions
+!> of those at the first end. The equations are those of ge_element.
+module ge_equations
+   use kinds, only: wp
+   use gauss_tableau, only: tableau_t, max_stages
+   use small_dense, only: solve_small
+   use rod_load, only: ge_load_t
+   use ge_stages, only: ge_stages_t, press_section
+   use inner_forces, only: inner_forces_t
+   implicit none
+   private
+   public :: solve_stages, by_rotation, by_nx, by_ny, by_m, by_residual, by_load, by_x, by_y, n_by
+
+   !> Columns of the increments: rotation, n and m at the first end, residual, load factor, position of the first node.
+   integer, parameter :: by_rotation = 1, by_nx = 2, by_ny = 3, by_m = 4, by_residual = 5, by_load = 6, &
+      & by_x = 7, by_y = 8, n_by = 8
+   real(wp), parameter :: moment_rounding = 8.0_wp * epsilon(1.0_wp) !! relative rounding error of a moment, as a sum of eight
+   !! products of force and length
+
+contains
+
+   !> Increments of m, of n if it is stored, and of the pressures of foundations.
+   subroutine solve_stages(tab, load, z, stages, inner, change, defect, singular)
+      type(tableau_t), intent(in) :: tab
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: z(:)             !! (ge_size) stored unknowns
+      type(ge_stages_t), intent(in) :: stages
+      type(inner_forces_t), intent(in) :: inner !! forces of foundations; require n at the stages in z
+      real(wp), allocatable, intent(out) :: change(:, :) !! (n_by, unknowns) increments
+      real(wp), intent(out) :: defect          !! largest residual, as a rotation
+      logical, intent(out) :: singular         !! true: a pivot was zero; increments undefined
+      real(wp), allocatable :: system(:, :), row_weight(:) ! equations are columns, see solve_small
+      integer :: s, stored_by, unknowns
+      s = stages%s
+      stored_by = s
+      if (stages%stored) stored_by = 3 * s
+      unknowns = stored_by + inner%n
+      allocate (system(unknowns, unknowns), change(n_by, unknowns), row_weight(unknowns))
+      system = 0.0_wp
+      change = 0.0_wp
+      ! Weight of force equations against moment equations: a force times h is a moment, and a pressure times h**2.
+      row_weight(:s) = 1.0_wp
+      row_weight(s + 1:stored_by) = stages%h
+      row_weight(stored_by + 1:) = stages%h**2
+      call add_moment_rows()
+      if (stages%stored) call add_force_rows()
+      call add_foundation()
+      call find_defect()
+      call solve_small(unknowns, system, change, singular, row_weight)
+
+   contains
+
+      !> m_i = m_1 - integral of r' x n between the first end and every stage.
+      subroutine add_moment_rows()
+         integer :: i, j
+         real(wp) :: part
+         do i = 1, s
+            system(i, i) = 1.0_wp
+            change(by_m, i) = 1.0_wp
+            change(by_residual, i) = z(3) - z(3 + i)
+            do j = 1, s
+               part = stages%hc * tab%a(i, j)
+               change(by_rotation, i) = change(by_rotation, i) + part * stages%g_phi(j)
+               change(by_residual, i) = change(by_residual, i) + part * stages%g(j)
+               change(by_load, i) = change(by_load, i) + part * stages%g_heat(j)
+               system(:s, i) = system(:s, i) - (part * stages%g_phi(j)) * stages%turn(:s, j)
+               if (stages%stored) then
+                  system(s + 2 * j - 1:s + 2 * j, i) = part * stages%d(:, j)
+               else
+                  change(by_nx:by_ny, i) = change(by_nx:by_ny, i) - part * stages%d(:, j)
+                  change(by_load, i) = change(by_load, i) + part * dot_product(stages%d(:, j), stages%drop_rate(:, j))
+               end if
+            end do
+         end do
+      end subroutine add_moment_rows
+
+      !> n_i = n_1 - dead load - pressure between the first end and every stage.
+      subroutine add_force_rows()
+         real(wp) :: pushed(2), pushed_rate(2), by_slope(2, 2, max_stages), by_shift(2, 2)
+         integer :: row, a, b, i
+         do a = 1, s
+            row = s + 2 * a - 1
+            system(row, row) = 1.0_wp
+            system(row + 1, row + 1) = 1.0_wp
+            change(by_nx, row) = 1.0_wp
+            change(by_ny, row + 1) = 1.0_wp
+            change(by_residual, row:row + 1) = z(1:2) - stages%nn(:, a) - stages%drop(:, a)
+            change(by_load, row:row + 1) = -stages%drop_rate(:, a)
+            if (.not. stages%pressed) cycle
+            call press_section(tab, load, stages, tab%a(a, :), pushed, pushed_rate, by_slope, by_shift)
+            do i = 1, 2
+               associate (line => row + i - 1)
+                  change(by_residual, line) = change(by_residual, line) - pushed(i)
+                  change(by_load, line) = change(by_load, line) - pushed_rate(i)
+                  change(by_x:by_y, line) = change(by_x:by_y, line) - by_shift(i, :)
+                  do b = 1, s
+                     associate (w => by_slope(i, :, b), d => stages%d(:, b))
+                        change(by_rotation, line) = change(by_rotation, line) - dot_product(w, d)
+                        change(by_load, line) = change(by_load, line) - dot_product(w, stages%heat(:, b))
+                        system(:s, line) = system(:s, line) + dot_product(w, d) * stages%turn(:s, b)
+                        system(s + 2 * b - 1, line) = system(s + 2 * b - 1, line) + dot_product(w, stages%bnn(1:2, b))
+                        system(s + 2 * b, line) = system(s + 2 * b, line) + dot_product(w, stages%bnn(2:3, b))
+                     end associate
+                  end do
+               end associate
+            end do
+         end do
+      end subroutine add_force_rows
+
+      !> The forces of foundations in the rows of n, and the rows of their pressures at every quadrature point:
+      !> dp + spring * normal.dx = spring * approach * dl. If the pressures were substituted into the rows of n, motions without
+      !> resistance, as sliding along a stiff foundation, would be lost to cancellation.
+      subroutine add_foundation()
+         ! Displacement of the point: by_x, by_y, swing * rotation 1, along * dm, by_n * dn, heated * dl.
+         real(wp) :: swing(2), along(max_stages, 2), by_n(2, 2, max_stages), heated(2), part, share
+         integer :: row, a, b, q
+         do q = 1, inner%n
+            along(:s, :) = 0.0_wp
+            swing = 0.0_wp
+            heated = 0.0_wp
+            do b = 1, s
+               part = stages%hc * inner%basis(b, q)
+               heated = heated + part * stages%heat(:, b)
+               swing = swing + part * stages%d(:, b)
+               along(:s, 1) = along(:s, 1) + (part * stages%d(1, b)) * stages%turn(:s, b)
+               along(:s, 2) = along(:s, 2) + (part * stages%d(2, b)) * stages%turn(:s, b)
+               by_n(1, :, b) = part * stages%bnn(1:2, b)
+               by_n(2, :, b) = part * stages%bnn(2:3, b)
+            end do
+            row = stored_by + q
+            associate (normal => inner%normal(:, q), spring => inner%spring(q))
+               system(row, row) = 1.0_wp
+               system(:s, row) = spring * matmul(along(:s, :), normal)
+               do b = 1, s
+                  system(s + 2 * b - 1:s + 2 * b, row) = spring * matmul(normal, by_n(:, :, b))
+               end do
+               change(by_rotation, row) = -spring * dot_product(normal, swing)
+               change(by_x:by_y, row) = -spring * normal
+               change(by_load, row) = spring * (inner%approach(q) - dot_product(normal, heated))
+            end associate
+            associate (sway => inner%sway(:, :, q))
+               along(:s, :) = matmul(along(:s, :), sway)
+               swing = matmul(sway, swing)
+               heated = matmul(sway, heated)
+               do b = 1, s
+                  by_n(:, :, b) = matmul(sway, by_n(:, :, b))
+               end do
+               do a = 1, s
+                  row = s + 2 * a - 1
+                  share = stages%h * inner%weight(q) * (1.0_wp - inner%basis(a, q) / tab%b(a))
+                  system(stored_by + q, row:row + 1) = share * inner%normal(:, q)
+                  system(:s, row:row + 1) = system(:s, row:row + 1) - share * along(:s, :)
+                  do b = 1, s
+                     system(s + 2 * b - 1:s + 2 * b, row:row + 1) = system(s + 2 * b - 1:s + 2 * b, row:row + 1) - &
+                        & share * transpose(by_n(:, :, b))
+                  end do
+                  change(by_rotation, row:row + 1) = change(by_rotation, row:row + 1) + share * swing
+                  change(by_x:by_y, row:row + 1) = change(by_x:by_y, row:row + 1) + share * sway
+                  change(by_residual, row:row + 1) = change(by_residual, row:row + 1) - share * inner%force(:, q)
+                  change(by_load, row:row + 1) = change(by_load, row:row + 1) + share * (heated - inner%rate(:, q))
+               end do
+            end associate
+         end do
+      end subroutine add_foundation
+
+      !> Residuals of moments and forces, as the rotation that they would cause over the length of the element.
+      subroutine find_defect()
+         real(wp) :: rounding, give
+         give = stages%h * maxval(stages%bending(:s))
+         ! The rounding error of products of force and length appears in moments and would rotate a taut rod of very small EI by
+         ! much. The defect is reduced by this rounding error, and by no other.
+         rounding = moment_rounding * maxval(abs(stages%nn(:, :s))) * stages%h
+         defect = max(0.0_wp, (maxval(abs(change(by_residual, :s))) - rounding) * give)
+         if (stages%stored) defect = max(defect, maxval(abs(change(by_residual, s + 1:3 * s))) * stages%hc * give)
+      end subroutine find_defect
+   end subroutine solve_stages
+end module ge_equations

@@ -1,0 +1,224 @@
+!> The stages of a geometrically exact element: section forces, strains and directions there, and their derivatives. The equations
+!> are those of ge_element.
+module ge_stages
+   use kinds, only: wp
+   use gauss_tableau, only: tableau_t, max_stages
+   use rod_load, only: ge_load_t, line_before
+   use rod_compliance, only: ge_stiffness_t
+   implicit none
+   private
+   public :: ge_stages_t, find_stages, press_section, stage_force, ge_directions, ge_direction_changes, ge_direction_rates
+
+   !> Values at the stages of one element in one state. r'/C is rho, m'/C is g.
+   type :: ge_stages_t
+      integer :: s
+      real(wp) :: h, hc                       !! stress-free length; the same times C
+      logical :: stored                       !! true: n at the stages is among the stored unknowns
+      logical :: pressed                      !! true: there is pressure
+      real(wp) :: bending(max_stages)         !! bending compliance
+      real(wp) :: turn(max_stages, max_stages) !! (j, i) derivative of the rotation at stage i by m at stage j
+      real(wp), dimension(2, max_stages) :: drop, drop_rate !! dead load between the first end and the stages
+      real(wp), dimension(2, max_stages) :: nn, t !! n, and the normal of the section
+      real(wp), dimension(2, max_stages) :: rho, change !! rho, and rho less its value in the stress-free element
+      real(wp) :: g(max_stages)
+      real(wp) :: d(2, max_stages), bnn(3, max_stages) !! derivatives of rho by the rotation and by n (xx, xy, yy); by n that of g
+      !! is -d
+      real(wp) :: g_phi(max_stages)           !! derivative of g by the rotation
+      real(wp) :: heat(2, max_stages), g_heat(max_stages) !! derivatives of rho and g by the load factor through heat
+      real(wp) :: pressure(max_stages), pressure_rate(max_stages) !! p, and its derivative by the load factor; set if pressed
+   end type ge_stages_t
+
+contains
+
+   !> Section forces, strains and their derivatives at the stages.
+   pure subroutine find_stages(tab, h, scale, tangent, compliance, load, u, z, stages, more_force)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h, scale
+      real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: u(6), z(:)
+      type(ge_stages_t), intent(out) :: stages
+      real(wp), intent(in), optional :: more_force(:, :) !! (2, stages) additional n in the derivatives only
+      real(wp) :: phi, free, t(2), nu(2), axial, shear, axial_give, shear_give, beta, more(2), along, across, position(2)
+      integer :: i, j, s
+      s = tab%stages
+      free = 1.0_wp + load%strain
+      associate (a => stages)
+         a%s = s
+         a%h = h
+         a%hc = h * scale
+         a%stored = size(z) > 3 + s
+         a%pressed = a%stored .and. (abs(load%pressure) > 0.0_wp .or. abs(load%pressure_rate) > 0.0_wp .or. &
+            & any(abs(load%gradient) > 0.0_wp) .or. any(abs(load%gradient_rate) > 0.0_wp))
+         do i = 1, s
+            axial_give = compliance%axial * compliance%part(1, i)
+            shear_give = compliance%shear * compliance%part(3, i)
+            beta = axial_give - shear_give
+            call line_before(tab, load, i, a%drop(:, i), a%drop_rate(:, i))
+            a%drop(:, i) = h * a%drop(:, i)
+            a%drop_rate(:, i) = h * a%drop_rate(:, i)
+            phi = u(3) + (tab%c(i) * h) * load%curvature
+            a%bending(i) = compliance%bending * compliance%part(2, i)
+            do j = 1, s
+               a%turn(j, i) = h * tab%a(i, j) * (compliance%bending * compliance%part(2, j))
+               phi = phi + a%turn(j, i) * z(3 + j)
+            end do
+            if (a%stored) then
+               a%nn(:, i) = z(2 + s + 2 * i:3 + s + 2 * i)
+            else
+               a%nn(:, i) = z(1:2) - a%drop(:, i)
+            end if
+            call turn_section(phi, tangent(:, i), a%nn(:, i), load%strain, axial_give, shear_give, t, axial, shear, a%change(:, i))
+            nu = [-t(2), t(1)]
+            a%t(:, i) = t
+            a%rho(:, i) = (free + axial * axial_give) * t + (shear * shear_give) * nu
+            a%g(i) = -free * shear - axial * shear * beta
+            a%g_phi(i) = free * axial + beta * (axial**2 - shear**2)
+            a%d(:, i) = (beta * shear) * t + (free + beta * axial) * nu
+            if (present(more_force)) then
+               ! The strains do not change, but a shear-flexible section shears when it rotates under an axial force (Haringx).
+               more = [dot_product(more_force(:, i), t), dot_product(more_force(:, i), nu)]
+               across = free + beta * axial - shear_give * more(1)
+               along = beta * shear
+               a%d(:, i) = along * t + across * nu
+               a%g_phi(i) = across * (axial + more(1)) - along * (shear + more(2))
+            end if
+            a%heat(:, i) = load%strain_rate * t + (tab%c(i) * h * load%curvature_rate) * a%d(:, i)
+            a%g_heat(i) = -load%strain_rate * shear + (tab%c(i) * h * load%curvature_rate) * a%g_phi(i)
+            a%bnn(1, i) = axial_give * t(1) * t(1) + shear_give * nu(1) * nu(1)
+            a%bnn(2, i) = axial_give * t(1) * t(2) + shear_give * nu(1) * nu(2)
+            a%bnn(3, i) = axial_give * t(2) * t(2) + shear_give * nu(2) * nu(2)
+         end do
+         if (.not. a%pressed) return
+         do i = 1, s
+            position = a%hc * matmul(a%rho(:, :s), tab%a(i, :s))
+            a%pressure(i) = load%pressure + dot_product(load%gradient, position)
+            a%pressure_rate(i) = load%pressure_rate + dot_product(load%gradient_rate, position)
+         end do
+      end associate
+   end subroutine find_stages
+
+   !> A section turned by phi under a force: its normal, the components of the force, and rho less its stress-free value, exact to
+   !> the rounding of displacements.
+   pure subroutine turn_section(phi, tangent, nn, strain, axial_give, shear_give, t, axial, shear, change)
+      real(wp), intent(in) :: phi              !! rotation
+      real(wp), intent(in) :: tangent(2)       !! the stress-free normal
+      real(wp), intent(in) :: nn(2), strain    !! n; thermal strain
+      real(wp), intent(in) :: axial_give, shear_give !! compliances
+      real(wp), intent(out) :: t(2), axial, shear, change(2)
+      real(wp) :: half
+      half = 0.5_wp * phi
+      change = (2.0_wp * sin(half)) * (cos(half) * [-tangent(2), tangent(1)] - sin(half) * tangent)
+      t = tangent + change
+      axial = nn(1) * t(1) + nn(2) * t(2)
+      shear = nn(2) * t(1) - nn(1) * t(2)
+      change = change + (strain + axial * axial_give) * t + (shear * shear_give) * [-t(2), t(1)]
+   end subroutine turn_section
+
+   !> Force of the pressure on a part of the element, sum of weight p J r' over the stages, and its derivatives.
+   pure subroutine press_section(tab, load, stages, weight, force, force_rate, by_slope, by_shift)
+      type(tableau_t), intent(in) :: tab
+      type(ge_load_t), intent(in) :: load
+      type(ge_stages_t), intent(in) :: stages
+      real(wp), intent(in) :: weight(:)                 !! (stages) quadrature weights of the part
+      real(wp), intent(out) :: force(2), force_rate(2)  !! force, and its derivative by the load factor
+      real(wp), intent(out) :: by_slope(2, 2, max_stages) !! derivatives by r'/C at the stages
+      real(wp), intent(out) :: by_shift(2, 2)           !! derivative by the position of the first node
+      real(wp) :: side(2)
+      integer :: b, c
+      force = 0.0_wp
+      force_rate = 0.0_wp
+      by_slope = 0.0_wp
+      by_shift = 0.0_wp
+      do b = 1, stages%s
+         side = (stages%hc * weight(b)) * [-stages%rho(2, b), stages%rho(1, b)]
+         force = force + stages%pressure(b) * side
+         force_rate = force_rate + stages%pressure_rate(b) * side
+         by_slope(1, 2, b) = by_slope(1, 2, b) - stages%hc * weight(b) * stages%pressure(b)
+         by_slope(2, 1, b) = by_slope(2, 1, b) + stages%hc * weight(b) * stages%pressure(b)
+         if (.not. any(abs(load%gradient) > 0.0_wp)) cycle
+         by_shift(1, :) = by_shift(1, :) + side(1) * load%gradient
+         by_shift(2, :) = by_shift(2, :) + side(2) * load%gradient
+         do c = 1, stages%s
+            by_slope(1, :, c) = by_slope(1, :, c) + (stages%hc * tab%a(b, c) * side(1)) * load%gradient
+            by_slope(2, :, c) = by_slope(2, :, c) + (stages%hc * tab%a(b, c) * side(2)) * load%gradient
+         end do
+      end do
+   end subroutine press_section
+
+   !> Force n at a stage.
+   pure function stage_force(tab, h, load, z, i) result(nn)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: z(:)
+      integer, intent(in) :: i
+      real(wp) :: nn(2), rate(2)
+      if (size(z) > 3 + tab%stages) then
+         nn = z(2 + tab%stages + 2 * i:3 + tab%stages + 2 * i)
+      else
+         call line_before(tab, load, i, nn, rate)
+         nn = z(1:2) - h * nn
+      end if
+   end function stage_force
+
+   !> Derivative of the position by the stress-free arc length, divided by C, at the stages: rho.
+   pure subroutine ge_directions(tab, h, tangent, compliance, load, u, z, rho)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h
+      real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(out) :: rho(:, :)       !! (2, at least stages)
+      integer :: s
+      s = tab%stages
+      call ge_direction_changes(tab, h, tangent, compliance, load, u, z, rho)
+      rho(:, :s) = rho(:, :s) + tangent(:, :s)
+   end subroutine ge_directions
+
+   !> Result of ge_directions less its value in the stress-free element, exact to the rounding of displacements.
+   pure subroutine ge_direction_changes(tab, h, tangent, compliance, load, u, z, change)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h
+      real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(out) :: change(:, :)    !! (2, at least stages)
+      real(wp) :: phi, t(2), axial, shear
+      integer :: i, s
+      s = tab%stages
+      do i = 1, s
+         phi = u(3) + h * compliance%bending * dot_product(tab%a(i, :s) * compliance%part(2, :s), z(4:3 + s)) + &
+            & (tab%c(i) * h) * load%curvature
+         call turn_section(phi, tangent(:, i), stage_force(tab, h, load, z, i), load%strain, &
+            & compliance%axial * compliance%part(1, i), compliance%shear * compliance%part(3, i), t, axial, shear, change(:, i))
+      end do
+   end subroutine ge_direction_changes
+
+   !> Change of the result of ge_directions due to changes of the first node's rotation, the stored resultants and the load factor.
+   pure subroutine ge_direction_rates(tab, h, tangent, compliance, load, u, z, du, dz, load_change, rate)
+      type(tableau_t), intent(in) :: tab
+      real(wp), intent(in) :: h
+      real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
+      type(ge_stiffness_t), intent(in) :: compliance
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(in) :: du(6), dz(:)     !! changes of the displacements and of the stored unknowns
+      real(wp), intent(in) :: load_change      !! change of the load factor
+      real(wp), intent(out) :: rate(:, :)      !! (2, stages)
+      type(ge_stages_t) :: at
+      real(wp) :: dn(2)
+      integer :: i, s
+      s = tab%stages
+      call find_stages(tab, h, 1.0_wp, tangent, compliance, load, u, z, at)
+      do i = 1, s
+         dn = dz(1:2) - load_change * at%drop_rate(:, i)
+         if (at%stored) dn = dz(2 + s + 2 * i:3 + s + 2 * i)
+         rate(:, i) = (du(3) + dot_product(at%turn(:s, i), dz(4:3 + s))) * at%d(:, i) + load_change * at%heat(:, i) + &
+            & [dot_product(at%bnn(1:2, i), dn), dot_product(at%bnn(2:3, i), dn)]
+      end do
+   end subroutine ge_direction_rates
+end module ge_stages

@@ -1,0 +1,41 @@
+!> Compliances of one rod element.
+module rod_compliance
+   use kinds, only: wp
+   use gauss_tableau, only: max_stages
+   implicit none
+   private
+   public :: ge_stiffness_t, ge_compliance, forbid_stretch
+
+   !> Compliances; zero means rigid. Of a section that varies along the element these are the values at its middle, for scales.
+   type :: ge_stiffness_t
+      real(wp) :: axial = 0.0_wp   !! 1/EA
+      real(wp) :: bending = 0.0_wp !! 1/EI
+      real(wp) :: shear = 0.0_wp   !! 1/GA, exactly zero for shear-rigid rods
+      real(wp) :: give = 0.0_wp    !! axial compliance of the tangent of an inextensible element (1/EA = 0), which would be singular
+      !! for a straight one
+      real(wp) :: part(3, max_stages) = 1.0_wp !! axial, bending and shear compliance at the stages over those above
+   end type ge_stiffness_t
+
+contains
+
+   !> Compliances of an element with the stiffnesses EA, EI and, if it shears, GA.
+   pure function ge_compliance(stages, h, ea, ei, ga, shear_rigid) result(compliance)
+      integer, intent(in) :: stages
+      real(wp), intent(in) :: h, ea, ei, ga
+      logical, intent(in) :: shear_rigid      !! true: the element does not shear, and GA is not used
+      type(ge_stiffness_t) :: compliance
+      compliance%axial = 1.0_wp / ea
+      compliance%bending = 1.0_wp / ei
+      if (.not. shear_rigid) compliance%shear = 1.0_wp / ga
+      if (stages == 1) compliance%shear = compliance%shear + h**2 / (12.0_wp * ei)
+   end function ge_compliance
+
+   !> Makes an element inextensible. The tangent keeps an axial compliance, size**2/EI times the root of the rounding unit: the
+   !> rounding error multiplied by the remaining stiffness, and the artificial extension left in a solution, are then equally small.
+   pure subroutine forbid_stretch(compliance, size)
+      type(ge_stiffness_t), intent(inout) :: compliance
+      real(wp), intent(in) :: size             !! size of the structure [length]
+      compliance%axial = 0.0_wp
+      compliance%give = sqrt(epsilon(size)) * size**2 * compliance%bending
+   end subroutine forbid_stretch
+end module rod_compliance

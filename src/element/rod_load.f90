@@ -1,0 +1,111 @@
+!> Distributed loads on one rod element. A dead load is the polynomial through its values at the stages, or the same everywhere:
+!> whoever needs it asks for its value at a place or for its sum over a part of the element, and a uniform one costs no more for
+!> the others.
+module rod_load
+   use kinds, only: wp
+   use gauss_tableau, only: tableau_t, max_stages
+   implicit none
+   private
+   public :: ge_load_t, variation_t, acts, largest_line, line_at_stage, line_before, sum_line, line_at
+
+   !> What a dead load that varies adds at the stages to the part that is the same everywhere; zero after the last stage.
+   type :: variation_t
+      real(wp), dimension(2, max_stages) :: line = 0.0_wp, line_rate = 0.0_wp
+   end type variation_t
+
+   !> Element load at the present load factor, and its derivative by the load factor.
+   type :: ge_load_t
+      real(wp) :: line(2) = 0.0_wp, line_rate(2) = 0.0_wp     !! q; of a dead load that varies the part that is the same everywhere
+      type(variation_t), allocatable :: more                  !! not allocated: q is the same everywhere
+      real(wp) :: pressure = 0.0_wp, pressure_rate = 0.0_wp   !! p at the deformed position of the first node
+      real(wp) :: gradient(2) = 0.0_wp, gradient_rate(2) = 0.0_wp !! derivative of p by the deformed position
+      real(wp) :: strain = 0.0_wp, strain_rate = 0.0_wp       !! thermal strain e of the unstressed rod
+      real(wp) :: curvature = 0.0_wp, curvature_rate = 0.0_wp !! thermal curvature k of the unstressed rod
+   end type ge_load_t
+
+contains
+
+   !> False for an element without dead load and pressure at the present load factor.
+   pure logical function acts(load)
+      type(ge_load_t), intent(in) :: load
+      acts = allocated(load%more) .or. any(abs([load%line, load%pressure, load%gradient]) > 0.0_wp)
+   end function acts
+
+   !> Largest size of both components of the dead load along the element.
+   pure function largest_line(load) result(largest)
+      type(ge_load_t), intent(in) :: load
+      real(wp) :: largest(2)
+      largest = abs(load%line)
+      if (.not. allocated(load%more)) return
+      largest = [maxval(abs(load%line(1) + load%more%line(1, :))), maxval(abs(load%line(2) + load%more%line(2, :)))]
+   end function largest_line
+
+   !> Dead load at a stage; an element without stages has one.
+   pure subroutine line_at_stage(load, stage, line, rate)
+      type(ge_load_t), intent(in) :: load
+      integer, intent(in) :: stage
+      real(wp), intent(out) :: line(2), rate(2) !! q, and its derivative by the load factor
+      line = load%line
+      rate = load%line_rate
+      if (.not. allocated(load%more)) return
+      line = line + load%more%line(:, stage)
+      rate = rate + load%more%line_rate(:, stage)
+   end subroutine line_at_stage
+
+   !> Dead load between the first end and a stage, as part of the element's length.
+   pure subroutine line_before(tab, load, stage, line, rate)
+      type(tableau_t), intent(in) :: tab
+      type(ge_load_t), intent(in) :: load
+      integer, intent(in) :: stage
+      real(wp), intent(out) :: line(2), rate(2) !! of q, and of its derivative by the load factor
+      real(wp) :: whole
+      integer :: j
+      ! Forces of foundations, with which the load may be in balance, are summed in the same way.
+      whole = sum(tab%a(stage, :tab%stages))
+      line = whole * load%line
+      rate = whole * load%line_rate
+      if (.not. allocated(load%more)) return
+      do j = 1, tab%stages
+         line = line + tab%a(stage, j) * load%more%line(:, j)
+         rate = rate + tab%a(stage, j) * load%more%line_rate(:, j)
+      end do
+   end subroutine line_before
+
+   !> Sum of the dead load at the stages times weights.
+   pure subroutine sum_line(tab, load, weight, line, rate)
+      type(tableau_t), intent(in) :: tab
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: weight(max_stages) !! (stages)
+      real(wp), intent(out) :: line(2), rate(2) !! of q, and of its derivative by the load factor
+      real(wp) :: whole
+      whole = sum(weight(:tab%stages))
+      line = whole * load%line
+      rate = whole * load%line_rate
+      if (.not. allocated(load%more)) return
+      line = line + matmul(load%more%line(:, :tab%stages), weight(:tab%stages))
+      rate = rate + matmul(load%more%line_rate(:, :tab%stages), weight(:tab%stages))
+   end subroutine sum_line
+
+   !> Dead load at a place of an element.
+   pure subroutine line_at(tab, load, tau, line, slope)
+      type(tableau_t), intent(in) :: tab
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
+      real(wp), intent(out) :: line(2)         !! q
+      real(wp), intent(out) :: slope(2)        !! its derivative by tau
+      real(wp) :: basis(max_stages), rate(max_stages)
+      integer :: k, s
+      line = load%line
+      slope = 0.0_wp
+      if (.not. allocated(load%more)) return
+      s = tab%stages
+      basis = 0.0_wp
+      rate = 0.0_wp
+      do k = s, 1, -1
+         rate = rate * tau + basis
+         basis = basis * tau + k * tab%integral(k, :)
+      end do
+      line = line + matmul(load%more%line(:, :s), basis(:s))
+      slope = matmul(load%more%line(:, :s), rate(:s))
+   end subroutine line_at
+end module rod_load
