@@ -14,7 +14,7 @@ module set_validity
    use free_span_gap, only: gap_at
    use span_forces, only: end_force
    use beginning_contacts, only: candidate_of
-   use neighbours, only: edit_add, edit_remove
+   use neighbours, only: edit_add, edit_remove, edit_part, edit_open, edit_end_off, edit_rise
    use state_transfer, only: carried, carried_field
    use path_control, only: displacement_between, metric
    use path_point, only: path_point_t
@@ -122,7 +122,7 @@ contains
             end if
             tests = tests_of(set)
             least = worst(tests)
-            if (decides .and. .not. any_fails(tests) .and. .not. penetrates(set%problem, tests)) then
+            if (decides .and. .not. any_fails(tests) .and. gaps_are_open(set%problem, tests, trial%edit)) then
                if (.not. (here%at_change .or. leads_to_next(here%problem, run, set))) cycle
                trial%valid = .true.
                trial%there = set%path_point_t
@@ -132,6 +132,9 @@ contains
                there%system = set%system
                call step_by(set, set%tangent, step_ahead(k), there%state, there%system, tests)
                if (.not. allocated(tests)) exit
+               if (decides) then
+                  if (.not. (any_fails(tests) .or. gaps_are_open(there%problem, tests, trial%edit))) exit
+               end if
                if (.not. any_fails(tests)) then
                   if (.not. complement_grows(here, trial, there)) exit
                   ! Newton's method may have found another path.
@@ -191,13 +194,17 @@ contains
          & next%problem), next%state), next%state%load_factor - here%state%load_factor, here%state%load_factor) >= 0.0_wp
    end function goes_on_smoothly
 
-   !> True if the gap of a free span beside a contact has the wrong sign. The gap of a span that just opened is smaller than the
-   !> slack of its test.
-   pure logical function penetrates(problem, tests)
+   !> True if no gap of a free span beside a contact has the wrong sign. The gap of a span that just opened is smaller than the slack
+   !> of its test, but larger than rounding: between two points of contact the rod may lie along a straight obstacle without force.
+   pure logical function gaps_are_open(problem, tests, edit) result(open)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)
-      penetrates = any(tests%kind == test_vanishing .and. tests%value * problem%size < -rounding_gap(problem))
-   end function penetrates
+      integer, intent(in) :: edit                 !! the edit that made the set (neighbours)
+      real(wp) :: least
+      least = -rounding_gap(problem)
+      if (any(edit == [edit_part, edit_open, edit_end_off, edit_rise])) least = -least
+      open = .not. any(tests%kind == test_vanishing .and. tests%value * problem%size < least)
+   end function gaps_are_open
 
    !> Least value of the tests as a multiple of its slack; 0 if none is negative.
    pure real(wp) function worst(tests)
