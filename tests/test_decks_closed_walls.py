@@ -1,4 +1,5 @@
 """Closed walls: ellipses and closed splines. A circle said as either gives what CIRCLE gives, wherever the curve begins."""
+import math
 import re
 
 import pytest
@@ -59,6 +60,63 @@ def test_closed_spline_tends_to_the_circle(first):
     error = [abs(liner("SPLINE, ENDS=CLOSED\n" + points(n, first * n / 12)).load_factor - LIMIT) for n in (30, 60)]
     assert error[0] < 1e-4
     assert error[1] < error[0] / 2**5
+
+
+def arc_points(n, last):
+    """Points every 180/n degrees from the top of the circle, anticlockwise."""
+    return "".join(f"${{-sin(pi*{i}/{n})}}, ${{cos(pi*{i}/{n})}}\n" for i in range(n * last // 180 + 1))
+
+
+def test_half_a_wall_and_its_mirror_image():
+    """The lobe lies where half a spline begins: with its image it is the closed spline, and tends to the circle as fast."""
+    error = []
+    for n in 15, 30:
+        half = liner("SPLINE, START=180, END=0\n" + arc_points(n, 180))
+        assert abs(half.corrected - liner("SPLINE, ENDS=CLOSED\n" + points(2 * n, n / 2)).corrected) < 1e-9 * LIMIT
+        error.append(abs(half.load_factor - LIMIT))
+    assert error[1] < error[0] / 2**5
+
+
+def test_quarter_of_a_wall_and_its_images():
+    """Mirrors across both axes make a whole wall of a quarter."""
+    half, quarter = (liner("SPLINE, START=180, END=" + end + arc_points(30, last)) for end, last in (("0\n", 180), ("270\n", 90)))
+    assert abs(half.corrected - quarter.corrected) < 1e-9 * LIMIT
+
+
+def height_on_heap(given, xs):
+    """Where a stiff rod comes to rest on a heap that is symmetric in x = 0."""
+    heap = "".join(f"{x}, {math.exp(-0.3 * x * x)!r}\n" for x in xs)
+    return dr.run_deck(f"""*HEADING
+Rod comes down on a heap
+*NODE
+1, 0.4, 1.5
+2, 0.5, 1.5
+*LINE, ELSET=ROD, NSET=ROD
+1, 2, 1
+*BEAM SECTION, ELSET=ROD, SECTION=STIFFNESS
+1e9, 1e9
+*BOUNDARY
+1, 1
+1, 6
+*SPRING
+1, 2, 1
+*OBSTACLE, NAME=HEAP, TYPE=SPLINE{given}
+{heap}*CONTACT, OBSTACLE=HEAP, NSET=ROD, POINTS=NODES
+*MONITOR, NAME=y
+1, U2
+*STEP
+*STATIC, METHOD=LOAD
+0.5
+*CLOAD
+1, 2, -2
+*END STEP
+""").column("y")[-1]
+
+
+@pytest.mark.parametrize("given, xs", [("START=0", range(0, 4)), ("END=0", range(-3, 1))])
+def test_mirror_at_one_end(given, xs):
+    """Half a heap and its image are the spline through all points: also on the side of the image."""
+    dr.assert_close(height_on_heap(", " + given, xs), height_on_heap("", range(-3, 4)), absolute=1e-12)
 
 
 @pytest.mark.parametrize("turn", [0, 37, 180])

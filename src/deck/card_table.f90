@@ -274,6 +274,11 @@ contains
          only='TYPE=CIRCLE|ELLIPSE')
       call param(t, 'ENDS', kind_word, 'CLOSED: the last point is followed by the first one, with the same tangent and curvature', &
          default='STRAIGHT', words='STRAIGHT|CLOSED', only='TYPE=SPLINE')
+      call param(t, 'START', kind_real, 'direction of the curve at its first point, in degrees anticlockwise from the x axis. '// &
+         'There it comes from its mirror image across this direction; left out: from a straight line', optional=.true., &
+         only='TYPE=SPLINE')
+      call param(t, 'END', kind_real, 'direction at its last point, where the curve goes on likewise. With both, images must '// &
+         'close it', optional=.true., only='TYPE=SPLINE')
       call param(t, 'REFERENCE', kind_real, 'direction from the centre that contact angles count from, in degrees '// &
          'anticlockwise from the x axis', default='0', only='TYPE=CIRCLE|ARC')
       call param(t, 'RADIUS', kind_real, 'of the rounded corners; left out: the largest with which no corner takes more than a '// &

@@ -5,9 +5,11 @@ module obstacle_shapes
    use obstacle_curve, only: obstacle_curve_t, piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces
    implicit none
    private
-   public :: arc_curve, ellipse_points, polyline_curve, spline_curve, corner_turn, widest_corner_radius, default_corner_radius
+   public :: arc_curve, ellipse_points, polyline_curve, spline_curve, mirrored, corner_turn, &
+      & widest_corner_radius, default_corner_radius
 
    real(wp), parameter :: straight_on = 1.0e-9_wp   !! [rad] corners with a smaller turn are ignored
+   real(wp), parameter :: same = 1.0e-9_wp          !! part of a curve's size, and [rad], within which images close it
    real(wp), parameter :: default_share = 0.1_wp    !! largest part of a segment for a corner by default
 
 contains
@@ -118,6 +120,42 @@ contains
       end do
       curve = join_pieces(piece(:pieces), meets)
    end function spline_curve
+
+   !> Points of a curve continued by mirror images beyond ends with a given direction: the mirror lies across it. Beyond one end
+   !> there is one image; beyond both there are as many as close the curve, and the last point is the first one again.
+   function mirrored(point, at, direction, closed) result(all_points)
+      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more)
+      logical, intent(in) :: at(2)            !! true: a mirror at the first, at the last point
+      real(wp), intent(in) :: direction(2)    !! [rad] of the curve there
+      logical, intent(out) :: closed          !! false with two mirrors: the images do not close
+      real(wp), allocatable :: all_points(:, :) !! (2, points)
+      integer, parameter :: most = 24         ! copies: mirrors at angles down to 15 degrees
+      real(wp) :: t(2), angle(2), arm(2, size(point, 2) - 1)
+      integer :: copy, n, m
+      closed = .false.
+      m = size(point, 2)
+      all_points = point
+      angle = direction
+      if (.not. at(2)) then
+         all_points = point(:, m:1:-1)
+         angle = direction([2, 1])
+      end if
+      do copy = 2, merge(most, 2, all(at))
+         n = size(all_points, 2)
+         t = [cos(angle(2)), sin(angle(2))]
+         arm = all_points(:, n - 1:n - m + 1:-1) - spread(all_points(:, n), 2, m - 1)
+         arm = arm - 2.0_wp * spread(t, 2, m - 1) * spread(matmul(t, arm), 1, 2)
+         all_points = reshape([all_points, spread(all_points(:, n), 2, m - 1) + arm], [2, n + m - 1])
+         ! The image ends as its original began, seen in the mirror and in the other sense.
+         angle = [angle(2), 2.0_wp * angle(2) - angle(1)]
+         n = size(all_points, 2)
+         closed = all(at) .and. norm2(all_points(:, n) - point(:, 1)) <= same * norm2(all_points(:, n) - all_points(:, n / 2)) &
+            & .and. norm2([cos(angle(2)), sin(angle(2))] - [cos(direction(1)), sin(direction(1))]) <= same
+         if (closed) all_points(:, n) = all_points(:, 1)
+         if (closed) return
+      end do
+      if (.not. at(2)) all_points = all_points(:, size(all_points, 2):1:-1)
+   end function mirrored
 
    !> Turn [rad] of a polyline at an inner point, > 0 to the left, between -pi and pi.
    pure real(wp) function corner_turn(point, i) result(turn)
