@@ -166,7 +166,7 @@ contains
       subroutine note(keyword)
          character(*), intent(in) :: keyword
          associate (names => deck%names)
-            if (concerns(keyword, 'NODE|NSET|ELEMENT|ELSET|LINE|ARC|RING')) names%mesh_incomplete = .true.
+            if (concerns(keyword, 'NODE|NSET|ELEMENT|ELSET|LINE|ARC|RING|ELLIPSE|SPLINE')) names%mesh_incomplete = .true.
             if (concerns(keyword, 'IMPERFECTION')) names%imperfections_incomplete = .true.
             if (concerns(keyword, 'MATERIAL|ELASTIC|DENSITY|EXPANSION|BEAM SECTION')) then
                names%sections_incomplete = .true.

@@ -6,8 +6,9 @@ module read_obstacles
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, obstacle_spline, &
       & ground_independent, ground_half_space, ground_pasternak
    use obstacle_curve, only: crosses_itself
-   use obstacle_shapes, only: arc_curve, ellipse_points, polyline_curve, spline_curve, mirrored, corner_turn, &
-      widest_corner_radius, default_corner_radius
+   use obstacle_shapes, only: arc_curve, ellipse_points, polyline_curve, spline_curve, corner_turn, widest_corner_radius, &
+      default_corner_radius
+   use spline_ends, only: end_spline
    use checked_deck, only: checked_deck_t
    implicit none
    private
@@ -157,9 +158,7 @@ contains
          case ('SPLINE')
             obstacle%kind = obstacle_spline
             call read_points(obstacle%point)
-            closed = deck%word('ENDS') == 'CLOSED'
-            if (ok .and. closed) call close_points()
-            if (ok .and. (deck%given('START') .or. deck%given('END'))) call mirror_points(closed)
+            if (ok) call end_spline(deck, obstacle%point, closed, ok)
             if (ok) obstacle%curve = spline_curve(obstacle%point, closed)
          case ('ELLIPSE')
             obstacle%kind = obstacle_spline
@@ -216,51 +215,6 @@ contains
             if (.not. deck%next_line()) exit
          end do
       end subroutine read_points
-
-      !> Ends the points of a closed spline with the first one.
-      subroutine close_points()
-         integer :: n
-         n = size(obstacle%point, 2)
-         if (n < 3) then
-            call deck%wrong('ENDS', 'a closed spline has 3 points or more')
-         else if (norm2(obstacle%point(:, n) - obstacle%point(:, 1)) <= 0.0_wp) then
-            call deck%wrong_line('the point is the first one again, to which a closed spline goes on')
-         else
-            obstacle%point = reshape([obstacle%point, obstacle%point(:, 1)], [2, n + 1])
-            return
-         end if
-         ok = .false.
-      end subroutine close_points
-
-      !> Continues the points of a spline by mirror images beyond ends with a given direction.
-      subroutine mirror_points(closed)
-         logical, intent(inout) :: closed  ! of the points as given; afterwards with the images
-         logical :: at(2)
-         real(wp) :: angle(2)
-         at = [deck%given('START'), deck%given('END')]
-         angle = 0.0_wp
-         if (at(1)) angle(1) = deck%real('START') * degree
-         if (at(2)) angle(2) = deck%real('END') * degree
-         ok = .false.
-         if (closed) then
-            call deck%wrong(trim(merge('START', 'END  ', at(1))), 'a closed spline has no ends')
-            return
-         end if
-         associate (p => obstacle%point, n => size(obstacle%point, 2))
-            if (at(1) .and. dot_product(p(:, 2) - p(:, 1), [cos(angle(1)), sin(angle(1))]) <= 0.0_wp) then
-               call deck%wrong('START', 'the curve does not leave its first point in this direction: the second is behind')
-            else if (at(2) .and. dot_product(p(:, n) - p(:, n - 1), [cos(angle(2)), sin(angle(2))]) <= 0.0_wp) then
-               call deck%wrong('END', 'the curve does not come to its last point in this direction: the one before is ahead')
-            else
-               ok = .true.
-            end if
-         end associate
-         if (.not. ok) return
-         obstacle%point = mirrored(obstacle%point, at, angle, closed)
-         ok = closed .or. .not. all(at)
-         if (.not. ok) call deck%wrong('END', 'mirror images beyond START and END do not close the curve: the mirrors '// &
-            'must meet at a whole part of 180 degrees, or be one')
-      end subroutine mirror_points
 
       !> Reads the corner radius of a polyline.
       subroutine read_polyline()

@@ -42,8 +42,10 @@ def line_surface(obstacle: Obstacle, limits: np.ndarray):
 
 
 def curve_surface(obstacle: Obstacle, limits: np.ndarray):
-    """The curve with its straight continuations as far as the picture reaches; its right side is solid."""
+    """The curve with its straight continuations as far as the picture reaches, unless its ends meet; its right side is solid."""
     surface = obstacle.surface
+    if np.hypot(*(surface[-1] - surface[0])) < 1e-9 * np.max(np.ptp(surface, axis=0)):
+        return surface, -1.0
     reach = np.hypot(*(limits[1] - limits[0])) + np.max(np.hypot(*(surface - limits.mean(axis=0)).T))
     ends = []
     for end, before in ((surface[0], surface[1]), (surface[-1], surface[-2])):
