@@ -369,6 +369,14 @@ contains
          'elements). NODES: at nodes. AUTO: ALONG where that is possible, else NODES', default='AUTO', words='AUTO|ALONG|NODES', &
          former='SLIDING ALONG|DISTRIBUTED ALONG')
 
+      call card(t, 'AXIAL SOIL', in_model, 'Elastic soil around a straight rod that holds it along its axis: a force per '// &
+         'length against the displacement along the direction in which the rod begins. It is elastic: the way back is the same.')
+      call param(t, 'NAME', kind_name, 'each once, and none of an obstacle')
+      call param(t, 'ELSET', kind_name, 'elements in one direction')
+      call param(t, 'STIFFNESS', kind_real, 'force per length of rod and displacement', optional=.true., bound=positive)
+      call param(t, 'LIMIT', kind_real, 'largest force per length of rod; left out: none', optional=.true., bound=positive)
+      call param(t, 'LAW', kind_name, 'instead of both: the *FOUNDATION LAW, force per length over displacement', optional=.true.)
+
       call card(t, 'MONITOR', in_model, 'A quantity of the path: offset + factor * mean displacement (U) or sum of reactions '// &
          '(R) of supports and springs at the nodes, or sum of the reactions of an obstacle. With ELSET: '// &
          'section forces, strain or stress.')

@@ -12,6 +12,8 @@ def surfaces(obstacle: Obstacle, limits: np.ndarray, stretch: float = 1.0) -> li
 
     `limits` (2, 2): lower left and upper right corner of the picture, which has y drawn `stretch` times larger.
     """
+    if obstacle.kind == "soil":
+        return []
     if obstacle.kind == "gap":
         unit = np.array((1.0, stretch))
         across = 0.02 * max((limits[1] - limits[0]) * unit) * np.array((obstacle.normal[1], -obstacle.normal[0])) / unit

@@ -58,7 +58,7 @@ class Mesh:
 @dataclass(frozen=True, repr=False)
 class Obstacle:
     name: str
-    kind: str                 # "line", "circle", "arc", "polyline" or "spline"; "gap": the stops of a *GAP
+    kind: str                 # "line", "circle", "arc", "polyline" or "spline"; "gap": the stops of a *GAP, "soil": *AXIAL SOIL
     side: str                 # circle: the structure is "inside" or "outside"; the others: "left" of the sense of the points
     points: np.ndarray | None        # line: (2, 2); polyline, spline: (points, 2); gap: (stops, 2)
     centre: np.ndarray | None        # circle, arc: (2)
