@@ -171,3 +171,39 @@ Rod in or beside an ellipse
 *END STEP
 """)
     dr.assert_close(run.column("x")[-1], 2.0 - (start + 0.1 if sign > 0 else start), absolute=1e-8)
+
+
+@pytest.mark.parametrize("sides, first", [(8, 0.5), (8, 0.0), (5, 0.3)])
+def test_wall_of_arcs_is_a_circle(sides, first):
+    """Corners of radius 1 that fill a polygon around the circle: its joints, one of them at the lobe, are no joints at all."""
+    half = math.pi / sides
+    wall = "".join(f"{math.cos(2 * half * (i + first)) / math.cos(half)!r}, {math.sin(2 * half * (i + first)) / math.cos(half)!r}, 1\n"
+                   for i in range(sides))
+    assert abs(liner("POLYLINE, ENDS=CLOSED\n" + wall).corrected - LIMIT) < 1e-10 * LIMIT
+
+
+def oval_of_arcs(turned, elements):
+    """A liner in an oval of four arcs of 90 degrees, of radii 1.05 and 0.95, along the same arcs."""
+    crown, side = 1.05, 0.95
+    c = (crown - side) / math.sqrt(2)
+    joint, corner = c + side / math.sqrt(2), c + side * math.sqrt(2)
+
+    def at(x, y):
+        return f"{-y!r}, {x!r}" if turned else f"{x!r}, {y!r}"
+    nodes = [at(0, crown - c), at(-joint, side / math.sqrt(2)), at(-joint, -side / math.sqrt(2)), at(0, c - crown)]
+    arcs = "".join(f"{i}, {i + 1}, {at(*centre)}{elements}\n" for i, centre in ((1, (0, -c)), (2, (-c, 0)), (3, (0, c))))
+    wall = "".join(f"{at(x * corner, y * corner)}, {radius}\n" for x, y, radius in ((1, 0, side), (0, 1, crown), (-1, 0, side), (0, -1, crown)))
+    deck = dr.changed(LINER.format(c=0, s=1, mc=0, ms=-1, host="*OBSTACLE, NAME=HOST, TYPE=POLYLINE, ENDS=CLOSED\n" + wall.strip(), room=0.0005),
+                      ("1, 0, 1\n2, 0, -1\n", "".join(f"{i + 1}, {node}\n" for i, node in enumerate(nodes))),
+                      ("1, 2, 0, 0, 24\n", arcs), ("2, ENCASTRE", "4, ENCASTRE"), ("ALONG", "NODES"))
+    if turned:
+        deck = dr.changed(deck, ("XSYMM", "YSYMM"), ("1, U2, -1", "1, U1"), ("1, 2, -0.002", "1, 1, 0.002"))
+    return dr.run_deck(deck).only("LP")
+
+
+def test_oval_of_arcs():
+    """Contact at nodes, which passes the joints where the curvature jumps: turned by 90 degrees the same, and nearly on half as many elements."""
+    upright, lying, coarse = (oval_of_arcs(turned, f", {elements}") for turned, elements in ((False, 130), (True, 130), (False, 65)))
+    assert upright.load_factor < 0.97 * LIMIT
+    assert abs(upright.load_factor - lying.load_factor) < 1e-8 * lying.load_factor
+    assert abs(upright.load_factor - coarse.load_factor) < 2e-3 * upright.load_factor

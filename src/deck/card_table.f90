@@ -144,7 +144,7 @@ contains
 
       call card(t, 'SPLINE', in_model, 'A row of elements on the quintic spline through nodes, one a line. New nodes and '// &
          'elements are numbered from the largest label so far.')
-      call spline_ends(t, '')
+      call spline_ends(t, '', '')
       call generator_parameters(t)
       call lines(t, least=2)
       call field(t, 'node', kind_label, 'that the spline passes through; stands above')
@@ -160,11 +160,11 @@ contains
    end subroutine generator_cards
 
    !> Parameters for the ends of a spline.
-   pure subroutine spline_ends(t, only)
+   pure subroutine spline_ends(t, closed, only)
       type(table_t), intent(inout) :: t
-      character(*), intent(in) :: only !! condition, '': none
+      character(*), intent(in) :: closed, only !! conditions for ENDS and for the directions, '': none
       call param(t, 'ENDS', kind_word, 'CLOSED: the last point is followed by the first one, with the same tangent and curvature', &
-         default='STRAIGHT', words='STRAIGHT|CLOSED', only=only)
+         default='STRAIGHT', words='STRAIGHT|CLOSED', only=closed)
       call param(t, 'START', kind_real, 'direction of the curve at its first point, in degrees anticlockwise from the x axis. '// &
          'There it comes from its mirror image across this direction; left out: from a straight line', optional=.true., only=only)
       call param(t, 'END', kind_real, 'direction at its last point, where the curve goes on likewise. With both, images must '// &
@@ -305,7 +305,7 @@ contains
       call param(t, 'TYPE', kind_word, 'what the data line says', words='LINE|CIRCLE|ELLIPSE|ARC|POLYLINE|SPLINE')
       call param(t, 'SIDE', kind_word, 'where the structure is', default='INSIDE', words='INSIDE|OUTSIDE', &
          only='TYPE=CIRCLE|ELLIPSE')
-      call spline_ends(t, 'TYPE=SPLINE')
+      call spline_ends(t, 'TYPE=POLYLINE|SPLINE', 'TYPE=SPLINE')
       call param(t, 'REFERENCE', kind_real, 'direction from the centre that contact angles count from, in degrees '// &
          'anticlockwise from the x axis', default='0', only='TYPE=CIRCLE|ARC')
       call param(t, 'RADIUS', kind_real, 'of the rounded corners; left out: the largest with which no corner takes more than a '// &
@@ -346,6 +346,8 @@ contains
          'anticlockwise, free inside; a smaller one: clockwise, free outside', unit='degree')
       call lines(t, when='TYPE=POLYLINE', least=2)
       call point(t, 'x', 'y', 'a corner, or an end')
+      call field(t, 'radius', kind_real, 'of this corner; left out: RADIUS. Arcs that meet make ovals and horseshoes', &
+         unit='length', optional=.true., bound=positive)
       call lines(t, when='TYPE=SPLINE', least=2)
       call point(t, 'x', 'y', 'a point that the quintic spline passes through')
 
