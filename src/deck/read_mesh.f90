@@ -159,7 +159,7 @@ contains
          common = common_to()
          n = deck%at%n_lines
          allocate (node(n), elements(n), grading(n), placed(n))
-         sound = .true.
+         sound = deck%lines_sound()         ! others are passed over
          i = 0
          do while (deck%next_line())
             i = i + 1
