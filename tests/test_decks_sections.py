@@ -112,3 +112,31 @@ def test_order_inside_and_at_the_foot(kind, order):
     errors = np.abs([values(n) - exact for n in counts])
     dr.assert_mean_order(errors[:, 0], 2 * order)
     assert np.log2(errors[0, 1] / errors[-1, 1]) / (len(counts) - 1) > order
+
+
+@pytest.mark.parametrize("kind, elements", [("GE8", ""), ("UL2", ", 8")])
+def test_the_largest_strain_is_a_check(kind, elements):
+    """A pulled bar has P/EA in every element: nothing is said at 4.9 %, the first point above 5 % says so, the exit code stays 0."""
+    for end, large in (0.049, False), (0.06, True):
+        run = dr.run_deck(beam({}, f"*CLOAD\n2, 1, {E * AREA!r}\n", end=end, first=0.007, elements=elements, kind=kind))
+        dr.assert_close(run.results.accuracy["strain"], end, relative=1e-9)
+        lines = run.stdout.splitlines()
+        told = [k for k, line in enumerate(lines) if "! From here on strains are large" in line]
+        assert len(told) == large
+        if large:
+            point = int(lines[told[0] - 1].split()[0])
+            before, there = run.column("load_factor")[point - 2:point]
+            assert before <= 0.05 < there
+            assert "largest strain of the rods" in run.stdout
+
+
+def test_the_largest_strain_is_that_of_the_outer_fibre():
+    """M H/(2 EI) + N/EA at the foot, from a shape; EA and EI alone have the strain of the axis only."""
+    pull, couple = 2e-4 * E * AREA, 3e-3 * E * INERTIA
+    text = beam({}, f"*CLOAD\n2, 6, {couple!r}\n", elements=", 8")
+    dr.assert_close(dr.run_deck(text).results.accuracy["strain"], 3e-3 * H / 2, relative=1e-9)
+    text = dr.changed(beam({}, f"*CLOAD\n2, 1, {pull!r}\n2, 6, {couple!r}\n", elements=", 8"),
+                      (f"SECTION=RECT, MATERIAL=M\n{B!r}, {H!r}", f"SECTION=STIFFNESS\n{E * AREA!r}, {E * INERTIA!r}"))
+    dr.assert_close(dr.run_deck(text).results.accuracy["strain"], 2e-4, relative=1e-9)
+    text = dr.changed(text, (f"SECTION=STIFFNESS\n{E * AREA!r}, ", "SECTION=INEXTENSIBLE\n"))
+    assert "largest strain" not in dr.run_deck(text).stdout

@@ -370,7 +370,7 @@ LAW_ACROSS = """*FOUNDATION LAW, NAME=GRIP
 @pytest.mark.parametrize("kind, section, more, needs", [
     ("GE8", "STIFFNESS\n1e6, 1., 1e4", "", "by its *BEAM SECTION element 1 has it"),
     ("GE2", "STIFFNESS\n1e6, 1.", "", "element 1 is GE2"),
-    ("UL2", "STIFFNESS\n1e6, 1.", "", "GE elements on a *LINE, *ARC or *RING; element 1 is not"),
+    ("UL2", "STIFFNESS\n1e6, 1.", "", "GE elements on a generated curve (*LINE, *ARC ...); element 1 is not"),
     ("GE8", "STIFFNESS\n1e6, 1.", LAW_ACROSS, "*CONTACT with END acts on element 1"),
 ], ids=["shear", "GE2", "UL2", "another"])
 def test_contact_at_nodes_that_was_not_asked_for(kind, section, more, needs):

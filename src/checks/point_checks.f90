@@ -9,6 +9,7 @@ module point_checks
    use run_accuracy, only: accuracy_t, place_t, note_worst, begin_point, take_point
    use own_checks, only: failed_words
    use path_record, only: point_t
+   use section_quantities, only: largest_strain
    use displacement_functional, only: left_open
    use columns, only: whole, brief, scientific
    use linear_system, only: system_t
@@ -21,6 +22,10 @@ module point_checks
    !> Smallest ratio of rounding to the stiffness along the path that gives a warning: limit points are shifted by this fraction of
    !> an increment, their loads by its square.
    real(wp), parameter :: told_rounding = 0.1_wp
+
+   !> Strain above which a warning is given. The rod theory neglects strain beside 1: lengths, depths and stiffness of a section are
+   !> those without it, and errors relative to the forces are of its size.
+   real(wp), parameter :: told_strain = 0.05_wp
 
 contains
 
@@ -50,8 +55,21 @@ contains
       if (verdict%ratio > 1.0_wp) call warn('the mesh is too coarse', verdict_words(verdict), accuracy%mesh_words)
       call check_rounding()
       call check_rolling()
+      call check_strain()
 
    contains
+
+      !> Warns if a strain is not small beside 1.
+      subroutine check_strain()
+         real(wp) :: strain
+         integer :: e
+         call largest_strain(problem, state, strain, e)
+         if (.not. strain > 0.0_wp) return
+         call note_worst(accuracy%strain, strain, at, element=problem%model%mesh%element_label(e))
+         if (strain > told_strain) call warn('strains are large', scientific(strain, 2)//' in element '// &
+            & whole(problem%model%mesh%element_label(e))//', and the rod theory assumes small strains: its forces are wrong '// &
+            & 'by about that part', accuracy%strain_words)
+      end subroutine check_strain
 
       !> Warns if the rod can roll, because its displacements are then only one solution of a family.
       subroutine check_rolling()

@@ -120,7 +120,7 @@ contains
             e = layout%rod_segment(k)%element(1)
             if (.not. all(member(mesh%node(:, e)))) cycle
             if (.not. conforms(mesh%family(e)) .or. mesh%curve(e) == 0) then
-               needs = 'GE elements on a *LINE, *ARC or *RING; element '//to_text(mesh%element_label(e))//' is not'
+               needs = 'GE elements on a generated curve (*LINE, *ARC ...); element '//to_text(mesh%element_label(e))//' is not'
             else if (mesh%stages(e) == 1) then
                needs = 'elements of order 4 or higher; element '//to_text(mesh%element_label(e))//' is GE2'
             else if (.not. model%section(mesh%section(e))%shear_rigid) then

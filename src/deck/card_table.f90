@@ -129,6 +129,27 @@ contains
       call point(t, 'xc', 'yc', 'centre')
       call division(t)
 
+      call card(t, 'ELLIPSE', in_model, 'A row of elements on an ellipse from node to node, or all round from a node back to '// &
+         'it. The nodes are on the ellipse (to 1e-6 of its axes). New nodes and elements are numbered from the largest label '// &
+         'so far.')
+      call param(t, 'DIRECTION', kind_word, 'the way round', default='ANTICLOCKWISE', words='ANTICLOCKWISE|CLOCKWISE')
+      call generator_parameters(t)
+      call lines(t)
+      call end_nodes(t)
+      call point(t, 'xc', 'yc', 'centre')
+      call field(t, 'a', kind_real, 'a half axis', unit='length', bound=positive)
+      call field(t, 'b', kind_real, 'the half axis across it', unit='length', bound=positive)
+      call field(t, 'angle', kind_real, 'of the first half axis, anticlockwise from the x axis', unit='degree', default='0')
+      call division(t)
+
+      call card(t, 'SPLINE', in_model, 'A row of elements on the quintic spline through nodes, one a line. New nodes and '// &
+         'elements are numbered from the largest label so far.')
+      call spline_ends(t, '', '')
+      call generator_parameters(t)
+      call lines(t, least=2)
+      call field(t, 'node', kind_label, 'that the spline passes through; stands above')
+      call division(t)
+
       call card(t, 'RING', in_model, 'A closed circle of elements, anticlockwise from a node back to it. New nodes and '// &
          'elements are numbered from the largest label so far.')
       call generator_parameters(t)
@@ -137,6 +158,18 @@ contains
       call point(t, 'xc', 'yc', 'centre')
       call field(t, 'elements', kind_integer, left_out//'. A ring has 3 or more', optional=.true., bound=positive)
    end subroutine generator_cards
+
+   !> Parameters for the ends of a spline.
+   pure subroutine spline_ends(t, closed, only)
+      type(table_t), intent(inout) :: t
+      character(*), intent(in) :: closed, only !! conditions for ENDS and for the directions, '': none
+      call param(t, 'ENDS', kind_word, 'CLOSED: the last point is followed by the first one, with the same tangent and curvature', &
+         default='STRAIGHT', words='STRAIGHT|CLOSED', only=closed)
+      call param(t, 'START', kind_real, 'direction of the curve at its first point, in degrees anticlockwise from the x axis. '// &
+         'There it comes from its mirror image across this direction; left out: from a straight line', optional=.true., only=only)
+      call param(t, 'END', kind_real, 'direction at its last point, where the curve goes on likewise. With both, images must '// &
+         'close it', optional=.true., only=only)
+   end subroutine spline_ends
 
    pure subroutine generator_parameters(t)
       type(table_t), intent(inout) :: t
@@ -160,7 +193,7 @@ contains
    pure subroutine imperfection_card(t)
       type(table_t), intent(inout) :: t
       call card(t, 'IMPERFECTION', anywhere, 'Moves the stress-free axis to the left of its direction by w(s). The elements of '// &
-         'the set are one smooth chain of whole `*LINE`s, `*ARC`s or a `*RING`, in order; s runs from 0 to L along the perfect '// &
+         'the set are one smooth chain of whole curves (`*LINE`, `*ARC` ...), in order; s runs from 0 to L along the perfect '// &
          'chain. On a closed chain sines and cosines need an even number of half waves. SHAPE=MODE stands in a step with '// &
          '`*STATIC`, all other shapes in the model part.')
       call param(t, 'ELSET', kind_name, 'the elements of the chain')
@@ -272,8 +305,7 @@ contains
       call param(t, 'TYPE', kind_word, 'what the data line says', words='LINE|CIRCLE|ELLIPSE|ARC|POLYLINE|SPLINE')
       call param(t, 'SIDE', kind_word, 'where the structure is', default='INSIDE', words='INSIDE|OUTSIDE', &
          only='TYPE=CIRCLE|ELLIPSE')
-      call param(t, 'ENDS', kind_word, 'CLOSED: the last point is followed by the first one, with the same tangent and curvature', &
-         default='STRAIGHT', words='STRAIGHT|CLOSED', only='TYPE=SPLINE')
+      call spline_ends(t, 'TYPE=POLYLINE|SPLINE', 'TYPE=SPLINE')
       call param(t, 'REFERENCE', kind_real, 'direction from the centre that contact angles count from, in degrees '// &
          'anticlockwise from the x axis', default='0', only='TYPE=CIRCLE|ARC')
       call param(t, 'RADIUS', kind_real, 'of the rounded corners; left out: the largest with which no corner takes more than a '// &
@@ -314,6 +346,8 @@ contains
          'anticlockwise, free inside; a smaller one: clockwise, free outside', unit='degree')
       call lines(t, when='TYPE=POLYLINE', least=2)
       call point(t, 'x', 'y', 'a corner, or an end')
+      call field(t, 'radius', kind_real, 'of this corner; left out: RADIUS. Arcs that meet make ovals and horseshoes', &
+         unit='length', optional=.true., bound=positive)
       call lines(t, when='TYPE=SPLINE', least=2)
       call point(t, 'x', 'y', 'a point that the quintic spline passes through')
 
@@ -336,6 +370,14 @@ contains
          'segments (rigid obstacles, shear-rigid GE4 to GE8 on generated curves), or all along the elements (foundations, GE '// &
          'elements). NODES: at nodes. AUTO: ALONG where that is possible, else NODES', default='AUTO', words='AUTO|ALONG|NODES', &
          former='SLIDING ALONG|DISTRIBUTED ALONG')
+
+      call card(t, 'AXIAL SOIL', in_model, 'Elastic soil around a straight rod that holds it along its axis: a force per '// &
+         'length against the displacement along the direction in which the rod begins. It is elastic: the way back is the same.')
+      call param(t, 'NAME', kind_name, 'each once, and none of an obstacle')
+      call param(t, 'ELSET', kind_name, 'elements in one direction')
+      call param(t, 'STIFFNESS', kind_real, 'force per length of rod and displacement', optional=.true., bound=positive)
+      call param(t, 'LIMIT', kind_real, 'largest force per length of rod; left out: none', optional=.true., bound=positive)
+      call param(t, 'LAW', kind_name, 'instead of both: the *FOUNDATION LAW, force per length over displacement', optional=.true.)
 
       call card(t, 'MONITOR', in_model, 'A quantity of the path: offset + factor * mean displacement (U) or sum of reactions '// &
          '(R) of supports and springs at the nodes, or sum of the reactions of an obstacle. With ELSET: '// &

@@ -20,7 +20,7 @@ module deck_to_model
    use read_releases, only: read_release_cards
    use read_ties, only: read_tie_cards, order_ties
    use read_obstacles, only: read_foundation_law_cards, read_obstacle_cards
-   use read_contact, only: read_contact_cards, choose_contact_points
+   use read_contact, only: read_contact_cards, read_soil_cards, choose_contact_points
    use read_monitors, only: read_monitor_cards, read_contact_print_cards
    use read_steps, only: read_step_cards
    use read_loads, only: note_pushed_out, read_load_cards, load_cards
@@ -90,6 +90,7 @@ contains
       call note_pushed_out(deck)
       call read_contact_cards(deck, model)
       call read_gap_cards(deck, model)
+      call read_soil_cards(deck, model)
       call note_errors(deck%names%contacts_incomplete)
       if (.not. joints_wrong) call order_ties(deck, model)
       deck%names%touched = [(any(model%contact%obstacle == i), i=1, size(model%obstacle))]
@@ -166,7 +167,7 @@ contains
       subroutine note(keyword)
          character(*), intent(in) :: keyword
          associate (names => deck%names)
-            if (concerns(keyword, 'NODE|NSET|ELEMENT|ELSET|LINE|ARC|RING')) names%mesh_incomplete = .true.
+            if (concerns(keyword, 'NODE|NSET|ELEMENT|ELSET|LINE|ARC|RING|ELLIPSE|SPLINE')) names%mesh_incomplete = .true.
             if (concerns(keyword, 'IMPERFECTION')) names%imperfections_incomplete = .true.
             if (concerns(keyword, 'MATERIAL|ELASTIC|DENSITY|EXPANSION|BEAM SECTION')) then
                names%sections_incomplete = .true.

@@ -46,7 +46,8 @@ contains
       call take(answer, keyword, 'AMPLITUDE', no_amplitude)
       call take(answer, keyword, 'INITIAL CONDITIONS', 'not available: the model part is stress-free; *TEMPERATURE and '// &
          '*OBSTACLE MOTION act in steps')
-      call take(answer, keyword, 'NGEN|NFILL|ELGEN|NCOPY|ELCOPY', 'here *LINE, *ARC and *RING make rows of nodes and elements')
+      call take(answer, keyword, 'NGEN|NFILL|ELGEN|NCOPY|ELCOPY', 'here *LINE, *ARC and others make rows of nodes and '// &
+         & 'elements')
       call take(answer, keyword, 'COUPLING|KINEMATIC|DISTRIBUTING|RIGID BODY', 'here *MPC, TYPE=BEAM')
       call take(answer, keyword, 'TIE', 'here *MPC, TYPE=TIE')
       call take(answer, keyword, 'CONNECTOR BEHAVIOR|CONNECTOR ELASTICITY|JOINT|DASHPOT', 'here *RELEASE, *MPC and *SPRING')

@@ -64,7 +64,7 @@ contains
          problem = ''
          associate (mesh => model%mesh, e => element(i), before => element(max(1, i - 1)))
             if (mesh%curve(e) == 0) then
-               problem = element_words(mesh, e)//' is not on a *LINE, *ARC or *RING'
+               problem = element_words(mesh, e)//' is not on a generated curve (*LINE, *ARC ...)'
                return
             else if (model%curve(mesh%curve(e))%imperfection > 0) then
                problem = element_words(mesh, e)//' has an imperfection already'

@@ -1,8 +1,8 @@
-!> Reads *CONTACT: candidates for contact with an obstacle.
+!> Reads *CONTACT, candidates for contact with an obstacle, and *AXIAL SOIL, whose candidates are the nodes of a rod.
 module read_contact
-   use kinds, only: wp
+   use kinds, only: wp, parallel
    use text, only: rounded
-   use model, only: model_t, contact_t
+   use model, only: model_t, contact_t, law_t
    use obstacle_types, only: obstacle_t, ground_independent, obstacle_line, obstacle_circle, obstacle_arc
    use element_families, only: collocates
    use contact_spans, only: choose_spans
@@ -13,7 +13,7 @@ module read_contact
    use deck_names, only: node_words, element_words
    implicit none
    private
-   public :: read_contact_cards, choose_contact_points
+   public :: read_contact_cards, read_soil_cards, choose_contact_points
 
 contains
 
@@ -36,6 +36,79 @@ contains
       end do
    end subroutine read_contact_cards
 
+   !> Reads the soil along rods: each card becomes a two-sided foundation by a law, whose normal is the axis, and its candidates.
+   subroutine read_soil_cards(deck, model)
+      type(checked_deck_t), intent(inout) :: deck       !! with mesh, laws, and the names of all obstacles; receives more of them
+      type(model_t), intent(inout) :: model             !! with obstacles and contacts; receives obstacle, contact, law
+      type(obstacle_t) :: soil
+      type(contact_t) :: contact
+      integer :: touched(model%mesh%n_nodes)
+      do while (deck%next_card('AXIAL SOIL'))
+         if (.not. deck%defines(deck%names%obstacle, deck%text('NAME'))) cycle
+         soil = obstacle_t()
+         soil%name = deck%text('NAME')
+         soil%rigid = .false.
+         soil%bilateral = .true.
+         soil%along_rod = .true.
+         soil%point = reshape([0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [2, 2])
+         contact = contact_t()
+         contact%obstacle = size(model%obstacle) + 1
+         allocate (contact%node(0))
+         call read_force()
+         call read_rod()
+         model%obstacle = [model%obstacle, soil]
+         touched = 0
+         if (.not. deck%names%mesh_incomplete) call check_contact(deck, model, soil, contact, touched)
+         model%contact = [model%contact, contact]
+      end do
+
+   contains
+
+      !> Reads how the force depends on the displacement.
+      subroutine read_force()
+         type(law_t) :: law
+         if (deck%given('LAW') .eqv. deck%given('STIFFNESS')) then
+            call deck%wrong_card('the force of soil is told by either STIFFNESS or LAW')
+         else if (deck%given('LAW')) then
+            soil%law = deck%named('LAW', deck%names%law, 'foundation law')
+            if (deck%given('LIMIT')) call deck%wrong('LIMIT', 'a law has its own limit')
+         else if (deck%given('LIMIT')) then
+            law%name = soil%name
+            law%force = [0.0_wp, deck%real('LIMIT'), deck%real('LIMIT')]
+            law%penetration = [0.0_wp, 1.0_wp, 2.0_wp] * (deck%real('LIMIT') / deck%real('STIFFNESS'))
+            model%law = [model%law, law]
+            soil%law = size(model%law)
+         else
+            soil%modulus = deck%real('STIFFNESS')
+         end if
+      end subroutine read_force
+
+      !> Reads the rod: its nodes are the candidates, its direction is the normal.
+      subroutine read_rod()
+         integer, allocatable :: element(:)
+         real(wp) :: d(2), along(2)
+         integer :: i, side
+         element = deck%elements('ELSET')
+         along = 0.0_wp
+         do i = 1, size(element)
+            associate (ends => model%mesh%node(:, element(i)))
+               d = model%mesh%x_nominal(:, ends(2)) - model%mesh%x_nominal(:, ends(1))
+               d = d / norm2(d)
+               if (i == 1) along = d
+               if (abs(along(1) * d(2) - along(2) * d(1)) > parallel) then
+                  call deck%wrong('ELSET', element_words(model%mesh, element(i))//' has another direction than the first '// &
+                     'element; give each straight rod a card of its own')
+                  return
+               end if
+               do side = 1, 2
+                  if (.not. any(contact%node == ends(side))) contact%node = [contact%node, ends(side)]
+               end do
+            end associate
+         end do
+         if (size(element) > 0) soil%point(:, 2) = [along(2), -along(1)]
+      end subroutine read_rod
+   end subroutine read_soil_cards
+
    !> Checks a contact, and determines whether the obstacle may push along the rod.
    subroutine check_contact(deck, model, obstacle, contact, touched)
       type(checked_deck_t), intent(inout) :: deck
@@ -43,22 +116,30 @@ contains
       type(obstacle_t), intent(in) :: obstacle          ! of the contact
       type(contact_t), intent(inout) :: contact         ! receives along, distributed, needs
       integer, intent(inout) :: touched(:)
+      character(:), allocatable :: set
+      logical :: soil
+      soil = deck%at%keyword == 'AXIAL SOIL'
+      set = 'NSET'
+      if (soil) set = 'ELSET'
       call check_candidates()
       call check_directions()
-      if (obstacle%bilateral .and. deck%given('GAP')) call deck%wrong('GAP', 'obstacle '//trim(obstacle%name)// &
-         ' is BILATERAL and holds its candidates where they begin; GAP would have no effect')
-      if (deck%word('POINTS') /= 'NODES') call read_points()
+      if (.not. soil) then
+         if (obstacle%bilateral .and. deck%given('GAP')) call deck%wrong('GAP', 'obstacle '//trim(obstacle%name)// &
+            ' is BILATERAL and holds its candidates where they begin; GAP would have no effect')
+         if (deck%word('POINTS') == 'NODES') return
+      end if
+      call read_points()
 
    contains
 
       !> Checks that the candidates are nodes of elements, not listed twice, and on the free side of the obstacle.
       subroutine check_candidates()
          integer :: i
-         if (.not. deck%on_elements('NSET', model%mesh, contact%node)) return
+         if (.not. deck%on_elements(set, model%mesh, contact%node)) return
          do i = 1, size(contact%node)
             associate (node => contact%node(i))
                if (touched(node) > 0) then
-                  call deck%wrong('NSET', node_words(model%mesh, node)//' is a candidate for this obstacle already, from '// &
+                  call deck%wrong(set, node_words(model%mesh, node)//' is a candidate for this obstacle already, from '// &
                      deck%source%line_words(touched(node)))
                   return
                end if
@@ -89,7 +170,7 @@ contains
             overlap = node_words(model%mesh, node)//' begins '//rounded(-gap - contact%gap)//' behind the obstacle; check '// &
                hint//', or GAP; what is meant to penetrate is pushed out by *CONTACT INTERFERENCE, SHRINK'
          end if
-         call deck%wrong('NSET', overlap)
+         call deck%wrong(set, overlap)
       end subroutine check_start
 
       !> Contact is detected at nodes and along elements: the convex parts of an obstacle must not be smaller than the elements.
@@ -114,10 +195,10 @@ contains
          ! The deck omits the number of elements: the program makes the mesh, and these elements serve for the output only.
          if (model%mesh%placed(e)) advice = 'give a number of elements, so many that none is as long'
          if (obstacle%kind == obstacle_circle) then
-            call deck%wrong('NSET', element_words(model%mesh, e)//' is longer than the radius of the obstacle, which could '// &
+            call deck%wrong(set, element_words(model%mesh, e)//' is longer than the radius of the obstacle, which could '// &
                'pass between its nodes; '//advice)
          else
-            call deck%wrong('NSET', 'the obstacle bulges so much within the length of '//element_words(model%mesh, e)// &
+            call deck%wrong(set, 'the obstacle bulges so much within the length of '//element_words(model%mesh, e)// &
                ' that it could pass between its nodes; '//advice//', or a smoother obstacle')
          end if
       end subroutine check_size
@@ -128,7 +209,7 @@ contains
          call count_elements(leaving, entering)
          do node = 1, model%mesh%n_nodes
             if (max(leaving(node), entering(node)) /= 2 .or. min(leaving(node), entering(node)) /= 0) cycle
-            call deck%wrong('NSET', 'two elements run against each other at '//node_words(model%mesh, node)// &
+            call deck%wrong(set, 'two elements run against each other at '//node_words(model%mesh, node)// &
                '; along a contact all elements must have one direction')
             return
          end do
@@ -147,6 +228,7 @@ contains
             if (contact%distributed) call check_between()
             if (reason /= '' .and. .not. stands_at_nodes()) contact%needs = reason
          end if
+         if (soil) return
          if (reason /= '' .and. deck%word('POINTS') == 'ALONG') call deck%wrong('POINTS', 'ALONG needs '//reason)
       end subroutine read_points
 
@@ -155,7 +237,7 @@ contains
          character(:), allocatable :: overlap
          if (obstacle%bilateral .or. deck%names%pushed_out%find(obstacle%name) > 0) return
          call overlap_between(model, contact, overlap)
-         if (overlap /= '') call deck%wrong('NSET', overlap)
+         if (overlap /= '') call deck%wrong(set, overlap)
       end subroutine check_between
 
       !> True for the elements with both nodes in a contact.

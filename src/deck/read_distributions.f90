@@ -64,7 +64,7 @@ contains
          do i = 1, n
             associate (e => element(i), c => mesh%curve(element(i)), before => element(max(1, i - 1)))
                if (c == 0) then
-                  problem = element_words(mesh, e)//' is not on a *LINE, *ARC or *RING'
+                  problem = element_words(mesh, e)//' is not on a generated curve (*LINE, *ARC ...)'
                else if (.not. collocates(mesh%family(e))) then
                   problem = element_words(mesh, e)//' is UL2; what varies needs GE elements'
                else if (i > 1 .and. mesh%node(2, before) /= mesh%node(1, e)) then
@@ -116,7 +116,7 @@ contains
             & on_node = any(abs(model%mesh%s(:, e) + new%offset(c) - new%at(n)) <= same_length * length)
       end do
       if (.not. on_node) call deck%wrong('s', 'a table has its corners at nodes, and there is none at this s; nodes are put '// &
-         'where a *LINE, *ARC or *RING itself has this ELSET')
+         'where a generated curve (*LINE, *ARC ...) itself has this ELSET')
    end subroutine check_line
 
    !> Looks at the values all along the chain: the end of a table, places where a formula has no value, least and mean value.

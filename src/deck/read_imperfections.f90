@@ -6,7 +6,7 @@ module read_imperfections
    use model, only: model_t, mesh_t, imperfection_t, mode_offset_t, shape_sine, shape_cosine, shape_clamped
    use imperfection_chain, only: chain_t, follow_chain
    use imperfection, only: imperfection_value, nodal_imperfection, random_offsets
-   use reference_curve, only: measure_curves
+   use reference_curve, only: measure_curves, nominal_angle
    use checked_deck, only: checked_deck_t, position_t
    use deck_names, only: node_words
    implicit none
@@ -166,7 +166,7 @@ contains
                if (curve%imperfection > 0) then
                   call imperfection_value(model%imperfection(curve%imperfection), curve%offset + model%mesh%s(k, &
                      e), w, dw)
-                  angle = curve%angle + curve%curvature * model%mesh%s(k, e)
+                  angle = nominal_angle(curve, model%mesh%s(k, e))
                   here = w * [-sin(angle), cos(angle)]
                end if
                if (.not. visited(node)) shift(:, node) = here

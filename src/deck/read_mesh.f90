@@ -1,13 +1,14 @@
 !> Reads nodes, elements, generated curves and sets, in the order of the deck: each card refers to preceding definitions.
 module read_mesh
-   use kinds, only: wp, name_length
+   use kinds, only: wp, name_length, degree
    use errors, only: error_t
    use text, only: to_text, same_name
    use memory, only: can_be_had
    use model, only: model_t, curve_t, imperfection_t
    use element_families, only: element_kind
-   use mesh_generators, only: growing_mesh_t, line_curve, arc_curve, ring_curve, graded_division
+   use mesh_generators, only: growing_mesh_t, line_curve, arc_curve, ring_curve, ellipse_curve, path_curve, graded_division
    use reference_curve, only: curve_point
+   use spline_ends, only: end_spline
    use checked_deck, only: checked_deck_t
    use deck_names, only: labels_t, take_node_sets
    use read_distributions, only: same_length
@@ -50,7 +51,7 @@ contains
             corner = [corner, corner_t(deck%text('ELSET'), deck%real('s'))]
          end do
       end do
-      do while (deck%next_card('NODE|ELEMENT|LINE|ARC|RING|NSET|ELSET'))
+      do while (deck%next_card('NODE|ELEMENT|LINE|ARC|RING|ELLIPSE|SPLINE|NSET|ELSET'))
          select case (deck%at%keyword)
          case ('NODE')
             call read_nodes()
@@ -60,6 +61,8 @@ contains
             call read_set(deck%names%node)
          case ('ELSET')
             call read_set(deck%names%element)
+         case ('SPLINE')
+            call read_spline()
          case default
             call read_curves()
          end select
@@ -120,7 +123,7 @@ contains
          if (deck%given('NSET')) call deck%names%node%begin_set(deck%text('NSET'), common%node_set)
       end function common_to
 
-      !> Reads *LINE, *ARC and *RING: one curve for each data line.
+      !> Reads *LINE, *ARC, *RING and *ELLIPSE: one curve for each data line.
       subroutine read_curves()
          type(element_card_t) :: common
          type(curve_t) :: curve
@@ -133,7 +136,7 @@ contains
             placed = .not. deck%given('elements')
             elements = deck%integer('elements')
             if (placed) elements = output_elements
-            call read_division(common, elements, grading, ok)
+            call read_division(common, elements, grading, minval(node) > 0 .and. node(1) == node(2), ok)
             if (ok .and. minval(node) > 0) then
                call grown%add_curve(curve)
                call mesh_curve(node, with_corners(graded_division(curve%length, elements, grading)), common, placed)
@@ -143,6 +146,57 @@ contains
             end if
          end do
       end subroutine read_curves
+
+      !> Reads *SPLINE: one curve for the card.
+      subroutine read_spline()
+         type(element_card_t) :: common
+         type(curve_t) :: curve
+         integer, allocatable :: node(:), elements(:)
+         real(wp), allocatable :: grading(:), point(:, :), at(:)
+         logical, allocatable :: placed(:)
+         logical :: ok, closed, sound
+         integer :: i, n
+         common = common_to()
+         n = deck%at%n_lines
+         allocate (node(n), elements(n), grading(n), placed(n))
+         sound = deck%lines_sound()         ! others are passed over
+         i = 0
+         do while (deck%next_line())
+            i = i + 1
+            node(i) = deck%node('node')
+            placed(i) = .not. deck%given('elements')
+            elements(i) = deck%integer('elements')
+            if (placed(i)) elements(i) = output_elements
+            ok = .true.
+            if (i < n .or. deck%word('ENDS') == 'CLOSED') then
+               call read_division(common, elements(i), grading(i), .false., ok)
+            else if (.not. placed(i)) then
+               call deck%wrong('elements', 'no node follows the last one of a spline that is not closed')
+               ok = .false.
+            end if
+            sound = sound .and. ok .and. node(i) > 0
+            if (i == 1 .or. .not. sound) cycle
+            if (norm2(grown%mesh%x(:, node(i)) - grown%mesh%x(:, node(i - 1))) > 0.0_wp) cycle
+            call deck%wrong_line('the node is at the place of the one before')
+            sound = .false.
+         end do
+         if (sound) then
+            point = grown%mesh%x(:, node)
+            call end_spline(deck, point, closed, sound)
+         end if
+         if (.not. sound) then
+            deck%names%mesh_incomplete = .true.
+            return
+         end if
+         if (deck%word('ENDS') == 'CLOSED') node = [node, node(1)]
+         call path_curve(point, closed, grown%mesh%x(:, node), curve, at)
+         call grown%add_curve(curve)
+         do i = 1, size(node) - 1
+            call mesh_curve(node(i:i + 1), at(i) + with_corners(graded_division(at(i + 1) - at(i), elements(i), grading(i))), &
+               & common, placed(i))
+         end do
+         deck%names%placed_line = [deck%names%placed_line, merge(deck%at%line, 0, all(placed(:size(node) - 1)))]
+      end subroutine read_spline
 
       !> The nodes of a curve, with those at corners of distributions.
       function with_corners(s) result(all)
@@ -168,6 +222,8 @@ contains
          real(wp) :: x(2, 2), centre(2)
          if (deck%at%keyword == 'RING') then
             node = deck%node('node')
+         else if (deck%at%keyword == 'ELLIPSE' .and. deck%integer('first node') == deck%integer('last node')) then
+            node = deck%node('first node')
          else
             node = end_nodes('last node')
          end if
@@ -178,8 +234,15 @@ contains
             return
          end if
          centre = [deck%real('xc'), deck%real('yc')]
-         if (deck%at%keyword == 'ARC') then
-            call arc_curve(x(:, 1), x(:, 2), centre, deck%word('DIRECTION') == 'ANTICLOCKWISE', curve, error)
+         if (deck%at%keyword == 'ARC' .or. deck%at%keyword == 'ELLIPSE') then
+            associate (anticlockwise => deck%word('DIRECTION') == 'ANTICLOCKWISE')
+               if (deck%at%keyword == 'ARC') then
+                  call arc_curve(x(:, 1), x(:, 2), centre, anticlockwise, curve, error)
+               else
+                  call ellipse_curve(x(:, 1), x(:, 2), centre, [deck%real('a'), deck%real('b')], deck%real('angle') * degree, &
+                     anticlockwise, curve, error)
+               end if
+            end associate
             if (.not. allocated(error)) return
             call deck%wrong_line(error%message)
          else if (norm2(x(:, 1) - centre) > 0.0_wp) then
@@ -192,10 +255,11 @@ contains
       end subroutine read_curve
 
       !> Reads the grading of a curve, and checks that it can be divided into so many elements.
-      subroutine read_division(common, elements, grading, ok)
+      subroutine read_division(common, elements, grading, closed, ok)
          type(element_card_t), intent(in) :: common
          integer, intent(in) :: elements      ! given, or those for the output
          real(wp), intent(out) :: grading
+         logical, intent(in) :: closed        ! back to the first node
          logical, intent(out) :: ok
          logical :: placed
          integer :: before
@@ -204,9 +268,9 @@ contains
          grading = 1.0_wp
          if (placed .and. common%stages < 2) then
             call deck%wrong_line('the number of elements can be left out of those of order 4, 6 and 8 only (TYPE)')
-         else if (deck%at%keyword == 'RING') then
-            if (elements < 3) call deck%wrong('elements', 'a ring needs at least 3 elements')
-         else
+         else if (closed .and. elements < 3) then
+            call deck%wrong('elements', 'a ring needs at least 3 elements')
+         else if (deck%at%keyword /= 'RING') then
             grading = deck%real('grading')
             if (placed .and. deck%given('grading')) call deck%wrong('grading', 'grading needs a number of elements')
             if (elements == 1 .and. abs(grading - 1.0_wp) > 0.0_wp) call deck%wrong('grading', 'grading needs at least 2 elements')

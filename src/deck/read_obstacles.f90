@@ -6,8 +6,9 @@ module read_obstacles
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, obstacle_spline, &
       & ground_independent, ground_half_space, ground_pasternak
    use obstacle_curve, only: crosses_itself
-   use obstacle_shapes, only: arc_curve, ellipse_points, polyline_curve, spline_curve, corner_turn, widest_corner_radius, &
-      default_corner_radius
+   use obstacle_shapes, only: arc_curve, ellipse_points, polyline_curve, round_and_round, misfit, spline_curve, &
+      corner_turn, widest_corner_radius, default_corner_radius
+   use spline_ends, only: end_spline
    use checked_deck, only: checked_deck_t
    implicit none
    private
@@ -134,6 +135,8 @@ contains
 
       !> Reads kind, position and size.
       subroutine read_shape()
+         logical :: closed
+         real(wp), allocatable :: radius(:)
          ok = deck%next_line()
          select case (deck%word('TYPE'))
          case ('LINE')
@@ -151,13 +154,13 @@ contains
             call read_arc()
          case ('POLYLINE')
             obstacle%kind = obstacle_polyline
-            call read_points(obstacle%point)
-            if (ok) call read_polyline()
+            call read_points(obstacle%point, radius)
+            if (ok) call read_polyline(radius)
          case ('SPLINE')
             obstacle%kind = obstacle_spline
             call read_points(obstacle%point)
-            if (ok .and. deck%word('ENDS') == 'CLOSED') call close_points()
-            if (ok) obstacle%curve = spline_curve(obstacle%point, closed=deck%word('ENDS') == 'CLOSED')
+            if (ok) call end_spline(deck, obstacle%point, closed, ok)
+            if (ok) obstacle%curve = spline_curve(obstacle%point, closed)
          case ('ELLIPSE')
             obstacle%kind = obstacle_spline
             obstacle%point = ellipse_points([deck%real('xc'), deck%real('yc')], [deck%real('a'), deck%real('b')], &
@@ -197,13 +200,18 @@ contains
       end subroutine read_arc
 
       !> Reads the points of a polyline or spline; neighbouring points must be different.
-      subroutine read_points(point)
+      subroutine read_points(point, radius)
          real(wp), allocatable, intent(out) :: point(:, :)
+         real(wp), allocatable, intent(out), optional :: radius(:) ! of the points of a polyline, 0: not given
          integer :: i
          ok = .true.
          allocate (point(2, deck%at%n_lines))
+         if (present(radius)) allocate (radius(deck%at%n_lines), source=0.0_wp)
          do i = 1, size(point, 2)
             point(:, i) = [deck%real('x'), deck%real('y')]
+            if (present(radius)) then
+               if (deck%given('radius')) radius(i) = deck%real('radius')
+            end if
             if (i > 1) then
                if (norm2(point(:, i) - point(:, i - 1)) <= 0.0_wp) then
                   call deck%wrong_line('the point is at the place of the one before')
@@ -214,44 +222,49 @@ contains
          end do
       end subroutine read_points
 
-      !> Ends the points of a closed spline with the first one.
-      subroutine close_points()
-         integer :: n
-         n = size(obstacle%point, 2)
-         if (n < 3) then
-            call deck%wrong('ENDS', 'a closed spline has 3 points or more')
-         else if (norm2(obstacle%point(:, n) - obstacle%point(:, 1)) <= 0.0_wp) then
-            call deck%wrong_line('the point is the first one again, to which a closed spline goes on')
-         else
-            obstacle%point = reshape([obstacle%point, obstacle%point(:, 1)], [2, n + 1])
-            return
-         end if
-         ok = .false.
-      end subroutine close_points
-
-      !> Reads the corner radius of a polyline.
-      subroutine read_polyline()
+      !> Reads the corner radii of a polyline; `own`: those of its points, 0: none.
+      subroutine read_polyline(own)
+         real(wp), intent(in) :: own(:)
+         real(wp), allocatable :: point(:, :), radius(:)
          real(wp) :: widest
-         integer :: i, before
-         ok = .true.
-         before = deck%at%line - size(obstacle%point, 2)
-         do i = 2, size(obstacle%point, 2) - 1
-            if (abs(corner_turn(obstacle%point, i)) < back * degree) cycle
-            deck%at = deck%at_line(before + i)
+         logical :: closed
+         integer :: i, before, beyond
+         closed = deck%word('ENDS') == 'CLOSED'
+         ok = .not. closed .or. size(own) > 2
+         if (.not. ok) call deck%wrong('ENDS', 'a closed polyline has 3 points or more')
+         if (.not. ok) return
+         beyond = merge(2, 0, closed)
+         before = deck%at%line - size(own)
+         point = round_and_round(obstacle%point, closed)
+         do i = 2, size(point, 2) - 1
+            if (i <= beyond .or. i > size(point, 2) - beyond) cycle
+            if (abs(corner_turn(point, i)) < back * degree) cycle
+            deck%at = deck%at_line(before + i - beyond)
             call deck%wrong_line('the polyline turns back at this point')
             ok = .false.
          end do
          if (.not. ok) return
-         widest = widest_corner_radius(obstacle%point)
-         obstacle%radius = default_corner_radius(obstacle%point)
+         widest = widest_corner_radius(point)
+         obstacle%radius = default_corner_radius(point)
          if (deck%given('RADIUS')) obstacle%radius = deck%real('RADIUS')
-         ok = obstacle%radius / (1.0_wp + 4 * epsilon(widest)) <= widest ! widest is huge without corners
-         if (ok) then
-            obstacle%curve = polyline_curve(obstacle%point, min(obstacle%radius, widest))
+         if (any(own > 0.0_wp)) then
+            radius = merge(own, obstacle%radius, own > 0.0_wp)
+            if (closed) radius = [radius(size(own) - 1:), radius, radius(:2)]
+            i = misfit(point, radius)
+            ok = i == 0
+            if (.not. ok) then
+               deck%at = deck%at_line(before + 1 + modulo(i - beyond - 1, size(own)))
+               call deck%wrong_line('the corners here and at the point before, of radii '//to_text(radius(i - 1))//' and '// &
+                  to_text(radius(i))//', do not fit between the points')
+               return
+            end if
          else
-            call deck%wrong('RADIUS', 'corners of this radius do not fit between the points; at most '// &
+            ok = obstacle%radius / (1.0_wp + 4 * epsilon(widest)) <= widest ! widest is huge without corners
+            allocate (radius(size(point, 2)), source=min(obstacle%radius, widest))
+            if (.not. ok) call deck%wrong('RADIUS', 'corners of this radius do not fit between the points; at most '// &
                to_text(rounded_down(widest)))
          end if
+         if (ok) obstacle%curve = polyline_curve(point, radius, closed)
       end subroutine read_polyline
    end subroutine read_obstacle_cards
 

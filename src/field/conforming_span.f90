@@ -345,7 +345,7 @@ contains
       associate (curve => problem%model%curve(problem%model%mesh%curve(e)), imperfection => problem%model%imperfection, &
          & g => state%geometry%element(e))
          bend(0) = curve%curvature
-         if (curve%imperfection == 0) return
+         if (curve%imperfection == 0 .and. .not. allocated(curve%path)) return
          s = curve_abscissa(curve, imperfection, g%s(1), tau * g%length)
          step = epsilon(step) * (g%s(2) - g%s(1))
          call curve_bend(curve, imperfection, min(max(s, g%s(1) + step), g%s(2) - step), bend(0), bend(1))

@@ -16,7 +16,7 @@ module rod_profile
    use problem, only: problem_t
    use element_families, only: collocates, follows_curves
    use rod_geometry, only: element_geometry_t
-   use reference_curve, only: curve_point, curve_bend, curve_length, curve_abscissa
+   use reference_curve, only: curve_point, curve_bend, curve_length, curve_abscissa, is_straight
    use rod_state, only: state_t, element_displacement, element_compliance, element_load
    use gauss_tableau, only: max_stages, stage_basis
    use rod_load, only: ge_load_t
@@ -490,7 +490,7 @@ contains
       deviates = problem%model%mesh%curve(e) > 0
       if (.not. deviates) return
       associate (curve => problem%model%curve(problem%model%mesh%curve(e)))
-         deviates = abs(curve%curvature) > 0.0_wp .or. curve%imperfection > 0
+         deviates = .not. is_straight(curve)
       end associate
       if (problem%ground%founded(e) .and. problem%ground%tabled) deviates = problem%ground%curved(e)
    end function deviates

@@ -115,6 +115,7 @@ contains
                curve%origin = first + ratio * [cos(turn) * from(1) - sin(turn) * from(2), sin(turn) * from(1) + cos(turn) * from(2)]
                curve%angle = curve%angle + turn
                curve%curvature = curve%curvature / ratio
+               if (allocated(curve%path)) curve%path%scale = ratio * curve%path%scale
                curve%length = ratio * curve%length
             end associate
          end do

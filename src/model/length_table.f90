@@ -13,7 +13,7 @@ module length_table
 
    !> Table of the excess of length along curves of one nominal curvature.
    type :: length_table_t
-      real(wp) :: curvature = 0.0_wp          !! curvature of the nominal curve
+      real(wp) :: curvature = 0.0_wp          !! curvature of the nominal curve; huge: of a spline, which has a table alone
       integer :: n = 0                        !! number of panels so far
       real(wp), allocatable :: at(:)          !! (panels + 1) ends of the panels; with spare room until the table is closed
       real(wp), allocatable :: excess(:, :)   !! (points + 1, panels) coefficients of x^0, x^1, ..., x from -1 to 1 in a panel

@@ -1,12 +1,17 @@
-!> Rows of elements on a line, an arc or a ring: the curve, the positions of its nodes, and the mesh to which they are added.
+!> Rows of elements on a line, an arc, a ring, an ellipse or a spline: the curve, the positions of its nodes, and the mesh to which
+!> they are added.
 module mesh_generators
    use kinds, only: wp, pi
    use errors, only: error_t, fail
    use text, only: to_text
-   use model, only: curve_t, mesh_t
+   use model, only: curve_t, path_t, mesh_t
+   use reference_curve, only: path_point
+   use obstacle_types, only: obstacle_spline
+   use obstacle_track, only: track_t, track_foot
+   use obstacle_shapes, only: spline_curve, ellipse_points
    implicit none
    private
-   public :: line_curve, arc_curve, ring_curve, graded_division
+   public :: line_curve, arc_curve, ring_curve, ellipse_curve, path_curve, graded_division
    public :: growing_mesh_t
 
    real(wp), parameter :: radius_tolerance = 1.0e-6_wp !! relative difference of the two radii of an arc
@@ -88,6 +93,75 @@ contains
       curve%curvature = 1.0_wp / norm2(a)
       curve%length = 2 * pi * norm2(a)
    end function ring_curve
+
+   !> The arc of an ellipse between two points, or all of it from a point back to it.
+   subroutine ellipse_curve(first, last, centre, half, turn, anticlockwise, curve, error)
+      real(wp), intent(in) :: first(2), last(2)        !! its ends, on the ellipse to 1e-6 of its axes; equal: all of it
+      real(wp), intent(in) :: centre(2), half(2)       !! half axes, positive
+      real(wp), intent(in) :: turn                     !! [rad] direction of the first axis
+      logical, intent(in) :: anticlockwise             !! true: the arc runs anticlockwise
+      type(curve_t), intent(out) :: curve              !! as declared on failure
+      type(error_t), allocatable, intent(out) :: error !! a point is not on the ellipse
+      real(wp), allocatable :: at(:)
+      real(wp) :: ends(2, 2), d(2), off
+      integer :: i
+      ends = reshape([first, last], [2, 2])
+      do i = 1, 2
+         d = ends(:, i) - centre
+         off = norm2([cos(turn) * d(1) + sin(turn) * d(2), cos(turn) * d(2) - sin(turn) * d(1)] / half) - 1.0_wp
+         if (abs(off) <= radius_tolerance) cycle
+         call fail(error, 'the '//trim(merge('first', 'last ', i == 1))//' node is not on the ellipse: its place there is '// &
+            to_text(1.0_wp + off)//' half axes from the centre')
+         return
+      end do
+      call path_curve(ellipse_points(centre, half, turn, anticlockwise), .true., ends, curve, at)
+   end subroutine ellipse_curve
+
+   !> The curve of a spline between two of its points, turned and scaled so that it passes exactly through both.
+   subroutine path_curve(point, closed, node, curve, at)
+      real(wp), intent(in) :: point(:, :)              !! (2, points) of the spline; of a closed one the last is the first
+      logical, intent(in) :: closed
+      real(wp), intent(in) :: node(:, :)               !! (2, nodes) points on the spline in its sense, to small errors; the
+      !! first and the last are the ends; on a closed spline they may be equal: all of it
+      type(curve_t), intent(out) :: curve
+      real(wp), allocatable, intent(out) :: at(:)      !! (nodes) their coordinates along the curve
+      real(wp), parameter :: here = 1.0e-9_wp          ! part of a closed spline: a point so little before the first one is there
+      type(path_t) :: path
+      type(track_t) :: foot
+      real(wp) :: round, angle, chord(2), of(2)
+      integer :: i, n
+      n = size(node, 2)
+      path%shape%kind = obstacle_spline
+      path%shape%curve = spline_curve(point, closed)
+      allocate (at(n))
+      do i = 1, n
+         foot = track_foot(path%shape, 0.0_wp, node(:, i))
+         at(i) = foot%sigma
+      end do
+      path%start = at(1)
+      at = at - at(1)
+      if (closed) then
+         round = path%shape%curve%start(size(path%shape%curve%start))
+         at = modulo(at + here * round, round) - here * round
+         if (norm2(node(:, n) - node(:, 1)) <= 0.0_wp) at(n) = round
+      end if
+      at(1) = 0.0_wp
+      call path_point(path, at(n), foot, angle)
+      of = foot%place
+      call path_point(path, 0.0_wp, foot, path%angle)
+      path%point = foot%place
+      of = of - path%point
+      chord = node(:, n) - node(:, 1)
+      curve%origin = node(:, 1)
+      curve%angle = path%angle
+      if (norm2(chord) > 0.0_wp) then
+         path%scale = norm2(chord) / norm2(of)
+         curve%angle = curve%angle + atan2(of(1) * chord(2) - of(2) * chord(1), dot_product(of, chord))
+      end if
+      at = path%scale * at
+      curve%length = at(n)
+      curve%path = path
+   end subroutine path_curve
 
    !> Ends of n elements on a length; their lengths are a geometric series.
    pure function graded_division(length, n, grading) result(s)

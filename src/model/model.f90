@@ -11,7 +11,7 @@ module model
    use cross_section, only: section_t
    implicit none
    private
-   public :: model_t, mesh_t, curve_t, imperfection_t, section_t, node_set_t, load_t, law_t, contact_t
+   public :: model_t, mesh_t, curve_t, path_t, imperfection_t, section_t, node_set_t, load_t, law_t, contact_t
    public :: tie_t, joint_spring_t, release_t, contact_print_t
    public :: monitor_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t
    public :: family_ul2, family_ge
@@ -44,7 +44,16 @@ module model
    integer, parameter :: parameter_modulus = 1, parameter_gap = 2, parameter_imperfection = 3, parameter_ea = 4, &
       & parameter_ei = 5, parameter_constant_load = 6
 
-   !> A nominal (perfect) stress-free curve: straight when curvature = 0, else a circular arc.
+   !> A spline that a nominal curve follows, turned, scaled and moved to the curve's first point.
+   type :: path_t
+      type(obstacle_t) :: shape         !! an obstacle with that curve: its track at distance 0 is the spline
+      real(wp) :: start = 0.0_wp        !! arc length of the spline at the curve's first point
+      real(wp) :: scale = 1.0_wp        !! lengths of the nominal curve over those of the spline
+      real(wp) :: point(2) = 0.0_wp     !! of the spline at `start`
+      real(wp) :: angle = 0.0_wp        !! direction of the spline there [rad]
+   end type path_t
+
+   !> A nominal (perfect) stress-free curve: straight when curvature = 0, else a circular arc; or a spline.
    type :: curve_t
       real(wp) :: origin(2) = 0.0_wp    !! its first point
       real(wp) :: angle = 0.0_wp        !! direction of its tangent there [rad]
@@ -53,6 +62,7 @@ module model
       integer :: imperfection = 0       !! index into model%imperfection, 0: none
       real(wp) :: offset = 0.0_wp       !! coordinate of its first point along the imperfection's chain
       integer :: table = 0              !! index into the imperfection's tables of lengths
+      type(path_t), allocatable :: path !! the spline that it follows instead of a line or an arc; curvature is then not used
    end type curve_t
 
    !> A stress-free offset w(s) of the axis to the left of the nominal curve, s from 0 to `length` along its chain.

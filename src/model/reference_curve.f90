@@ -1,13 +1,15 @@
-!> Position, direction, curvature and length of the stress-free axis: a line or an arc with its imperfection.
+!> Position, direction, curvature and length of the stress-free axis: a line, an arc or a spline with its imperfection.
 module reference_curve
    use kinds, only: wp, pi, parallel
-   use model, only: curve_t, imperfection_t, shape_nodal
+   use model, only: curve_t, path_t, imperfection_t, shape_nodal
+   use obstacle_track, only: track_t, track_at
    use imperfection, only: imperfection_value
    use length_table, only: length_table_t, new_length_table, add_panel, close_table, panel_places, table_value, table_excess, &
       & table_points
    implicit none
    private
    public :: measure_curves, curve_point, curve_bend, curve_length, curve_abscissa, curve_goes_on
+   public :: path_point, nominal_angle, is_straight
 
 contains
 
@@ -19,17 +21,28 @@ contains
       real(wp), intent(out) :: x(2)     !! position
       real(wp), intent(out) :: angle    !! tangent direction [rad], continuous in s
       real(wp), intent(out) :: speed    !! d(true arc length)/ds
-      real(wp) :: half, chord, w, dw, across, along
-      angle = curve%angle + curve%curvature * s
-      half = 0.5_wp * curve%curvature * s
-      chord = s
-      if (abs(half) > 0.0_wp) chord = s * sin(half) / half
-      x = curve%origin + chord * [cos(curve%angle + half), sin(curve%angle + half)]
+      real(wp) :: half, chord, w, dw, across, along, bend(0:2), d(2), turn
+      type(track_t) :: at
+      if (allocated(curve%path)) then
+         call path_point(curve%path, s, at, angle)
+         bend(0) = at%curvature / curve%path%scale
+         turn = curve%angle - curve%path%angle
+         angle = angle + turn
+         d = curve%path%scale * (at%place - curve%path%point)
+         x = curve%origin + [cos(turn) * d(1) - sin(turn) * d(2), sin(turn) * d(1) + cos(turn) * d(2)]
+      else
+         bend(0) = curve%curvature
+         angle = curve%angle + bend(0) * s
+         half = 0.5_wp * bend(0) * s
+         chord = s
+         if (abs(half) > 0.0_wp) chord = s * sin(half) / half
+         x = curve%origin + chord * [cos(curve%angle + half), sin(curve%angle + half)]
+      end if
       speed = 1.0_wp
       if (curve%imperfection == 0) return
       call imperfection_value(imperfections(curve%imperfection), curve%offset + s, w, dw)
       x = x + w * [-sin(angle), cos(angle)]
-      along = 1.0_wp - curve%curvature * w
+      along = 1.0_wp - bend(0) * w
       across = dw
       speed = hypot(along, across)
       angle = angle + atan2(across, along)
@@ -42,20 +55,90 @@ contains
       real(wp), intent(in) :: s         !! 0 to curve%length
       real(wp), intent(out) :: bend     !! [1/length]
       real(wp), intent(out), optional :: rate !! its derivative by the true arc length
-      real(wp) :: w, dw, ddw, dddw, along, square, turn, growth
-      bend = curve%curvature
-      if (present(rate)) rate = 0.0_wp
+      real(wp) :: w, dw, ddw, dddw, along, d_along, dd_along, square, turn, growth, perfect(0:2)
+      perfect = nominal_bend(curve, s)
+      bend = perfect(0)
+      if (present(rate)) rate = perfect(1)
       if (curve%imperfection == 0) return
       call imperfection_value(imperfections(curve%imperfection), curve%offset + s, w, dw, ddw, dddw)
-      ! The axis turns by atan(dw / along) from the nominal direction; d(along)/ds = -curvature dw.
-      along = 1.0_wp - curve%curvature * w
+      ! The axis turns by atan(dw / along) from the nominal direction.
+      along = 1.0_wp - perfect(0) * w
+      d_along = -perfect(0) * dw - perfect(1) * w
       square = along**2 + dw**2
-      turn = (along * ddw + curve%curvature * dw**2) / square
-      bend = (curve%curvature + turn) / sqrt(square)
+      turn = (along * ddw - dw * d_along) / square
+      bend = (perfect(0) + turn) / sqrt(square)
       if (.not. present(rate)) return
-      growth = dw * (ddw - curve%curvature * along) / square ! growth of the speed with s, over the speed
-      rate = ((along * dddw + curve%curvature * dw * ddw) / square - 2 * turn * growth - (curve%curvature + turn) * growth) / square
+      dd_along = -perfect(0) * ddw - 2 * perfect(1) * dw - perfect(2) * w
+      growth = (along * d_along + dw * ddw) / square ! growth of the speed with s, over the speed
+      rate = (perfect(1) + (along * dddw - dw * dd_along) / square - 2 * turn * growth - (perfect(0) + turn) * growth) / square
    end subroutine curve_bend
+
+   !> Curvature of the nominal curve and its first two derivatives by s.
+   pure function nominal_bend(curve, s) result(bend)
+      type(curve_t), intent(in) :: curve
+      real(wp), intent(in) :: s
+      real(wp) :: bend(0:2), angle
+      type(track_t) :: at
+      bend = [curve%curvature, 0.0_wp, 0.0_wp]
+      if (.not. allocated(curve%path)) return
+      call path_point(curve%path, s, at, angle)
+      bend = [at%curvature, at%curvature_rate, at%curvature_second] / curve%path%scale**[1, 2, 3]
+   end function nominal_bend
+
+   !> Direction [rad] of the nominal curve at s, continuous in s.
+   pure real(wp) function nominal_angle(curve, s) result(angle)
+      type(curve_t), intent(in) :: curve
+      real(wp), intent(in) :: s
+      type(curve_t) :: perfect
+      type(imperfection_t) :: none(0)
+      real(wp) :: x(2), speed
+      perfect = curve
+      perfect%imperfection = 0
+      call curve_point(perfect, none, s, x, angle, speed)
+   end function nominal_angle
+
+   !> True if the curve with its imperfection is a straight line.
+   pure logical function is_straight(curve)
+      type(curve_t), intent(in) :: curve
+      is_straight = .not. (allocated(curve%path) .or. abs(curve%curvature) > 0.0_wp .or. curve%imperfection > 0)
+   end function is_straight
+
+   !> Point of the spline of a path that lies s, in lengths of the nominal curve, behind its start, and the direction there,
+   !> continuous in s. Beyond an end the spline goes on straight, a closed one round after round.
+   pure subroutine path_point(path, s, at, angle)
+      type(path_t), intent(in) :: path
+      real(wp), intent(in) :: s
+      type(track_t), intent(out) :: at        !! in the axes of the spline
+      real(wp), intent(out) :: angle          !! [rad]
+      type(track_t) :: near
+      real(wp) :: sigma, local
+      integer :: n, rounds, left, right, middle
+      associate (curve => path%shape%curve)
+         n = size(curve%piece)
+         sigma = path%start + s / path%scale
+         rounds = 0
+         if (curve%closed) rounds = floor(sigma / curve%start(n + 1))
+         local = sigma - rounds * curve%start(n + 1)
+         left = 1
+         right = n + 1
+         do while (right - left > 1)
+            middle = (left + right) / 2
+            if (curve%start(middle) > local) then
+               right = middle
+            else
+               left = middle
+            end if
+         end do
+         near%piece = left + rounds * n
+         at = track_at(path%shape, 0.0_wp, sigma, near)
+         ! Pieces turn by far less than half a turn: the direction of the first point of this piece tells the number of turns.
+         rounds = 0
+         if (curve%closed) rounds = floor(real(at%piece - 1, wp) / n)
+         angle = atan2(curve%tangent(2, 1), curve%tangent(1, 1)) + curve%turned(min(max(at%piece - rounds * n, 1), n + 1)) + &
+            & rounds * curve%turned(n + 1)
+         angle = angle + modulo(atan2(at%tangent(2), at%tangent(1)) - angle + pi, 2.0_wp * pi) - pi
+      end associate
+   end subroutine path_point
 
    !> Computes tables of the lengths along all curves for curve_length and curve_abscissa; to be called after every change of curves
    !> or imperfections. One table serves all curves of an imperfection with the same curvature; an element may extend beyond its
@@ -70,12 +153,13 @@ contains
          do c = 1, size(curve)
             if (curve(c)%imperfection /= i) cycle
             do k = 1, size(table)
+               if (allocated(curve(c)%path)) cycle
                if (abs(table(k)%curvature - curve(c)%curvature) <= 0.0_wp) exit
             end do
             if (k > size(table)) then
                allocate (more(k))
                more(:k - 1) = table
-               more(k) = measured(imperfections(i), curve(c)%curvature)
+               more(k) = measured(imperfections(i), curve(c))
                call move_alloc(more, table)
             end if
             curve(c)%table = k
@@ -85,15 +169,15 @@ contains
    end subroutine measure_curves
 
    !> Length table of an imperfection on a nominal curve.
-   pure function measured(imperfection, curvature) result(table)
+   pure function measured(imperfection, curve) result(table)
       type(imperfection_t), intent(in) :: imperfection
-      real(wp), intent(in) :: curvature
+      type(curve_t), intent(in) :: curve
       type(length_table_t) :: table
       integer, parameter :: halvings = 20       ! limit of refinement, reached at a cusp only
       real(wp) :: from, to, end, width, shortest, s(table_points), rate(table_points)
       integer :: k, i, pieces
       logical :: added
-      table = new_length_table(curvature)
+      table = new_length_table(merge(huge(from), curve%curvature, allocated(curve%path)))
       ! A spline is smooth between its knots only: the panels of the table end at the knots.
       pieces = 1
       if (imperfection%shape == shape_nodal) pieces = size(imperfection%knot) - 1
@@ -106,7 +190,7 @@ contains
          do while (from < end)
             s = panel_places(from, to)
             do i = 1, table_points
-               rate(i) = excess_rate(imperfection, curvature, s(i))
+               rate(i) = excess_rate(imperfection, nominal_bend(curve, s(i) - curve%offset), s(i))
             end do
             call add_panel(table, to, rate, to - from <= shortest, added)
             if (added) then
@@ -124,13 +208,13 @@ contains
    end function measured
 
    !> True length per nominal length, less one.
-   pure real(wp) function excess_rate(imperfection, curvature, s) result(rate)
+   pure real(wp) function excess_rate(imperfection, bend, s) result(rate)
       type(imperfection_t), intent(in) :: imperfection
-      real(wp), intent(in) :: curvature
+      real(wp), intent(in) :: bend(0:2)         !! of the nominal curve there
       real(wp), intent(in) :: s                 !! along the chain
       real(wp) :: w, dw, more
       call imperfection_value(imperfection, s, w, dw)
-      more = curvature * w * (curvature * w - 2.0_wp) + dw**2
+      more = bend(0) * w * (bend(0) * w - 2.0_wp) + dw**2
       rate = more / (1.0_wp + sqrt(1.0_wp + more))
    end function excess_rate
 
@@ -177,6 +261,12 @@ contains
       real(wp), parameter :: same = parallel       !! [rad], and relative
       real(wp) :: turn, span
       span = max(first%length, second%length)
+      if (allocated(first%path) .or. allocated(second%path)) then
+         goes_on = allocated(first%path) .and. allocated(second%path)
+         if (goes_on) goes_on = norm2([second%origin - first%origin, second%angle - first%angle, second%length - first%length, &
+            & at_second - at_first]) <= 0.0_wp
+         return
+      end if
       turn = second%angle + second%curvature * at_second - first%angle - first%curvature * at_first
       turn = modulo(turn + pi, 2.0_wp * pi) - pi
       goes_on = abs(turn) <= same .and. abs(second%curvature - first%curvature) * span <= same .and. &

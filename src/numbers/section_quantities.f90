@@ -18,7 +18,7 @@ module section_quantities
    use state_functional, only: functional_t, section_place_t
    implicit none
    private
-   public :: section_value, watched_section, new_section_functional
+   public :: section_value, watched_section, largest_strain, new_section_functional
 
    ! Quantities, in the order of the deck's words.
    integer, parameter :: axial = 1, shear = 2, moment = 3, strain = 4, stress = 5
@@ -161,7 +161,7 @@ contains
          do k = first(1), first(2)
             e = problem%along(k)
             associate (low => merge(ends(1), 0.0_wp, k == first(1)), high => merge(ends(2), 1.0_wp, k == first(2)))
-               n = 2 * max(problem%model%mesh%stages(e), 1)
+               n = places_in(problem, e)
                step = (high - low) / n
                best = -1.0_wp
                do j = 0, n
@@ -199,6 +199,35 @@ contains
          end associate
       end subroutine take
    end subroutine watched_section
+
+   !> Largest strain of all rods at the ends of the elements and at places between them, without heat and shear, and its element.
+   !> Bending counts where the deck gives the section's shape.
+   subroutine largest_strain(problem, state, value, element)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      real(wp), intent(out) :: value            !! positive; 0 without rods that have a strain
+      integer, intent(out) :: element           !! index in the mesh; 0: none
+      real(wp) :: there
+      integer :: e, j, n
+      value = 0.0_wp
+      element = 0
+      do e = 1, problem%model%mesh%n_elements
+         n = places_in(problem, e)
+         do j = 0, n
+            there = section_value(problem, state, e, real(j, wp) / n, strain)
+            if (.not. there > value) cycle
+            value = there
+            element = e
+         end do
+      end do
+   end subroutine largest_strain
+
+   !> Intervals of an element so short that a section force, a polynomial of the element's order, has at most one extreme in two.
+   pure integer function places_in(problem, e) result(n)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: e
+      n = 2 * max(problem%model%mesh%stages(e), 1)
+   end function places_in
 
    !> Value of the number at a state.
    real(wp) function value_there(self, problem, state) result(value)

@@ -1,13 +1,15 @@
-!> Curves of obstacles as decks describe them: arcs, polylines with rounded corners, splines.
+!> Curves of obstacles as decks describe them: arcs, polylines with rounded corners, closed ones of arcs alone among them, splines.
 module obstacle_shapes
    use kinds, only: wp, pi
    use quintic_spline, only: spline_derivatives, hermite_coefficients, ends_straight, ends_meet
    use obstacle_curve, only: obstacle_curve_t, piece_t, straight_piece, arc_piece, quintic_pieces, join_pieces
    implicit none
    private
-   public :: arc_curve, ellipse_points, polyline_curve, spline_curve, corner_turn, widest_corner_radius, default_corner_radius
+   public :: arc_curve, ellipse_points, polyline_curve, round_and_round, misfit, spline_curve, mirrored, corner_turn, &
+      & widest_corner_radius, default_corner_radius
 
    real(wp), parameter :: straight_on = 1.0e-9_wp   !! [rad] corners with a smaller turn are ignored
+   real(wp), parameter :: same = 1.0e-9_wp          !! part of a curve's size, and [rad], within which images close it
    real(wp), parameter :: default_share = 0.1_wp    !! largest part of a segment for a corner by default
 
 contains
@@ -40,40 +42,53 @@ contains
       point(:, n + 1) = point(:, 1)
    end function ellipse_points
 
-   !> Straight segments through distinct points, with corners rounded by arcs of one radius.
-   function polyline_curve(point, radius) result(curve)
-      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more)
-      real(wp), intent(in) :: radius          !! at most widest_corner_radius(point)
+   !> Points of a polyline with two more at either end, if it is closed, so that each of its points has a turn.
+   pure function round_and_round(point, closed) result(all_points)
+      real(wp), intent(in) :: point(:, :)     !! (2, points)
+      logical, intent(in) :: closed
+      real(wp), allocatable :: all_points(:, :)
+      integer :: n
+      n = size(point, 2)
+      all_points = point
+      if (closed) all_points = reshape([point(:, n - 1:n), point, point(:, 1:2)], [2, n + 4])
+   end function round_and_round
+
+   !> Straight segments through distinct points, with corners rounded by arcs.
+   function polyline_curve(point, radius, closed) result(curve)
+      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more), of round_and_round
+      real(wp), intent(in) :: radius(:)       !! of the corner at each point, such that all fit: see misfit
+      logical, intent(in) :: closed
       type(obstacle_curve_t) :: curve
       type(piece_t), allocatable :: piece(:)
-      real(wp) :: at(2), before(2), start(2), turn, cut, centre(2), arm(2)
-      integer :: i, n, pieces
+      real(wp) :: at(2), before(2), start(2), turn, centre(2), arm(2)
+      integer :: i, n, pieces, beyond
       n = size(point, 2)
+      beyond = merge(2, 0, closed)            ! points of other rounds at either end
       allocate (piece(2 * n))                 ! no more than that
       pieces = 0
       at = point(:, 1)
-      do i = 2, n - 1
+      if (closed) at = point(:, 2) + radius(2) * cut(point, 2) * unit(point(:, 3) - point(:, 2))
+      do i = max(2, beyond + 1), min(n - 1, n - beyond)
          turn = corner_turn(point, i)
          if (abs(turn) < straight_on) cycle
-         cut = radius * tan(0.5_wp * abs(turn))
          before = unit(point(:, i) - point(:, i - 1))
-         start = point(:, i) - cut * before
+         start = point(:, i) - radius(i) * cut(point, i) * before
          call add_straight(start)
-         centre = start + sign(radius, turn) * [-before(2), before(1)]
+         centre = start + sign(radius(i), turn) * [-before(2), before(1)]
          arm = start - centre
          pieces = pieces + 1
-         piece(pieces) = arc_piece(centre, radius, atan2(arm(2), arm(1)), turn)
-         at = point(:, i) + cut * unit(point(:, i + 1) - point(:, i))
+         piece(pieces) = arc_piece(centre, radius(i), atan2(arm(2), arm(1)), turn)
+         at = point(:, i) + radius(i) * cut(point, i) * unit(point(:, i + 1) - point(:, i))
       end do
-      call add_straight(point(:, n))
-      curve = join_pieces(piece(:pieces), closed=.false.)
+      if (.not. closed) call add_straight(point(:, n))
+      curve = join_pieces(piece(:pieces), closed)
 
    contains
 
       !> Adds a straight piece up to a point, unless arcs take the whole segment.
       subroutine add_straight(to)
          real(wp), intent(in) :: to(2)
-         if (norm2(to - at) <= 1.0e-12_wp * norm2(point(:, i) - point(:, i - 1))) return
+         if (norm2(to - at) <= same * norm2(point(:, i) - point(:, i - 1))) return
          pieces = pieces + 1
          piece(pieces) = straight_piece(at, to)
       end subroutine add_straight
@@ -119,6 +134,42 @@ contains
       curve = join_pieces(piece(:pieces), meets)
    end function spline_curve
 
+   !> Points of a curve continued by mirror images beyond ends with a given direction: the mirror lies across it. Beyond one end
+   !> there is one image; beyond both there are as many as close the curve, and the last point is the first one again.
+   function mirrored(point, at, direction, closed) result(all_points)
+      real(wp), intent(in) :: point(:, :)     !! (2, 2 or more)
+      logical, intent(in) :: at(2)            !! true: a mirror at the first, at the last point
+      real(wp), intent(in) :: direction(2)    !! [rad] of the curve there
+      logical, intent(out) :: closed          !! false with two mirrors: the images do not close
+      real(wp), allocatable :: all_points(:, :) !! (2, points)
+      integer, parameter :: most = 24         ! copies: mirrors at angles down to 15 degrees
+      real(wp) :: t(2), angle(2), arm(2, size(point, 2) - 1)
+      integer :: copy, n, m
+      closed = .false.
+      m = size(point, 2)
+      all_points = point
+      angle = direction
+      if (.not. at(2)) then
+         all_points = point(:, m:1:-1)
+         angle = direction([2, 1])
+      end if
+      do copy = 2, merge(most, 2, all(at))
+         n = size(all_points, 2)
+         t = [cos(angle(2)), sin(angle(2))]
+         arm = all_points(:, n - 1:n - m + 1:-1) - spread(all_points(:, n), 2, m - 1)
+         arm = arm - 2.0_wp * spread(t, 2, m - 1) * spread(matmul(t, arm), 1, 2)
+         all_points = reshape([all_points, spread(all_points(:, n), 2, m - 1) + arm], [2, n + m - 1])
+         ! The image ends as its original began, seen in the mirror and in the other sense.
+         angle = [angle(2), 2.0_wp * angle(2) - angle(1)]
+         n = size(all_points, 2)
+         closed = all(at) .and. norm2(all_points(:, n) - point(:, 1)) <= same * norm2(all_points(:, n) - all_points(:, n / 2)) &
+            & .and. norm2([cos(angle(2)), sin(angle(2))] - [cos(direction(1)), sin(direction(1))]) <= same
+         if (closed) all_points(:, n) = all_points(:, 1)
+         if (closed) return
+      end do
+      if (.not. at(2)) all_points = all_points(:, size(all_points, 2):1:-1)
+   end function mirrored
+
    !> Turn [rad] of a polyline at an inner point, > 0 to the left, between -pi and pi.
    pure real(wp) function corner_turn(point, i) result(turn)
       real(wp), intent(in) :: point(:, :)
@@ -128,6 +179,17 @@ contains
       b = point(:, i + 1) - point(:, i)
       turn = atan2(a(1) * b(2) - a(2) * b(1), dot_product(a, b))
    end function corner_turn
+
+   !> Number of the first point whose corner does not fit with that before on the segment between them; 0: all do.
+   pure integer function misfit(point, radius)
+      real(wp), intent(in) :: point(:, :)     !! of round_and_round
+      real(wp), intent(in) :: radius(:)       !! of the corner at each point
+      do misfit = 2, size(point, 2)
+         if (radius(misfit - 1) * cut(point, misfit - 1) + radius(misfit) * cut(point, misfit) > &
+            & (1.0_wp + same) * norm2(point(:, misfit) - point(:, misfit - 1))) return
+      end do
+      misfit = 0
+   end function misfit
 
    !> Largest radius with which all corners of a polyline fit on its segments; huge without corners.
    pure real(wp) function widest_corner_radius(point) result(radius)

@@ -187,7 +187,9 @@ contains
             end if
             return
          end if
-         select case (obstacle%kind)
+         select case (merge(0, obstacle%kind, obstacle%along_rod))
+         case (0)
+            text = text//' along ('//brief(-obstacle%point(2, 2))//', '//brief(obstacle%point(1, 2))//')'
          case (obstacle_line)
             text = text//' from '//place(obstacle%point(:, 1))//' to '//place(obstacle%point(:, 2))//', structure on its left'
          case (obstacle_circle)

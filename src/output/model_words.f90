@@ -110,6 +110,10 @@ contains
          name = 'gap'
          return
       end if
+      if (obstacle%along_rod) then
+         name = 'soil'
+         return
+      end if
       select case (obstacle%kind)
       case (obstacle_line)
          name = 'line'

@@ -145,7 +145,8 @@ contains
             end select
             if (obstacle(i)%kind == obstacle_arc) call hdf5_attribute(file, group, 'angles', obstacle(i)%angle / degree)
             if (.not. any(obstacle(i)%kind == [obstacle_line, obstacle_circle])) call hdf5_write(file, group//'/surface', &
-               & curve_samples(obstacle(i)%curve), 'length', 'points along the surface, which goes on straight beyond its ends')
+               & curve_samples(obstacle(i)%curve), 'length', 'points along the surface, which goes on straight beyond its '// &
+               & 'ends unless they meet')
             call hdf5_attribute(file, group, 'reference_angle', obstacle(i)%reference_angle / degree)
             if (obstacle(i)%rigid) then
                call hdf5_attribute(file, group, 'foundation', 'rigid')

@@ -38,6 +38,8 @@ module run_accuracy
       type(worst_t) :: error_bar              !! widest error bar of a critical load, over the largest load of its step
       type(worst_t) :: rolling                !! range of rolling in both directions that the loads leave undetermined, over the
       !! size, see rolling_rods
+      type(worst_t) :: strain                 !! largest strain of the rods, see largest_strain
+      character(:), allocatable :: strain_words !! words on it; allocated if it is not small
       character(:), allocatable :: rolling_words !! place and kind of rolling; allocated if such a point exists
       character(:), allocatable :: hanging_words !! monitors that rolling leaves undetermined; allocated if there are any
       character(:), allocatable :: bar_words  !! name of that critical load; allocated if the bar is wider than the deck allows
@@ -67,7 +69,7 @@ contains
    !> All checks with their worst values, in the order of the listing.
    function checks_of(accuracy) result(list)
       type(accuracy_t), intent(in) :: accuracy
-      type(check_t) :: list(12)
+      type(check_t) :: list(13)
       integer :: n
       n = 0
       call add('residual', 'relative residual', 'largest relative residual of all points', accuracy%residual)
@@ -88,6 +90,9 @@ contains
       call add('rolling', 'roll left open / size of the structure', 'largest way over the size of the structure that a rod may ' &
          & //'roll about its clamp, either way, as the loads do not tell; displacements are those in the middle; point 0: it may ' &
          & //'not', accuracy%rolling, if_found=.true.)
+      call add('strain', 'largest strain of the rods', 'largest strain of the rods without heat, with that of bending where the ' &
+         & //'shape of the section is given; the rod theory assumes that it is small; point 0: there is none', accuracy%strain, &
+         & if_found=.true.)
       call add('force_balance', 'balance of forces', 'largest |loads + supports + contact| over the force scale', &
          & accuracy%force_balance)
       call add('moment_balance', 'balance of moments', &

@@ -5,7 +5,7 @@ module ground
    use model, only: model_t
    use gauss_tableau, only: tableau_t, max_stages, gauss_points, stage_basis
    use rod_geometry, only: geometry_t
-   use reference_curve, only: curve_point, curve_abscissa
+   use reference_curve, only: curve_point, curve_abscissa, is_straight
    use candidates, only: candidates_t, new_candidates
    implicit none
    private
@@ -94,7 +94,7 @@ contains
          integer :: k, j, stages
          associate (curve => model%curve(model%mesh%curve(element)), g => home%element(element), &
             & table => ground%deviation(:, :, element))
-            if (.not. abs(curve%curvature) > 0.0_wp .and. curve%imperfection == 0) return
+            if (is_straight(curve)) return
             stages = model%mesh%stages(element)
             call curve_point(curve, model%imperfection, g%s(1), start, angle, speed)
             do k = 1, n_knots

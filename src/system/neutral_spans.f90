@@ -13,6 +13,7 @@ module neutral_spans
    use kinds, only: wp
    use obstacle_types, only: obstacle_line
    use problem, only: problem_t
+   use reference_curve, only: is_straight
    implicit none
    private
    public :: free_clamps, exactly_parallel
@@ -86,7 +87,7 @@ contains
          end associate
          do e = first, last
             associate (curve => problem%model%curve(mesh%curve(e)))
-               along = along .and. curve%imperfection == 0 .and. abs(curve%curvature) <= 0.0_wp .and. &
+               along = along .and. is_straight(curve) .and. &
                   & abs(d(1) * sin(curve%angle) - d(2) * cos(curve%angle)) <= exactly_parallel
             end associate
          end do

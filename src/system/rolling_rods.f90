@@ -59,7 +59,7 @@ contains
             do i = 1, 2
                associate (curve => model%curve(mesh%curve(e(i))))
                   angle(i) = curve%angle + curve%curvature * mesh%s(3 - i, e(i))
-                  alike = alike .and. curve%imperfection == 0
+                  alike = alike .and. curve%imperfection == 0 .and. .not. allocated(curve%path)
                end associate
             end do
             associate (a => model%curve(mesh%curve(e(1))), b => model%curve(mesh%curve(e(2))))

@@ -158,7 +158,7 @@ def nearest(obstacle, middle: np.ndarray, size: float) -> np.ndarray:
     if obstacle.kind == "circle":
         angle = np.linspace(0.0, 2.0 * np.pi, 91)
         points = obstacle.centre + obstacle.radius * np.column_stack((np.cos(angle), np.sin(angle)))
-    elif obstacle.kind == "line":
+    elif obstacle.kind in ("line", "soil"):
         along = (obstacle.points[1] - obstacle.points[0]) / np.hypot(*(obstacle.points[1] - obstacle.points[0]))
         points = (obstacle.points[0] + ((middle - obstacle.points[0]) @ along) * along)[None, :]
     else:

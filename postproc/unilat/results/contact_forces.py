@@ -108,7 +108,7 @@ def normal_at(obstacle: Obstacle, place: np.ndarray) -> np.ndarray:
         away = place - obstacle.centre
         away = away / (np.hypot(*away) or 1.0)
         return away if obstacle.side == "outside" else -away
-    points = obstacle.points if obstacle.kind == "line" else obstacle.surface
+    points = obstacle.points if obstacle.kind in ("line", "soil") else obstacle.surface
     chord = np.diff(points, axis=0)
     share = np.einsum("ij,ij->i", place - points[:-1], chord) / np.einsum("ij,ij->i", chord, chord)
     near = points[:-1] + np.clip(share, 0.0, 1.0)[:, None] * chord

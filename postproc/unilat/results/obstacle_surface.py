@@ -12,6 +12,8 @@ def surfaces(obstacle: Obstacle, limits: np.ndarray, stretch: float = 1.0) -> li
 
     `limits` (2, 2): lower left and upper right corner of the picture, which has y drawn `stretch` times larger.
     """
+    if obstacle.kind == "soil":
+        return []
     if obstacle.kind == "gap":
         unit = np.array((1.0, stretch))
         across = 0.02 * max((limits[1] - limits[0]) * unit) * np.array((obstacle.normal[1], -obstacle.normal[0])) / unit
@@ -42,8 +44,10 @@ def line_surface(obstacle: Obstacle, limits: np.ndarray):
 
 
 def curve_surface(obstacle: Obstacle, limits: np.ndarray):
-    """The curve with its straight continuations as far as the picture reaches; its right side is solid."""
+    """The curve with its straight continuations as far as the picture reaches, unless its ends meet; its right side is solid."""
     surface = obstacle.surface
+    if np.hypot(*(surface[-1] - surface[0])) < 1e-9 * np.max(np.ptp(surface, axis=0)):
+        return surface, -1.0
     reach = np.hypot(*(limits[1] - limits[0])) + np.max(np.hypot(*(surface - limits.mean(axis=0)).T))
     ends = []
     for end, before in ((surface[0], surface[1]), (surface[-1], surface[-2])):

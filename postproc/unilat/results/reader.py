@@ -267,9 +267,9 @@ def _critical(path_group: h5py.Group, path: dict[str, Column], monitors: dict[st
 def _obstacle(name: str, item: h5py.Group | h5py.Dataset) -> Obstacle:
     attrs = item.attrs
     kind = text(attrs["type"]).lower()
-    if kind not in ("line", "circle", "arc", "polyline", "spline", "gap"):
+    if kind not in ("line", "circle", "arc", "polyline", "spline", "gap", "soil"):
         raise ValueError(f"obstacle {name} has the unknown type '{kind}'")
-    if kind == "line":
+    if kind in ("line", "soil"):
         points = np.array(attrs["points"], dtype=float).reshape(2, 2)
     else:
         points = item["points"][()] if kind in ("polyline", "spline", "gap") else None

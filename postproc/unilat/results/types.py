@@ -58,7 +58,7 @@ class Mesh:
 @dataclass(frozen=True, repr=False)
 class Obstacle:
     name: str
-    kind: str                 # "line", "circle", "arc", "polyline" or "spline"; "gap": the stops of a *GAP
+    kind: str                 # "line", "circle", "arc", "polyline" or "spline"; "gap": the stops of a *GAP, "soil": *AXIAL SOIL
     side: str                 # circle: the structure is "inside" or "outside"; the others: "left" of the sense of the points
     points: np.ndarray | None        # line: (2, 2); polyline, spline: (points, 2); gap: (stops, 2)
     centre: np.ndarray | None        # circle, arc: (2)
@@ -67,7 +67,7 @@ class Obstacle:
     foundation: str           # "rigid", "winkler" or "law"
     modulus: float            # force per unit length of rod and unit penetration; gap: force per unit penetration
     angles: np.ndarray | None = None     # arc: (2) [degrees] directions from the centre to its ends
-    surface: np.ndarray | None = None    # arc, polyline, spline: (samples, 2) along it; it goes on straight beyond both ends
+    surface: np.ndarray | None = None    # arc, polyline, spline: (samples, 2) along it; it goes on straight beyond both ends, unless they meet
     number: int = 0           # in the deck, from 1; the stops of *GAP after the obstacles
     normal: np.ndarray | None = None     # gap: (2) direction in which the stops push
 
