@@ -194,8 +194,9 @@ contains
          & next%problem), next%state), next%state%load_factor - here%state%load_factor, here%state%load_factor) >= 0.0_wp
    end function goes_on_smoothly
 
-   !> True if no gap of a free span beside a contact has the wrong sign. The gap of a span that just opened is smaller than the slack
-   !> of its test, but larger than rounding: between two points of contact the rod may lie along a straight obstacle without force.
+   !> True if no gap of a free span beside a contact has the wrong sign. The gap of a span that just opened is smaller than the
+   !> slack of its test, but larger than rounding: between two points of contact the rod may lie along a straight obstacle without
+   !> force.
    pure logical function gaps_are_open(problem, tests, edit) result(open)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: tests(:)
