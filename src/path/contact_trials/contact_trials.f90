@@ -260,7 +260,8 @@ contains
       if (step%method /= method_displacement) first_load = abs(step%increment)
    end function first_load
 
-   !> True if two problems have the same point and line contacts; the places of touchdown points may differ.
+   !> True if two problems have the same point and line contacts with ends at the same segment boundaries or inside the same
+   !> segments; the places of touchdown points may differ.
    logical function same_kind(one, other) result(same)
       type(problem_t), intent(in) :: one, other
       type(strip_t), allocatable :: strip(:)
@@ -274,10 +275,8 @@ contains
       do k = 1, size(a)
          same = same .and. a(k)%contact == b(k)%contact .and. a(k)%rod_segment == b(k)%rod_segment .and. (a(k)%line .eqv. b(k)%line)
          if (.not. same) return
-         do side = 1, 2
-            same = same .and. (strip(a(k)%rod_segment)%at_boundary(a(k)%at(side)) .eqv. &
-               & strip(b(k)%rod_segment)%at_boundary(b(k)%at(side)))
-         end do
+         same = all([(strip(a(k)%rod_segment)%cell(a(k)%at(side)) == strip(b(k)%rod_segment)%cell(b(k)%at(side)), side=1, 2)])
+         if (.not. same) return
       end do
    end function same_kind
 

@@ -19,6 +19,7 @@ module rod_strips
       procedure :: length => strip_length
       procedure :: ends => strip_ends
       procedure :: at_boundary
+      procedure :: cell
    end type strip_t
 
 contains
@@ -233,6 +234,22 @@ contains
       integer :: k
       at_boundary = any([(coincide(strip, strip%start(k), at), k=1, size(strip%start))])
    end function at_boundary
+
+   !> Where a place is on the strip: 2 i at the segment boundary i, 2 i + 1 between the boundaries i and i + 1. The end of a closed
+   !> strip is its first boundary.
+   pure integer function cell(strip, at)
+      class(strip_t), intent(in) :: strip
+      real(wp), intent(in) :: at
+      integer :: k, last
+      real(wp) :: along
+      last = size(strip%start)
+      along = at
+      if (strip%closed) along = modulo(at, strip%length())
+      cell = 2 * count(strip%start <= along) + 1
+      do k = last, 1, -1
+         if (coincide(strip, strip%start(k), at)) cell = 2 * k
+      end do
+   end function cell
 
    pure real(wp) function strip_length(strip) result(length)
       class(strip_t), intent(in) :: strip
