@@ -137,7 +137,8 @@ def test_a_point_of_the_path_just_before_a_split(increments, before):
     text = RING.format(k=3e9, element="GE8", count="", stop=0.02, accuracy="*ACCURACY, TOLERANCE=1E-5\n")
     run = dr.run_deck(dr.changed(text, ("METHOD=CYLINDRICAL", "METHOD=LOAD"), ("1., 1E-9, 0.02", f"{first!r}, 1E-9, {first!r}")))
     point = run.only("C-")
-    assert abs(point.load_factor - 65.91675634) <= min(point.error + 1e-8, 1e-5 * point.load_factor)
+    # The remainder of Newton's iteration, a few 1e-9 of the load, is not in the bar.
+    assert abs(point.load_factor - 65.91675634) <= min(point.error + 3e-9 * point.load_factor, 1e-5 * point.load_factor)
 
 
 @dr.release_only
