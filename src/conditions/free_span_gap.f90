@@ -204,8 +204,7 @@ contains
       do e = line%first, line%last
          line%profile(e) = new_profile(problem, state, e)
          if (problem%conforms(e) > 0) cycle
-         if (problem%model%mesh%family(e) == family_ge .and. .not. problem%ground%founded(e)) &
-            & call mend_ends(problem, state, line%profile(e), 2)
+         if (problem%model%mesh%family(e) == family_ge) call mend_ends(problem, state, line%profile(e), 2)
       end do
    end subroutine make_profiles
 

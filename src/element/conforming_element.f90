@@ -16,6 +16,13 @@
 !> N and M follow from sigma and P, a linear equation: N (1 + EI k^2/EA) = P - o k EI (o k (1 + e_T) - k0 - k_T).
 !> For an inextensible rod 1/EA = 0: sigma is then a function of s alone, and P is the constraint force. As in ge_element, the
 !> tangent of such an element has a small artificial extension at the second end, which axial_rigidity removes from solutions.
+!>
+!> A foundation along the element exerts the force f per unit stress-free length, which depends on the place along the track. Its
+!> quadrature has points of its own, tau_q with the weights w_q, as in ge_element: the work of f on
+!>   sigma(tau) = sigma_1 + h sum b_j(tau) o (1 + e_j),   b_j the integral of the j-th Lagrange polynomial,
+!> adds - h sum w_q (1 - b_i(tau_q)/b_i(1)) f_q . (o tangent) to P at stage i, and - h sum w_q f_q . (o tangent) to P at the second
+!> end. The tangent remains symmetric.
+!>
 !> Stored unknowns z = (P at the first end, P at the stages, sigma at the stages less that of the first end) are condensed out here,
 !> as in ge_element: N never comes from EA times a difference of coordinates.
 module conforming_element
@@ -25,6 +32,7 @@ module conforming_element
    use small_dense, only: solve_small
    use rod_load, only: ge_load_t, line_at_stage, line_at
    use rod_compliance, only: ge_stiffness_t
+   use inner_forces, only: inner_forces_t
    use obstacle_track, only: track_t, track_at, track_between
    implicit none
    private
@@ -43,6 +51,13 @@ module conforming_element
       real(wp) :: pull_by_sigma = 0.0_wp, pull_by_load = 0.0_wp
    end type section_t
 
+   !> Force of a foundation along the rod, at one point of its quadrature: f . (o tangent) [force/length].
+   type :: hold_t
+      real(wp) :: force = 0.0_wp
+      real(wp) :: by_place = 0.0_wp, by_load = 0.0_wp !! derivatives by sigma at the point and by the load factor
+      real(wp) :: by_stage(max_stages) = 0.0_wp, by_force(max_stages) = 0.0_wp !! derivatives by sigma and P at the stages
+   end type hold_t
+
    !> Dense output of an element: the polynomials of sigma and P, and what the section at a place needs.
    type :: conforming_output_t
       private
@@ -53,6 +68,7 @@ module conforming_element
       type(track_t) :: near                 !! a point of the element's piece of the track
       real(wp) :: sigma = 0.0_wp, p = 0.0_wp !! at the first end
       real(wp) :: run(max_stages) = 0.0_wp, pull(max_stages) = 0.0_wp !! sigma' and P' at the stages, times the element's length
+      real(wp) :: miss = 0.0_wp             !! P at the second end less that of its polynomial of degree s
    end type conforming_output_t
 
    ! Columns of the local linearisation before condensation.
@@ -72,8 +88,8 @@ contains
    !> the sum over elements minus the node loads vanishes in equilibrium. With ds the increments of sigma at both ends and dl
    !> that of the load factor,
    !>   f + k ds - fl dl   are the end forces after one Newton step,   z + op (ds, 1, dl)   the stored unknowns.
-   subroutine conforming_evaluate(tab, h, sense, bend, obstacle, offset, first, last, ahead, compliance, load, z, f, raw, k, &
-      & fl, op, defect, ok)
+   subroutine conforming_evaluate(tab, h, sense, bend, obstacle, offset, first, last, ahead, compliance, load, z, inner, f, raw, &
+      & k, fl, op, defect, ok)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h                !! stress-free length
       real(wp), intent(in) :: sense            !! o: 1 or -1
@@ -85,6 +101,7 @@ contains
       type(ge_stiffness_t), intent(in) :: compliance !! axial and bending (> 0) compliance; no shear
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: z(:)             !! (conforming_size) stored unknowns
+      type(inner_forces_t), intent(in) :: inner !! forces of foundations
       real(wp), intent(out) :: f(2)            !! condensed end forces: internal residuals eliminated
       real(wp), intent(out) :: raw(2)          !! end forces from the stored unknowns, without rounding errors multiplied by EA
       real(wp), intent(out) :: k(2, 2)         !! condensed tangent, symmetric
@@ -94,12 +111,13 @@ contains
       logical, intent(out) :: ok               !! false: the internal system is singular or 1 + e <= 0; outputs undefined
       type(section_t) :: section(max_stages)
       type(track_t) :: near
+      type(hold_t) :: hold(inner%n)
       real(wp) :: system(2 * max_stages, 2 * max_stages), rhs(n_by, 2 * max_stages), weight(2 * max_stages) ! equations are columns,
       ! see solve_small
       real(wp) :: dend(n_by), dtail(n_by), dsigma(n_by), dp(n_by), ends(conforming_columns)
-      real(wp) :: residual_sigma, residual_p, end_defect, tail, line(2), line_rate(2)
+      real(wp) :: residual_sigma, residual_p, end_defect, tail, line(2), line_rate(2), share
       logical :: singular
-      integer :: i, j, s
+      integer :: i, j, q, s
       s = tab%stages
       near = track_between(obstacle, offset, first, last)
       do i = 1, s
@@ -108,6 +126,15 @@ contains
             & load, line, line_rate, z(1 + i))
       end do
       ok = all(section(:s)%stretch > 0.0_wp)
+      do q = 1, inner%n
+         hold(q) = hold_at(track_at(obstacle, offset, first%sigma + sense * h * dot_product(inner%basis(:s, q), &
+            & section(:s)%stretch), near), sense, inner, q)
+         associate (part => h * inner%basis(:s, q))
+            hold(q)%by_stage(:s) = hold(q)%by_place * part * section(:s)%run_by_sigma
+            hold(q)%by_force(:s) = hold(q)%by_place * part * section(:s)%run_by_p
+            hold(q)%by_load = hold(q)%by_load + hold(q)%by_place * dot_product(part, section(:s)%run_by_load)
+         end associate
+      end do
 
       ! Linearised stage equations, those of sigma before those of P.
       defect = 0.0_wp
@@ -132,6 +159,14 @@ contains
                rhs(by_load, i) = rhs(by_load, i) + w * at%run_by_load
                rhs(by_load, s + i) = rhs(by_load, s + i) + w * at%pull_by_load
             end associate
+         end do
+         do q = 1, inner%n
+            share = h * inner%weight(q) * (1.0_wp - inner%basis(i, q) / tab%b(i))
+            residual_p = residual_p + share * hold(q)%force
+            system(:s, s + i) = system(:s, s + i) + share * hold(q)%by_stage(:s)
+            system(s + 1:2 * s, s + i) = system(s + 1:2 * s, s + i) + share * hold(q)%by_force(:s)
+            rhs(by_sigma, s + i) = rhs(by_sigma, s + i) - share * (hold(q)%by_place + sum(hold(q)%by_stage(:s)))
+            rhs(by_load, s + i) = rhs(by_load, s + i) - share * hold(q)%by_load
          end do
          rhs(by_residual, i) = -residual_sigma
          rhs(by_residual, s + i) = -residual_p
@@ -162,6 +197,13 @@ contains
             dend(by_load) = dend(by_load) + w * at%run_by_load
             dtail(by_load) = dtail(by_load) + w * at%pull_by_load
          end associate
+      end do
+      do q = 1, inner%n
+         share = h * inner%weight(q)
+         tail = tail - share * hold(q)%force
+         dtail = dtail - share * (matmul(rhs(:, :s), hold(q)%by_stage(:s)) + matmul(rhs(:, s + 1:2 * s), hold(q)%by_force(:s)))
+         dtail(by_sigma) = dtail(by_sigma) - share * (hold(q)%by_place + sum(hold(q)%by_stage(:s)))
+         dtail(by_load) = dtail(by_load) - share * hold(q)%by_load
       end do
       defect(2) = max(defect(2), abs(end_defect))
       ! The artificial extension acts at the second end only: the tangent is that of two elements in series, and symmetric.
@@ -194,9 +236,11 @@ contains
       fl(2) = -sense * (dtail(by_p) * ends(4) + dtail(by_load))
    end subroutine conforming_evaluate
 
-   !> Dense output of an element, from the arguments of conforming_evaluate.
-   pure type(conforming_output_t) function new_output(h, sense, bend, obstacle, offset, first, last, compliance, load, z) &
-      & result(output)
+   !> Dense output of an element, from the arguments of conforming_evaluate. No sum of loads contains the force of a foundation: on
+   !> it P is the polynomial through the stored values, and the value at the second end if the foundation's forces are given.
+   pure type(conforming_output_t) function new_output(tab, h, sense, bend, obstacle, offset, first, last, compliance, load, z, &
+      & founded, inner) result(output)
+      type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, sense
       real(wp), intent(in) :: bend(:)          !! (stages)
       type(obstacle_t), intent(in) :: obstacle
@@ -205,9 +249,13 @@ contains
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: z(:)
+      logical, intent(in) :: founded           !! true: a foundation acts along the element
+      type(inner_forces_t), intent(in), optional :: inner
       type(section_t) :: at
-      real(wp) :: line(2), line_rate(2)
-      integer :: i, s
+      type(hold_t) :: hold
+      real(wp) :: line(2), line_rate(2), rise(1, max_stages), system(max_stages, max_stages)
+      logical :: singular
+      integer :: i, q, s
       s = size(bend)
       output%sense = sense
       output%length = h
@@ -224,6 +272,20 @@ contains
          output%run(i) = h * (sense * at%stretch)
          output%pull(i) = h * at%pull
       end do
+      if (.not. founded) return
+      if (present(inner)) then
+         output%miss = dot_product(tab%b(:s), output%pull(:s))
+         do q = 1, inner%n
+            hold = hold_at(track_at(obstacle, offset, first%sigma + dot_product(inner%basis(:s, q), output%run(:s)), &
+               & output%near), sense, inner, q)
+            output%miss = output%miss - h * inner%weight(q) * hold%force
+         end do
+      end if
+      rise(1, :s) = z(2:1 + s) - z(1)
+      system = transpose(tab%a)
+      call solve_small(s, system, rise, singular)
+      output%pull(:s) = rise(1, :s)
+      if (present(inner)) output%miss = output%miss - dot_product(tab%b(:s), output%pull(:s))
    end function new_output
 
    !> Track and force P at a place of an element.
@@ -237,20 +299,23 @@ contains
       real(wp) :: basis(max_stages)
       call stage_basis(tab, tau, basis)
       here = track_at(obstacle, output%offset, output%sigma + dot_product(basis(:tab%stages), output%run(:tab%stages)), output%near)
-      p = output%p + dot_product(basis(:tab%stages), output%pull(:tab%stages))
+      p = output%p + dot_product(basis(:tab%stages), output%pull(:tab%stages)) + &
+         & output%miss * tau * product((tau - tab%c(:tab%stages)) / (1.0_wp - tab%c(:tab%stages)))
    end subroutine output_at
 
    !> Resultants inside an element. As in ge_element: n' = -q - p J r' - f, m' = -r' x n, N positive in tension, Q along the normal
    !> to the left of the rod. N and M follow from sigma and P at the place,
    !>   Q = -M'/(1 + e),   M' = EI (k' (1 + e)^2 + o k N'/EA - k0'),   N' = -o k M' - q_t,
    !> and the reaction from equilibrium along the normal, with Q' from the derivatives of these equations.
-   pure subroutine conforming_resultants(output, tab, obstacle, tau, k0, here, n, q, m, density)
+   pure subroutine conforming_resultants(output, tab, obstacle, tau, k0, ground, here, n, q, m, density)
       type(conforming_output_t), intent(in) :: output
       type(tableau_t), intent(in) :: tab
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
       real(wp), intent(in) :: k0(0:2)          !! stress-free curvature at the place, and its first two derivatives by the
       !! stress-free length
+      real(wp), intent(in) :: ground(2, 0:1)   !! force of foundations per unit stress-free length, and its
+      !! derivative by this length
       type(track_t), intent(out) :: here       !! the track at the place
       real(wp), intent(out) :: n, q, m         !! N, Q and M at the place
       real(wp), intent(out), optional :: density !! reaction of the obstacle per unit stress-free length, positive when it pushes
@@ -259,7 +324,8 @@ contains
       call output_at(output, tab, obstacle, tau, here, p)
       associate (sense => output%sense, compliance => output%compliance, load => output%load)
          call line_at(tab, load, tau, line, line_slope)
-         line_slope = line_slope / output%length
+         line_slope = line_slope / output%length + ground(:, 1)
+         line = line + ground(:, 0)
          at = section_at(here, sense, k0(0), compliance, load, line, line_slope, p)
          n = at%n
          m = at%m
@@ -285,6 +351,20 @@ contains
          density = -sense * (q1 + n * sense * here%curvature * at%stretch + across + load%pressure * at%stretch)
       end associate
    end subroutine conforming_resultants
+
+   !> Force of a foundation along the rod at a point of its quadrature, `at` this place of the track.
+   pure type(hold_t) function hold_at(at, sense, inner, q) result(hold)
+      type(track_t), intent(in) :: at
+      real(wp), intent(in) :: sense
+      type(inner_forces_t), intent(in) :: inner
+      integer, intent(in) :: q
+      real(wp) :: slope
+      slope = dot_product(inner%normal(:, q), at%tangent)
+      hold%force = sense * dot_product(inner%force(:, q), at%tangent)
+      hold%by_place = sense * (at%curvature * dot_product(inner%force(:, q), [-at%tangent(2), at%tangent(1)]) - &
+         & inner%spring(q) * slope**2 - dot_product(at%tangent, matmul(inner%sway(:, :, q), at%tangent)))
+      hold%by_load = sense * (inner%spring(q) * inner%approach(q) * slope + dot_product(inner%rate(:, q), at%tangent))
+   end function hold_at
 
    !> N, M and the right-hand sides of sigma' and P' with their derivatives, at a place `at` of the track for a given P.
    pure type(section_t) function section_at(at, sense, bend, compliance, load, line, line_rate, p) result(section)

@@ -8,20 +8,23 @@ module conforming_span
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, element_compliance, element_load, element_displacement, node_position, obstacle_shift, &
       & candidate_offset, closing_rate
-   use reference_curve, only: curve_point, curve_abscissa, curve_length, curve_bend
-   use gauss_tableau, only: max_stages
+   use reference_curve, only: curve_abscissa, curve_length, curve_bend
+   use gauss_tableau, only: max_stages, stage_basis
+   use small_dense, only: solve_small
    use obstacle_track, only: track_t, track_foot, track_ahead, across_joint, joint_shares
    use rod_load, only: ge_load_t
    use ge_element, only: ge_columns
    use ge_fields, only: ge_end_forces
    use inner_forces, only: inner_forces_t
+   use ground_density, only: foundation_density, home_at
    use conforming_element, only: conforming_evaluate, conforming_output_t, new_output, output_at, conforming_resultants, &
       & conforming_size
    implicit none
    private
-   public :: evaluate_conforming, lying_t, conforming_forces, conforming_displacement, conforming_resultant, conforming_track, &
-      & track_below, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, flat_excess, rolled_t, &
-      & rolled, excess_curvature, excess_rate, node_track, track_joints, track_sense, rod_angle, bend_at, ge_end, density_samples
+   public :: evaluate_conforming, lying_t, conforming_forces, conforming_displacement, conforming_change, conforming_resultant, &
+      & conforming_track, track_below, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, &
+      & flat_excess, rolled_t, rolled, excess_curvature, excess_rate, node_track, track_joints, track_sense, rod_angle, bend_at, &
+      & ge_end, density_samples
 
    !> Bound of (relative curvature times structure's size) below which a point contact is osculating; smaller values are rounding or
    !> residuals of Newton's method.
@@ -364,10 +367,11 @@ contains
    !> Conforming element in the form that linear_system expects of every element: in global axes, with the displacements of both
    !> nodes as unknowns. A displacement of the obstacle acts like the opposite displacement of the nodes; a closing gap displaces
    !> the nodes along their normals.
-   subroutine evaluate_conforming(problem, state, e, f, raw, k, fl, op, defect, ok)
+   subroutine evaluate_conforming(problem, state, e, inner, f, raw, k, fl, op, defect, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
+      type(inner_forces_t), intent(in) :: inner     !! forces of foundations
       real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :) !! as in ge_evaluate
       real(wp), intent(out) :: defect(2)            !! residuals: force and position
       logical, intent(out) :: ok
@@ -391,8 +395,8 @@ contains
       associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c(1))), g => state%geometry%element(e), &
          & motion => problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(c(1))))
          call conforming_evaluate(problem%tableau(s), g%length, sense, bend(:s), obstacle, offset, track(1), track(2), &
-            & track_ahead(obstacle, offset, track(1), track(2)), problem%compliance(e), load, state%z(:z, e), f2, raw2, k2, fl2, &
-            & op4(:z, :), defect, ok)
+            & track_ahead(obstacle, offset, track(1), track(2)), problem%compliance(e), load, state%z(:z, e), inner, f2, raw2, &
+            & k2, fl2, op4(:z, :), defect, ok)
          if (.not. ok) return
          along = [dot_product(t(:, 1), motion), dot_product(t(:, 2), motion)]
          fl2 = fl2 + matmul(k2, along)
@@ -404,8 +408,8 @@ contains
                moved(i) = track_foot(obstacle, offset + step, track(i)%place + step * [-t(2, i), t(1, i)])
             end do
             call conforming_evaluate(problem%tableau(s), g%length, sense, bend(:s), obstacle, offset + step, moved(1), moved(2), &
-               & track_ahead(obstacle, offset + step, moved(1), moved(2)), problem%compliance(e), load, state%z(:z, e), f2b, &
-               & raw2b, k2b, fl2b, op4b(:z, :), defect_b, ok)
+               & track_ahead(obstacle, offset + step, moved(1), moved(2)), problem%compliance(e), load, state%z(:z, e), inner, &
+               & f2b, raw2b, k2b, fl2b, op4b(:z, :), defect_b, ok)
             if (.not. ok) return
             fl2 = fl2 - (rate / step) * (f2b - f2)
             op4(:z, 4) = op4(:z, 4) + (rate / step) * (op4b(:z, 3) - op4(:z, 3))
@@ -460,19 +464,31 @@ contains
       real(wp), intent(out) :: local(3), place(2), angle
       real(wp), intent(out), optional :: density
       type(track_t) :: track
+      real(wp) :: ground(2, 0:1), force, stretch
+      type(ge_load_t) :: load
       associate (e => here%element, obstacle => problem%candidates%obstacle(problem%conforms(here%element)))
+         ground = 0.0_wp
+         if (problem%ground%founded(e)) then
+            call output_at(here%output, problem%tableau(problem%model%mesh%stages(e)), problem%model%obstacle(obstacle), tau, &
+               & track, force)
+            load = element_load(problem, state, e)
+            stretch = 1.0_wp + load%strain + problem%compliance(e)%axial * force
+            ground = foundation_density(problem, state, e, tau, track%place + obstacle_shift(problem, state, obstacle), &
+               & here%sense * stretch * track%tangent)
+         end if
          call conforming_resultants(here%output, problem%tableau(problem%model%mesh%stages(e)), problem%model%obstacle(obstacle), &
-            & tau, bend_at(problem, state, e, tau), track, local(1), local(2), local(3), density)
+            & tau, bend_at(problem, state, e, tau), ground, track, local(1), local(2), local(3), density)
          place = track%place + obstacle_shift(problem, state, obstacle)
       end associate
       angle = atan2(here%sense * track%tangent(2), here%sense * track%tangent(1))
    end subroutine look_at
 
    !> A conforming element's dense output.
-   pure type(lying_t) function lying(problem, state, e)
+   pure type(lying_t) function lying(problem, state, e, inner)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
+      type(inner_forces_t), intent(in), optional :: inner
       type(track_t) :: track(2)
       integer :: c(2), i
       c = [problem%conforms(e), problem%candidates%neighbour(2, problem%conforms(e))]
@@ -481,10 +497,12 @@ contains
       end do
       lying%element = e
       lying%sense = track_sense(problem, state, c(1), track(1))
-      lying%output = new_output(state%geometry%element(e)%length, lying%sense, stage_bends(problem, state, e), &
+      lying%output = new_output(problem%tableau(problem%model%mesh%stages(e)), state%geometry%element(e)%length, lying%sense, &
+         & stage_bends(problem, state, e), &
          & problem%model%obstacle(problem%candidates%obstacle(c(1))), -candidate_offset(problem, state, problem%candidates, c(1)), &
          & track(1), track(2), problem%compliance(e), element_load(problem, state, e), &
-         & state%z(:conforming_size(problem%model%mesh%stages(e)), e))
+         & state%z(:conforming_size(problem%model%mesh%stages(e)), e), problem%ground%founded(e), &
+         & inner)
    end function lying
 
    !> Displacements and rotation inside a conforming element.
@@ -495,28 +513,55 @@ contains
       real(wp), intent(in) :: tau
       type(lying_t), intent(inout) :: kept          !! as in conforming_forces, also in the following procedures
       real(wp), intent(out) :: u(3)
-      real(wp) :: local(3), place(2), angle, x(2), home, speed, s, near
-      call conforming_forces(problem, state, e, tau, local, place, angle, kept=kept)
-      associate (curve => problem%model%curve(problem%model%mesh%curve(e)), g => state%geometry%element(e))
-         s = curve_abscissa(curve, problem%model%imperfection, g%s(1), tau * g%length)
-         call curve_point(curve, problem%model%imperfection, s, x, home, speed)
-      end associate
-      u(1:2) = place - x
+      type(track_t) :: track
+      real(wp) :: force, x(2), home, near
+      call conforming_track(problem, state, e, tau, kept, track, force)
+      call home_at(problem, state, e, tau, x, home)
+      u(1:2) = track%place + obstacle_shift(problem, state, problem%candidates%obstacle(problem%conforms(e))) - x
       ! The rotation is shifted by the same multiple of 2 pi as at the nodes.
       near = 0.5_wp * sum(state%u(3, problem%model%mesh%node(:, e)))
-      u(3) = angle - home
+      u(3) = atan2(kept%sense * track%tangent(2), kept%sense * track%tangent(1)) - home
       u(3) = u(3) - 2.0_wp * pi * anint((u(3) - near) / (2.0_wp * pi))
    end subroutine conforming_displacement
 
+   !> Displacement of a place inside a conforming element by changes of its unknowns and of the load factor.
+   pure subroutine conforming_change(problem, state, e, tau, kept, du, dz, y, change)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e
+      real(wp), intent(in) :: tau
+      type(lying_t), intent(inout) :: kept
+      real(wp), intent(in) :: du(6), dz(:)          !! changes of the nodes' displacements and of the stored unknowns
+      real(wp), intent(in) :: y                     !! change of the load factor
+      real(wp), intent(out) :: change(2)
+      type(track_t) :: first, track
+      real(wp) :: force, basis(max_stages), rise(1, max_stages), system(max_stages, max_stages)
+      logical :: singular
+      associate (s => problem%model%mesh%stages(e), tab => problem%tableau(problem%model%mesh%stages(e)), &
+         & motion => y * problem%model%step(problem%step)%load%motion(:, problem%candidates%obstacle(problem%conforms(e))))
+         call conforming_track(problem, state, e, tau, kept, track, force)
+         first = node_track(problem, state, problem%conforms(e))
+         ! The polynomial through the changes at the stages.
+         system = transpose(tab%a)
+         rise(1, :s) = dz(2 + s:1 + 2 * s)
+         call solve_small(s, system, rise, singular)
+         call stage_basis(tab, tau, basis)
+         change = motion + (dot_product(first%tangent, du(1:2) - motion) + dot_product(basis(:s), rise(1, :s))) * track%tangent
+      end associate
+   end subroutine conforming_change
+
    !> (n_x, n_y, m) inside a conforming element.
-   pure subroutine conforming_resultant(problem, state, e, tau, kept, resultant)
+   pure subroutine conforming_resultant(problem, state, e, tau, kept, resultant, inner)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
       type(lying_t), intent(inout) :: kept
       real(wp), intent(out) :: resultant(3)
+      type(inner_forces_t), intent(in), optional :: inner !! forces of foundations: the result at the second end is then that of
+      !! the element's equations, not of a polynomial
       real(wp) :: local(3), place(2), angle
+      if (present(inner)) kept = lying(problem, state, e, inner)
       call conforming_forces(problem, state, e, tau, local, place, angle, kept=kept)
       resultant = [cos(angle) * local(1) - sin(angle) * local(2), sin(angle) * local(1) + cos(angle) * local(2), local(3)]
    end subroutine conforming_resultant

@@ -7,6 +7,8 @@ module node_rates
    use reference_curve, only: curve_point, curve_bend
    use rod_load, only: ge_load_t, line_at
    use ge_fields, only: ge_end_forces
+   use conforming_span, only: lying_t, conforming_resultant
+   use ground_density, only: foundation_density
    use gauss_tableau, only: max_stages
    implicit none
    private
@@ -24,29 +26,34 @@ module node_rates
 contains
 
    !> Derivatives of position and direction at the first end of an element, per unit of the nominal coordinate.
-   pure subroutine rod_rate(problem, state, e, rate, turn)
+   pure subroutine rod_rate(problem, state, e, rate, turn, way)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: e               !! GE element on a curve
+      integer, intent(in) :: e               !! GE element or conforming element on a curve
       real(wp), intent(out) :: rate(2)       !! derivative of the deformed position
       real(wp), intent(out) :: turn          !! derivative of the section's angle
-      real(wp) :: t(2), angle, x(2), speed, bend
+      real(wp), intent(out) :: way(2)        !! derivative of the displacement
+      real(wp) :: t(2), angle, x(2), speed, bend, force(3)
       type(ge_load_t) :: load
+      type(lying_t) :: kept
       load = element_load(problem, state, e)
-      associate (g => state%geometry%element(e), z => state%z(:, e), compliance => problem%compliance(e), &
+      force = state%z(1:3, e)
+      if (problem%conforms(e) > 0) call conforming_resultant(problem, state, e, 0.0_wp, kept, force)
+      associate (g => state%geometry%element(e), compliance => problem%compliance(e), &
          & curve => problem%model%curve(problem%model%mesh%curve(e)))
          call curve_point(curve, problem%model%imperfection, g%s(1), x, angle, speed)
          call curve_bend(curve, problem%model%imperfection, g%s(1), bend)
+         way = -speed * [cos(angle), sin(angle)]
          angle = g%end_angle(1) + state%u(3, problem%model%mesh%node(1, e))
          t = [cos(angle), sin(angle)]
-         rate = speed * ((1.0_wp + load%strain + compliance%axial * dot_product(z(1:2), t)) * t + &
-            & (compliance%shear * (t(1) * z(2) - t(2) * z(1))) * [-t(2), t(1)])
-         turn = speed * (bend + load%curvature + compliance%bending * z(3))
+         rate = speed * ((1.0_wp + load%strain + compliance%axial * dot_product(force(1:2), t)) * t + &
+            & (compliance%shear * (t(1) * force(2) - t(2) * force(1))) * [-t(2), t(1)])
+         way = way + rate
+         turn = speed * (bend + load%curvature + compliance%bending * force(3))
       end associate
    end subroutine rod_rate
 
-   !> Derivatives of the deformed position with respect to the stress-free length at an end of a GE element. On foundations valid
-   !> only for rods without shear flexibility: the foundation's force enters through the section forces alone.
+   !> Derivatives of the deformed position with respect to the stress-free length at an end of a GE element.
    pure subroutine rod_derivatives(problem, state, e, side, x)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -54,6 +61,7 @@ contains
       real(wp), intent(out) :: x(2, 3)       !! first, second, third derivative
       type(section_t) :: section
       real(wp), dimension(2) :: dn, ddn, line, line_slope
+      real(wp) :: ground(2, 0:1)
       real(wp) :: pressure, bend, bend_rate, turn, turn_rate, along(0:2), across(0:2)
       section = end_section(problem, state, e, side)
       associate (load => section%load, n => section%n, t => section%t, nu => section%nu, compliance => problem%compliance(e), &
@@ -71,11 +79,14 @@ contains
          across(0) = section%across
          x(:, 1) = along(0) * t + across(0) * nu
          call line_at(problem%tableau(problem%model%mesh%stages(e)), load, side - 1.0_wp, line, line_slope)
-         dn = -line - pressure * [-x(2, 1), x(1, 1)]
+         ground = 0.0_wp
+         if (problem%ground%founded(e) .and. c > 0) ground = foundation_density(problem, state, e, side - 1.0_wp, &
+            & node_position(state, problem%model%mesh%node(side, e)), x(:, 1))
+         dn = -line - ground(:, 0) - pressure * [-x(2, 1), x(1, 1)]
          along(1) = compliance%axial * (dot_product(dn, t) + turn * dot_product(n, nu))
          across(1) = compliance%shear * (dot_product(dn, nu) - turn * dot_product(n, t))
          x(:, 2) = (along(1) - turn * across(0)) * t + (across(1) + turn * along(0)) * nu
-         ddn = -line_slope / state%geometry%element(e)%length - pressure * [-x(2, 2), x(1, 2)] - &
+         ddn = -line_slope / state%geometry%element(e)%length - ground(:, 1) - pressure * [-x(2, 2), x(1, 2)] - &
             & dot_product(load%gradient, x(:, 1)) * [-x(2, 1), x(1, 1)]
          turn_rate = bend_rate - compliance%bending * (x(1, 1) * n(2) - x(2, 1) * n(1))
          along(2) = compliance%axial * (dot_product(ddn, t) + 2.0_wp * turn * dot_product(dn, nu) + &
@@ -128,12 +139,6 @@ contains
       n = state%z(1:2, e)
       m = state%z(3, e)
       if (side == 1) return
-      if (problem%ground%founded(e)) then
-         second = resultants_on_ground(problem, state, e, 1.0_wp)
-         n = second(1:2)
-         m = second(3)
-         return
-      end if
       associate (g => state%geometry%element(e))
          call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%tangent, &
             & element_compliance(problem, state, e), &
@@ -142,6 +147,10 @@ contains
       end associate
       n = second(1:2)
       m = second(3)
+      ! The forces of foundations reach the moment through the stored forces, but are not contained in the sum of loads.
+      if (.not. problem%ground%founded(e)) return
+      second = resultants_on_ground(problem, state, e, 1.0_wp)
+      n = second(1:2)
    end subroutine end_resultants
 
    !> (n_x, n_y, m) inside an element on a foundation, where no sum of loads contains the foundation's force: the polynomials
@@ -162,6 +171,9 @@ contains
       next = problem%beside(2, problem%model%mesh%node(2, e))
       if (next > 0) goes_on = problem%rod_segment(next) == problem%rod_segment(e) .and. &
          & next /= problem%along(problem%element_first(problem%rod_segment(e)))
+      ! At a contact span's node the force of the obstacle acts, too.
+      if (goes_on .and. problem%has_spans()) goes_on = .not. any(problem%candidates%node == problem%model%mesh%node(2, e) .and. &
+         & problem%candidates%contact_span > 0)
       if (goes_on) then
          n = s + 1
          at(n) = 1.0_wp

@@ -465,7 +465,7 @@ contains
       pure logical function is_smooth(e)
          integer, intent(in) :: e
          is_smooth = problem%has_spans() .and. problem%conforms(e) == 0 .and. collocates(problem%model%mesh%family(e)) .and. &
-            & .not. (problem%ground%founded(e) .or. varies(problem%model%section(problem%model%mesh%section(e))))
+            & .not. varies(problem%model%section(problem%model%mesh%section(e)))
       end function is_smooth
    end subroutine see_from
 

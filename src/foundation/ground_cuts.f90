@@ -184,7 +184,7 @@ contains
             if (all(mark%candidate > 0)) problem%mark = [problem%mark, mark]
          end associate
       end do
-      problem%ground%tabled = size(problem%mark) == 0
+      problem%ground%tabled = size(problem%mark) == 0 .and. size(problem%contact_span) == 0
    end subroutine add_marks
 
    !> Coordinates of nodes between two places: n elements of equal integral of a mesh density, shorter in boundary layers. In a

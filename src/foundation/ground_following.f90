@@ -54,7 +54,7 @@ contains
       real(wp), intent(in) :: shift(:)           !! (nodes) along the rod, nominal length
       type(state_t), intent(inout) :: state      !! transferred to the new places of the nodes
       type(state_t) :: moved(2)
-      real(wp) :: part, gap(2), normal(2, 2), bend(2), rate(2), bow, lift, twist
+      real(wp) :: part, gap(2), normal(2, 2), bend(2), rate(2), bow, lift, twist, way(2)
       real(wp) :: beside(size(shift))            ! motion of the nodes of elements in contact
       logical :: lying(problem%model%mesh%n_elements)
       integer :: c, e, side
@@ -74,9 +74,9 @@ contains
             if (e == 0) cycle
             call chain_gap(problem, before, chain, c, gap(1), normal(:, 1), bend(1))
             call chain_gap(problem, state, chain, c, gap(2), normal(:, 2), bend(2))
-            call rod_rate(problem, before, e, rate, bow)
+            call rod_rate(problem, before, e, rate, bow, way)
             bow = bow + bend(1) * (normal(2, 1) * rate(1) - normal(1, 1) * rate(2))
-            lift = gap(1) + dot_product(normal(:, 1), rate) * shift(node) - gap(2)
+            lift = gap(1) + dot_product(normal(:, 1), merge(way, rate, chain%bilateral(c))) * shift(node) - gap(2)
             twist = bow * shift(node) - (direction(problem, state, c) - direction(problem, before, c) - turn(normal))
             ! Smaller differences are rounding of positions and directions. Larger differences are applied however short the motion
             ! is: otherwise the interpolation error of transferred polynomials would make the iteration oscillate.

@@ -41,12 +41,13 @@ contains
       integer, intent(in) :: m
       real(wp), intent(out) :: error, slope
       real(wp), intent(out), optional :: normal(2) !! normal of the obstacle
-      real(wp) :: gap, n(2), bend, rate(2), turn
+      real(wp) :: gap, n(2), bend, rate(2), turn, way(2)
       associate (mark => problem%mark(m), c => problem%mark(m)%candidate(2), chain => problem%ground%chain)
          call chain_gap(problem, state, chain, c, gap, n, bend)
          error = gap - mark%level
-         call rod_rate(problem, state, chain%element(2, c), rate, turn)
-         slope = dot_product(n, rate)
+         call rod_rate(problem, state, chain%element(2, c), rate, turn, way)
+         ! The gap of a bilateral foundation counts from that of the stress-free axis.
+         slope = dot_product(n, merge(way, rate, chain%bilateral(c)))
       end associate
       if (present(normal)) normal = n
    end subroutine mark_error

@@ -85,7 +85,8 @@ contains
       type(element_gap_t) :: gap
       gap = ground_gap(problem, state, candidate)
       associate (e => problem%ground%chain%element(2, candidate))
-         if (.not. collocates(problem%model%mesh%family(e)) .or. problem%compliance(e)%shear > 0.0_wp) return
+         if (.not. collocates(problem%model%mesh%family(e)) .or. problem%compliance(e)%shear > 0.0_wp .or. &
+            & problem%conforms(e) > 0) return
       end associate
       if (follows(problem, state, candidate)) call mend_ends(problem, state, gap%profile, 3)
    end function told_gap

@@ -46,8 +46,8 @@ contains
             at = whole%at
             return
          end if
-         if (.not. (whole%placed .or. any(cut%rod_segment == rod_segment)) .and. base%ground%founded(base%along( &
-            & base%element_first(rod_segment)))) then
+         if (founded(base, rod_segment) .and. .not. (whole%placed .or. any(cut%rod_segment == rod_segment) .or. &
+            & any(contact_span%rod_segment == rod_segment))) then
             at = whole%at
             return
          end if
@@ -99,9 +99,9 @@ contains
       end function layer_at
 
       !> Adds the nodes up to the end of a span. With the deck's density all free spans of the segment together get the deck's
-      !> number of elements; a line contact gets the deck's number on its length, or a quarter of this number for a perfect rod; the
-      !> least number and the shortest length of elements are bounds. A mesh made for a tolerance follows its density in line
-      !> contacts as well, because a line contact without pressure buckles as a free span does.
+      !> number of elements; a line contact gets the deck's number on its length, or a quarter of this number for a perfect
+      !> rod without foundation; the least number and the shortest length of elements are bounds. A mesh made for a tolerance
+      !> follows its density in line contacts as well, because a line contact without pressure buckles as a free span does.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
          integer, intent(in) :: contact              ! index of the contact of a line contact; 0: a free span
@@ -143,7 +143,8 @@ contains
             wanted = wanted * all / max(free, tiny(free))
          else
             least = least_conforming
-            if (is_perfect(base, rod_segment)) wanted = merge(0.0_wp, 0.25_wp, on_straight(base, contact)) * wanted
+            if (is_perfect(base, rod_segment) .and. .not. founded(base, rod_segment)) &
+               & wanted = merge(0.0_wp, 0.25_wp, on_straight(base, contact)) * wanted
          end if
          n = max(least, nint(min(wanted, (to - from) / (finest * base%size))))
          if (present(state)) n = max(n, count(middle > from .and. middle < to))
@@ -151,6 +152,13 @@ contains
          from = to
       end subroutine divide
    end function span_nodes
+
+   !> True for a rod segment on which a foundation acts between the nodes.
+   pure logical function founded(base, rod_segment)
+      type(problem_t), intent(in) :: base
+      integer, intent(in) :: rod_segment
+      founded = base%ground%founded(base%along(base%element_first(rod_segment)))
+   end function founded
 
    !> True for a rod segment without imperfections; in a line contact its solution is as smooth as the obstacle.
    pure logical function is_perfect(base, rod_segment)

@@ -10,6 +10,8 @@ module span_forces
    use touchdown_points, only: point_force
    use breakpoint_forces, only: breakpoint_force
    use state_transfer, only: find_point
+   use element_foundation, only: foundation_forces
+   use inner_forces, only: inner_forces_t
    implicit none
    private
    public :: span_totals, line_force, end_force, cut_force, node_shares
@@ -193,6 +195,7 @@ contains
       real(wp) :: weight
       type(ge_load_t) :: load
       type(lying_t) :: kept
+      type(inner_forces_t) :: inner
       integer :: i, k
       load = element_load(problem, state, e)
       call end_forces(problem, state, e, ends(:, 1), ends(:, 2))
@@ -204,9 +207,17 @@ contains
          call sum_line(tab, load, tab%b, line, slope)
          force(1:2) = ends(1:2, 1) - ends(1:2, 2) - length * line - load%pressure * [-d(2), d(1)]
          force(3) = 0.0_wp
+         call foundation_forces(problem, state, e, inner)
+         do k = 1, inner%n
+            force(1:2) = force(1:2) - (length * inner%weight(k)) * inner%force(:, k)
+         end do
          moment = ends(3, 1) - ends(3, 2) + place(1, 1) * ends(2, 1) - place(2, 1) * ends(1, 1) - place(1, 2) * ends(2, 2) + &
             & place(2, 2) * ends(1, 2) - 0.5_wp * load%pressure * (dot_product(place(:, 2), place(:, 2)) - &
             & dot_product(place(:, 1), place(:, 1)))
+         do k = 1, inner%n
+            x = inner%x(:, k) - middle
+            moment = moment - (length * inner%weight(k)) * (x(1) * inner%force(2, k) - x(2) * inner%force(1, k))
+         end do
          ! The density has a kink at the joints of the track.
          part = [0.0_wp, track_joints(problem, state, e), 1.0_wp]
          do k = 2, size(part)

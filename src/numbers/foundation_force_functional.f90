@@ -13,6 +13,7 @@ module foundation_force_functional
    use element_foundation, only: foundation_forces
    use inner_forces, only: inner_forces_t
    use ground_regions, only: foundation_totals
+   use conforming_span, only: lying_t, conforming_change
    use state_functional, only: functional_t
    implicit none
    private
@@ -85,16 +86,22 @@ contains
          real(wp), intent(in) :: y               !! change of the load factor
          real(wp), intent(out) :: change
          real(wp) :: rho(2, max_stages), force(2)
+         type(lying_t) :: kept
          integer :: q, s
          s = problem%model%mesh%stages(e)
          change = 0.0_wp
          associate (g => state%geometry%element(e))
-            call ge_direction_rates(problem%tableau(s), g%length, g%tangent, element_compliance(problem, state, e), &
-               & element_load(problem, state, e), &
-               & element_displacement(problem, state, e), state%z(:z, e), du, dz, y, rho(:, :s))
+            if (problem%conforms(e) == 0) then
+               call ge_direction_rates(problem%tableau(s), g%length, g%tangent, element_compliance(problem, state, e), &
+                  & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:z, e), du, dz, y, rho(:, :s))
+            end if
             do q = 1, inner%n
                if (problem%ground%chain%obstacle(inner%source(q)) /= obstacle) cycle
-               force = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))
+               if (problem%conforms(e) > 0) then
+                  call conforming_change(problem, state, e, inner%tau(q), kept, du, dz, y, force)
+               else
+                  force = du(1:2) + g%length * g%scale * matmul(rho(:, :s), inner%basis(:s, q))
+               end if
                force = y * inner%rate(:, q) - matmul(inner%sway(:, :, q), force) + (inner%spring(q) * (y * inner%approach(q) - &
                   & dot_product(inner%normal(:, q), force))) * inner%normal(:, q)
                if (component < 3) then

@@ -50,7 +50,7 @@ contains
       type(section_t) :: section
       rod => rod_at(problem, e)
       local = rod%local_forces(problem, state, e, tau)
-      if (problem%ground%founded(e)) then
+      if (problem%ground%founded(e) .and. problem%conforms(e) == 0) then
          along = resultants_on_ground(problem, state, e, tau)
          angle = profile_angle(problem, state, new_profile(problem, state, e), tau)
          local(1:2) = [cos(angle) * along(1) + sin(angle) * along(2), cos(angle) * along(2) - sin(angle) * along(1)]

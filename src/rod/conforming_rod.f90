@@ -4,7 +4,8 @@ module conforming_rod
    use problem, only: problem_t
    use rod_state, only: state_t, node_position, element_load
    use rod_element, only: rod_element_t
-   use inner_forces, only: inner_forces_t, clear_forces
+   use element_foundation, only: foundation_forces
+   use inner_forces, only: inner_forces_t
    use gauss_tableau, only: raised_values
    use rod_load, only: ge_load_t, acts, line_at_stage
    use conforming_span, only: evaluate_conforming, lying_t, conforming_forces, conforming_resultant
@@ -37,9 +38,9 @@ contains
       type(inner_forces_t), intent(inout) :: inner
       real(wp), intent(out) :: shift(6, 2)
       real(wp) :: internal(2)
-      call clear_forces(inner)
       shift = 0.0_wp
-      call evaluate_conforming(problem, state, e, f, raw, k, fl, op, internal, ok)
+      call foundation_forces(problem, state, e, inner)
+      call evaluate_conforming(problem, state, e, inner, f, raw, k, fl, op, internal, ok)
       defect = [0.0_wp, internal]
    end subroutine evaluate
 
@@ -51,8 +52,10 @@ contains
       integer, intent(in) :: e
       real(wp), intent(out) :: first(3), second(3)
       type(lying_t) :: kept
+      type(inner_forces_t) :: inner
+      call foundation_forces(problem, state, e, inner)
       call conforming_resultant(problem, state, e, 0.0_wp, kept, first)
-      call conforming_resultant(problem, state, e, 1.0_wp, kept, second)
+      call conforming_resultant(problem, state, e, 1.0_wp, kept, second, inner)
    end subroutine end_forces
 
    !> See rod_element.

@@ -16,7 +16,7 @@ module rod_state
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, element_compliance, end_pressures, node_position, &
-      & candidate_position, obstacle_shift, candidate_gap, candidate_opening, chain_gap, candidate_offset, closing_rate, &
+      & candidate_position, obstacle_shift, candidate_gap, candidate_opening, chain_gap, gap_at, candidate_offset, closing_rate, &
       & may_react, &
       & is_stress_free, unknown_push, rounding_steps
 
@@ -253,16 +253,29 @@ contains
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate
       real(wp), intent(out) :: gap, normal(2), bend
-      real(wp) :: at_home
-      associate (obstacle => list%obstacle(candidate), node => list%node(candidate), offset => list%gap_offset(candidate))
-         call moved_gap(problem%model%obstacle(obstacle), state%geometry%x(:, node), state%u(1:2, node) - &
-            & obstacle_shift(problem, state, obstacle), at_home, gap, normal, bend)
-         ! A node on its obstacle has an initial gap of exactly zero.
-         at_home = at_home + offset
-         if (abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
-         gap = gap + at_home + (candidate_offset(problem, state, list, candidate) - offset)
+      associate (node => list%node(candidate))
+         call gap_at(problem, state, list, candidate, state%geometry%x(:, node), state%u(1:2, node), gap, normal, bend)
       end associate
    end subroutine chain_gap
+
+   !> As chain_gap, at a place of the element after a candidate.
+   pure subroutine gap_at(problem, state, list, candidate, home, displacement, gap, normal, bend)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(candidates_t), intent(in) :: list
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: home(2), displacement(2) !! stress-free place
+      real(wp), intent(out) :: gap, normal(2), bend
+      real(wp) :: at_home
+      associate (obstacle => list%obstacle(candidate), offset => list%gap_offset(candidate))
+         call moved_gap(problem%model%obstacle(obstacle), home, displacement - obstacle_shift(problem, state, obstacle), at_home, &
+            & gap, normal, bend)
+         ! The initial gap is exactly zero for a rod on its obstacle, and for a foundation with tension, which begins without force.
+         at_home = at_home + offset
+         if (problem%model%obstacle(obstacle)%bilateral .or. abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp
+         gap = gap + at_home + (candidate_offset(problem, state, list, candidate) - offset)
+      end associate
+   end subroutine gap_at
 
    !> Gap of a candidate to the surface as settled under the reactions; the gap itself for a surface without settlement.
    real(wp) function candidate_opening(problem, state, candidate) result(opening)
