@@ -110,6 +110,46 @@ def test_column_beside_a_wall_on_a_spring(press, spring, push):
     assert reaction[-1] > 0.0 and run.only("C+")
 
 
+PAIR = """*HEADING
+Two cantilevers under one platen
+*NODE
+1, 0, 0
+2, 1, 0
+3, 0, -0.1
+4, 1, -0.1
+9, 1, 0.1
+*LINE, ELSET=LEAVES
+1, 2, 2
+3, 4, 2
+*BEAM SECTION, ELSET=LEAVES, SECTION=STIFFNESS
+1e8, 1.
+*BOUNDARY
+1, ENCASTRE
+3, ENCASTRE
+9, XSYMM
+*GAP, NAME=PLATEN, DIRECTION=-90{law}
+2, 0, 9
+4, 0.001, 9
+*MONITOR, NAME=platen
+9, U2, -1
+*STEP
+*STATIC, METHOD=LOAD
+0.1, , 0.1
+*CLOAD
+9, 2, -0.01
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("law, soft", [("", 0.0), (", STIFFNESS=6", 1.0 / 6.0)])
+def test_two_rods_under_one_platen(law, soft):
+    """Each tip has the stiffness 3, in series with its stop; the second one is met after 0.001. Deflections are 3e-3 at the most."""
+    run = dr.run_deck(PAIR.format(law=law))
+    stiffness, way = 1.0 / (1.0 / 3.0 + soft), run.column("platen")
+    dr.assert_close(0.01 * run.column("load_factor"), stiffness * (way + np.maximum(way - 0.001, 0.0)), absolute=3e-7)
+    dr.assert_close(0.01 * run.only("C+").load_factor, 0.001 * stiffness, relative=1e-5)
+
+
 def test_a_body_that_nothing_holds():
     """The rotation of the platen is free."""
     run = dr.run_deck(dr.changed(PLATEN, ("9, XSYMM", "9, 1")), code=2)
