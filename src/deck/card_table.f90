@@ -471,7 +471,8 @@ contains
 
    pure subroutine second_node(t)
       type(table_t), intent(inout) :: t
-      call field(t, 'second node', kind_label, 'the other end; left out: the ground', optional=.true.)
+      call field(t, 'second node', kind_label, 'the other end; left out: the ground. A node of no element is a body '// &
+         & 'without mass', optional=.true.)
    end subroutine second_node
 
    pure subroutine joint_cards(t)

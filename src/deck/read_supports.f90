@@ -40,7 +40,8 @@ contains
       end do
    end subroutine read_support_cards
 
-   !> Reads the linear springs.
+   !> Reads the linear springs. A node of a spring is a part of the structure, though it may belong to no element: a rigid body
+   !> without mass. The check of the supports (support_check) reports the freedoms that nothing holds.
    subroutine read_spring_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with the mesh
       type(model_t), intent(inout) :: model             !! with the supports; receives spring and joint_spring
@@ -65,7 +66,9 @@ contains
                if (problem /= '') then
                   call deck%wrong('node or set', node_words(model%mesh, nodes(i))//' '//problem)
                   exit
-               else if (other == 0) then
+               end if
+               deck%names%connected(pack([nodes(i), other], [.true., other > 0])) = .true.
+               if (other == 0) then
                   model%spring(dof, nodes(i)) = model%spring(dof, nodes(i)) + deck%real('stiffness')
                else
                   model%joint_spring = [model%joint_spring, joint_spring_t([nodes(i), other], dof, deck%real('stiffness'))]
@@ -81,13 +84,11 @@ contains
          integer, intent(in) :: node
          character(:), allocatable :: problem
          problem = ''
-         if (deck%names%is_loose(node)) problem = 'belongs to no element'
          if (other == 0) then
             if (model%fixed(dof, node)) problem = 'is supported in this degree of freedom already'
          else
             if (node == other) problem = 'is the second node, too'
             if (all(model%fixed(dof, [node, other]))) problem = 'is supported in this degree of freedom, and the second node, too'
-            if (deck%names%is_loose(other)) problem = 'has a spring to a node of no element'
          end if
       end function spring_problem
    end subroutine read_spring_cards
@@ -194,7 +195,7 @@ contains
          obstacle%modulus = deck%real('STIFFNESS')
       end subroutine read_stiffness
 
-      !> Reads a data line: node or set, clearance (*GAP), second node.
+      !> Reads a data line: node or set, clearance (*GAP), second node. The second node is a part of the structure, as with springs.
       subroutine read_nodes(obstacle, normal, held_in)
          type(obstacle_t), intent(in) :: obstacle
          real(wp), intent(in) :: normal(2)              ! direction of the force
@@ -211,6 +212,7 @@ contains
          if (deck%given('second node')) then
             other = deck%node('second node')
             if (other == 0) return
+            deck%names%connected(other) = .true.
          end if
          do i = 1, size(contact%node)
             associate (node => contact%node(i))
