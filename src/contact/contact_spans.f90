@@ -131,7 +131,7 @@ contains
                needs = 'rods without the pressure of a *LIQUID; it acts on element '//to_text(mesh%element_label(e))
             else
                other = other_contact(e)
-               if (other > 0) needs = 'an obstacle alone on its rod, or beside linear soil (BILATERAL, no LIMIT); '// &
+               if (other > 0) needs = 'an obstacle alone on its rod, or beside linear soil; *CONTACT with '// &
                   & trim(model%obstacle(model%contact(other)%obstacle)%name)//' acts on element '// &
                   & to_text(mesh%element_label(e))//', too, and not as contact along the rod'
             end if
