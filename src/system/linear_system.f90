@@ -54,7 +54,7 @@ contains
          if (size(system%eshift, 3) > 0) system%eshift(:, :, e) = shift
          system%grip(e) = inner%n
          system%ok = system%ok .and. ok
-         worst = max(worst, defect)
+         if (ok) worst = max(worst, defect)
       end do
       call timing_stop(phase_elements)
       call count_up(counter_evaluated, problem%model%mesh%n_elements)
