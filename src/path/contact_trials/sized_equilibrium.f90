@@ -28,6 +28,7 @@ module sized_equilibrium
    real(wp), parameter :: farthest = 1.0e6_wp   !! distance along the path in one iteration / its step for finite differences
    real(wp), parameter :: rounding = 1.0e3_wp * epsilon(1.0_wp) !! rounding error of a rotation [rad]
 
+   real(wp), parameter :: part_of_span = 1.0e-3_wp !! largest step of a place for finite differences / length of a span beside it
    real(wp), parameter :: shorter = 0.25_wp     !! factor on a move for which no equilibrium is found or errors grow
    real(wp), parameter :: sharper = 1.0e-4_wp !! residual of the equilibrium for given unknowns / tolerance of the step: a free span
    !! between straight walls resists a shift along itself by hardly more than its residual
@@ -60,6 +61,7 @@ contains
       frozen = with_held(problem, ends)
       frozen%model%step(frozen%step)%sharper = sharper
       unit = [(merge(step(1), step(2), k == n), k=1, n)]
+      call shorten_steps()
       allocate (error(n), slope(n, n))
       other = state
       call go_by(spread(0.0_wp, 1, n), other, state, error)
@@ -81,6 +83,19 @@ contains
       if (ok) ok = report%converged
 
    contains
+
+      !> Shortens the steps of places to a small part of the spans beside them.
+      subroutine shorten_steps()
+         real(wp) :: distance(problem%candidates%n), part
+         type(state_t) :: moved
+         integer :: i
+         do i = 1, n - 1
+            moved = state
+            distance = distances(merge(unit, 0.0_wp, [(c, c=1, n)] == i))
+            call shift_touchdown_points(problem, moved, distance, part)
+            if (part > part_of_span) unit(i) = unit(i) * part_of_span / part
+         end do
+      end subroutine shorten_steps
 
       !> Derivatives of the errors by the unknowns, by finite differences.
       subroutine find_slopes()
