@@ -5,7 +5,7 @@ module set_mending
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t, copy_problem
-   use test_kinds, only: test_slack, well_below
+   use test_kinds, only: span_test_t, test_slack, test_length, well_below
    use contact_change_types, only: step_interval_t, change_t, change_missed, change_opening, place_here
    use next_spans, only: next_t
    use set_begins, only: go_back
@@ -109,16 +109,19 @@ contains
 
    !> Continues from the run's point, a recorded change of contact, with the set that trials found there. Its first equilibrium is
    !> near that point and is not recorded; if a value that the deck asks for lies on the way, it is moved nearer.
-   subroutine begin_located(problem, step, run, first, recorder, finished, outcome)
+   subroutine begin_located(problem, step, run, test, first, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
+      type(span_test_t), intent(in) :: test      !! the test that is zero there
       type(next_t), intent(inout) :: first       !! first equilibrium of the set, see try_sets
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       logical :: passes
+      integer :: pivots
       finished = .false.
+      pivots = run%last%test_values%negative_pivots
       first%label = '  '
       passes = passes_value(problem, step, run, first)
       if (passes) then
@@ -129,6 +132,11 @@ contains
          call go_to_next(problem, step, run, first, recorder, finished, outcome)
       else
          call adopt(problem, run, first)
+         run%since_change%arrives = .true.
+         ! Where a line contact has become a point contact, a free span beside it may be in neutral equilibrium, so that its pivot
+         ! has no certain sign; the pivot count with the line contact is kept.
+         run%since_change%shrunk = test%kind == test_length
+         if (run%since_change%shrunk) run%last%test_values%negative_pivots = pivots
       end if
    end subroutine begin_located
 

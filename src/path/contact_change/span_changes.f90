@@ -5,11 +5,11 @@ module span_changes
    use model, only: step_t, method_load
    use problem, only: problem_t, copy_problem
    use span_regions, only: find_span_regions
-   use test_kinds, only: span_test_t, any_crosses, test_words
+   use test_kinds, only: span_test_t, any_crosses, any_fails, test_words
    use reachability, only: turns, least_reach
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
       & change_mended, change_opening, change_vanishing, place_within, place_here, place_ahead
-   use next_spans, only: next_t
+   use next_spans, only: next_t, copy_next, tests_of
    use span_events, only: find_change
    use minima_of_tests, only: look_between
    use span_answer, only: answer_t
@@ -214,7 +214,9 @@ contains
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
       if (found) then
-         call begin_located(problem, step, run, first, recorder, finished, outcome)
+         ! Tests that fail at the first equilibrium pass through zero soon after, where the stiffness may be singular.
+         if (any_fails(tests_of(first))) call copy_next(next, first)
+         call begin_located(problem, step, run, change%tests(change%which), first, recorder, finished, outcome)
       else
          request%no_set = why
       end if

@@ -51,7 +51,7 @@ contains
       next = new_next(problem, state, numbered(contact_span, max(run%spans_begun, maxval([0, contact_span%number]))))
       call carry_forces(problem, state, next%problem, next%state)
       if (all(neighbour%held == 0)) then
-         call settle(next, found)
+         call settle(next, found, plane_at(here, next))
          if (found .and. first .and. here%at_change .and. neighbour%edit == edit_add) call release(next, here%spans_begun + 1, free)
       else
          ends = held_ends(next, strip, neighbour)

@@ -54,9 +54,10 @@ contains
 
    !> Finds the equilibrium at the state's load factor: first with fixed touchdown points, because only forces in equilibrium
    !> determine the places of the touchdown points.
-   subroutine settle(next, found)
+   subroutine settle(next, found, plane)
       type(next_t), intent(inout) :: next
       logical, intent(out) :: found
+      type(control_t), intent(in), optional :: plane !! plane in which the equilibrium is sought; absent: the load is held
       integer :: c
       call stay(with_held(next%problem, [(c, c=1, next%problem%candidates%n)]))
       if (found) call stay(next%problem)
@@ -70,6 +71,7 @@ contains
          type(increment_t) :: report
          start = next%state
          here%method = method_load
+         if (present(plane)) here = plane
          call correct(problem, start, here, .true., next%state, next%system, report, far_off=.true.)
          found = report%converged
       end subroutine stay
