@@ -5,6 +5,7 @@ module enriched_path
    use problem, only: problem_t, dof
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system, assemble, to_global
+   use converged_state, only: keep_couples
    use bordered_system, only: linearise, factor_system, apply_increment
    use contact_set, only: contact_step_t, solve_contact_step
    use touchdown_points, only: move_touchdown_points, touchdown_travel
@@ -85,6 +86,7 @@ contains
       call move_alloc(finer%system, point%system)
       if (.not. allocated(point%system)) point%system = new_system(path%problem)
       call linearise(path%problem, point%state, point%state, point%system)
+      call keep_couples(path%problem, point%system, point%state)
       point%ok = point%system%ok
    end subroutine start_point
 
@@ -102,6 +104,7 @@ contains
             if (.not. point%ok) return
             call go(path, step, point)
             call linearise(problem, point%state, point%state, point%system)
+            call keep_couples(problem, point%system, point%state)
             point%ok = point%system%ok
          end do
          if (.not. point%ok) return

@@ -8,7 +8,8 @@ module located_zero
    use linear_system, only: system_t
    use element_products, only: element_deformation
    use path_events, only: event_t, new_test_values, event_value, event_bifurcation
-   use test_kinds, only: span_test_t, test_length
+   use test_kinds, only: span_test_t, test_length, test_crossing, test_couple
+   use breakpoint_forces, only: breakpoint_couple
    use span_tests, only: run_span_tests
    use contact_spans, only: shortest
    use ground_events, only: ground_event_place, ground_event_gap
@@ -67,7 +68,11 @@ contains
       value = ieee_value(value, ieee_quiet_nan)
       if (zero%test > 0) then
          tests = run_span_tests(problem, state, max(system%force_scale, tiny(value)), zero%test)
-         if (size(tests) >= zero%test) value = tests(zero%test)%value
+         if (size(tests) < zero%test) return
+         value = tests(zero%test)%value
+         ! A couple of either sign lifts: where its test becomes zero the couple changes its sign.
+         if (tests(zero%test)%kind == test_couple) value = breakpoint_couple(problem, state, tests(zero%test)%candidate) / &
+            & (max(system%force_scale, tiny(value)) * problem%size)
       else if (.not. allocated(zero%event)) then
          return
       else if (zero%event%kind == event_bifurcation) then
@@ -77,8 +82,8 @@ contains
       end if
    end function zero_value
 
-   !> Remaining value of the test function at the located event. A line contact counts as closed at its shortest length; this length
-   !> then remains to zero.
+   !> Remaining value of the test function at the located event. A line contact counts as closed at its shortest length, and so does
+   !> the span between a contact and a segment boundary; this length then remains to zero.
    real(wp) function left_of_zero(problem, zero, state, system) result(left)
       type(problem_t), intent(in) :: problem
       type(zero_t), intent(in) :: zero
@@ -90,7 +95,8 @@ contains
       tests = run_span_tests(problem, state, max(system%force_scale, tiny(left)), 0)
       if (size(tests) < zero%test) return
       associate (test => tests(zero%test))
-         if (test%kind == test_length) left = shortest * problem%layout%rod_segment(test%rod_segment)%length / problem%size
+         if (any(test%kind == [test_length, test_crossing])) left = shortest * &
+            & problem%layout%rod_segment(test%rod_segment)%length / problem%size
       end associate
    end function left_of_zero
 

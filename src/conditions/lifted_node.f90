@@ -18,11 +18,10 @@ module lifted_node
    use contact_spans, only: line_share
    use rod_state, only: state_t
    use conforming_span, only: conforming_forces, node_track, track_sense
-   use breakpoint_forces, only: breakpoint_force, breakpoint_couple, left_over
-   use section_forces, only: end_forces
+   use breakpoint_forces, only: breakpoint_force, breakpoint_couple
    implicit none
    private
-   public :: inside_line, lifted_beside, lifted_ahead, lifted_at_mirror, stays_down
+   public :: inside_line, lifted_beside, lifted_at_mirror, stays_down
 
 contains
 
@@ -82,38 +81,6 @@ contains
       stays_down = length <= line_share * problem%layout%rod_segment(problem%rod_segment(element))%length .or. height <= &
          & rounding_gap(problem)
    end function stays_down
-
-   !> Shorter of the two lengths of local uplift beside a node that a line contact approaches, as if the line contact extended
-   !> beyond the node already; 0 if no couple acts on the node.
-   real(wp) function lifted_ahead(problem, state, candidate, node) result(length)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate      !! the approaching end of the line contact
-      integer, intent(in) :: node           !! node between two free elements
-      real(wp) :: local(3), place(2), angle, density, couple, scale
-      integer :: side
-      call find_couple(problem, state, node, couple, scale)
-      length = 0.0_wp
-      if (abs(couple) <= left_over(problem) * scale * problem%size) return
-      side = findloc(problem%conforms(problem%candidates%element(:, candidate)) > 0, .true., 1)
-      call conforming_forces(problem, state, problem%candidates%element(side, candidate), merge(1.0_wp, 0.0_wp, side == 1), local, &
-         & place, angle, density)
-      length = minval(lifted_lengths(couple, 0.0_wp, density))
-   end function lifted_ahead
-
-   !> Computes the couple on a node between two free elements, > 0 counterclockwise, and the largest force beside it.
-   subroutine find_couple(problem, state, node, couple, scale)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: node
-      real(wp), intent(out) :: couple, scale
-      real(wp) :: before(3), after(3), other(3)
-      call end_forces(problem, state, problem%beside(1, node), other, before)
-      scale = norm2(other(1:2))
-      call end_forces(problem, state, problem%beside(2, node), after, other)
-      scale = max(scale, norm2(other(1:2)), norm2(before(1:2)), norm2(after(1:2)))
-      couple = before(3) - after(3)
-   end subroutine find_couple
 
    !> Lengths of local uplift before and after a node; huge if the obstacle does not press.
    pure function lifted_lengths(couple, force, density) result(length)

@@ -5,8 +5,7 @@ module contact_set_edits
    use contact_spans, only: contact_span_t
    implicit none
    private
-   public :: begun, lost, spread_out, parted, shrunk, extended, joined, laid_down, merged, end_moved, moved, opened, &
-      & continued, numbered, same_set
+   public :: begun, lost, spread_out, parted, shrunk, extended, joined, laid_down, merged, end_moved, opened, numbered, same_set
 
 contains
 
@@ -114,17 +113,6 @@ contains
       if (.not. set(k)%line) new(k)%at = to
    end function end_moved
 
-   !> Moves contact span k to other places, on any rod segment.
-   pure function moved(set, k, rod_segment, at) result(new)
-      type(contact_span_t), intent(in) :: set(:)
-      integer, intent(in) :: k, rod_segment
-      real(wp), intent(in) :: at(2)
-      type(contact_span_t), allocatable :: new(:)
-      new = set
-      new(k)%rod_segment = rod_segment
-      new(k)%at = at
-   end function moved
-
    !> Divides line contact k into two lines with a free span between.
    pure function opened(set, k, from, to) result(new)
       type(contact_span_t), intent(in) :: set(:)
@@ -134,15 +122,6 @@ contains
       new = [set, contact_span_t(contact=set(k)%contact, rod_segment=set(k)%rod_segment, at=[to, set(k)%at(2)], line=.true.)]
       new(k)%at(2) = from
    end function opened
-
-   !> Adds the continuation of contact span k on another rod segment.
-   pure function continued(set, k, rod_segment, at) result(new)
-      type(contact_span_t), intent(in) :: set(:)
-      integer, intent(in) :: k, rod_segment
-      real(wp), intent(in) :: at(2)
-      type(contact_span_t), allocatable :: new(:)
-      new = [set, contact_span_t(contact=set(k)%contact, rod_segment=rod_segment, at=at, line=set(k)%line)]
-   end function continued
 
    !> Gives numbers to new contact spans.
    pure function numbered(set, last) result(new)

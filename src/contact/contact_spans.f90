@@ -10,14 +10,12 @@ module contact_spans
    use rod_layout, only: layout_t, new_layout
    implicit none
    private
-   public :: contact_span_t, covers, choose_spans, sort_contact_spans, shortest, line_share, first_length
+   public :: contact_span_t, covers, choose_spans, sort_contact_spans, shortest, line_share
 
    real(wp), parameter :: shortest = 1.0e-4_wp !! part of a rod segment's length: shorter spans are treated as closed
    !> Initial length of a line contact, or of a contact that continues past a segment boundary, as part of the rod segment; longer
    !> than the length that is treated as closed.
    real(wp), parameter :: line_share = 2.0_wp * shortest
-   real(wp), parameter :: first_length = 20.0_wp * line_share !! initial length of a free span that opens, as part of the rod
-   !! segment
 
    !> One connected contact of one rod segment with one obstacle.
    type :: contact_span_t

@@ -17,7 +17,7 @@ module touchdown_points
    use ground_following, only: keep_to_ground, keep_layers
    implicit none
    private
-   public :: misfit, with_held, opening_misfit, touchdown_errors, move_touchdown_points, touchdown_travel, touchdown_steps, &
+   public :: misfit, with_held, touchdown_errors, move_touchdown_points, touchdown_travel, touchdown_steps, &
       & touchdown_step, touchdown_slope, shift_touchdown_points, point_force, carry_forces, excess_ahead
 
    real(wp), parameter :: most = 0.5_wp     !! largest part of a span's length by which the ends of the span may approach each other
@@ -100,27 +100,6 @@ contains
       call copy_problem(problem, frozen)
       frozen%candidates%held(pack(points, points > 0)) = .true.
    end function with_held
-
-   !> Residuals of the location of two touchdown points: for a point contact the rotation relative to the obstacle, for an end of a
-   !> line contact the distance from its equilibrium position over the structure's size. 0 for a candidate 0.
-   function opening_misfit(problem, points, state) result(left)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: points(2)      !! candidates, 0: none
-      type(state_t), intent(in) :: state
-      real(wp) :: left(2)
-      real(wp) :: distance(problem%candidates%n), moment
-      integer :: i
-      call misfit(problem, state, distance, moment)
-      left = 0.0_wp
-      do i = 1, 2
-         if (points(i) == 0) cycle
-         if (problem%candidates%follows(points(i))) then
-            left(i) = distance(points(i)) / problem%size
-         else
-            left(i) = track_rotation(problem, state, points(i))
-         end if
-      end do
-   end function opening_misfit
 
    !> Residuals of the location of all touchdown points, as angles: for an end of a line contact the jump of the moment, as a
    !> curvature times the structure's size; for a point contact the rotation relative to the obstacle. 0 for other candidates.

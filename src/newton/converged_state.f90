@@ -13,7 +13,7 @@ module converged_state
    use inner_forces, only: inner_forces_t
    implicit none
    private
-   public :: constraint_residual, contact_holds, keep_resultants
+   public :: constraint_residual, contact_holds, keep_resultants, keep_couples
 
    real(wp), parameter :: coarsest = 0.01_wp !! part of the rod's largest rotation by which the hinge at a clamp may turn; no input
    !! deck changes from 0.001 to 0.1
@@ -90,8 +90,8 @@ contains
          else if (system%unknown(c) > 0) then
             state%reaction(c) = contact_reaction(system, c, system%raw)
          end if
-         if (problem%candidates%follows(c)) state%couple(c) = system%raw(dof(problem, problem%candidates%node(c), 3))
       end do
+      call keep_couples(problem, system, state)
       do e = 1, problem%model%mesh%n_elements
          rod => rod_at(problem, e)
          if (.not. rod%takes_increments()) state%z(:problem%z_size(e), e) = system%op(:problem%z_size(e), 1, e)
@@ -100,4 +100,15 @@ contains
          state%grounded(e) = inner%n > 0
       end do
    end subroutine keep_resultants
+
+   !> Stores the couples of the obstacles on nodes that follow an obstacle's direction.
+   subroutine keep_couples(problem, system, state)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system       !! assembled at the state
+      type(state_t), intent(inout) :: state
+      integer :: c
+      do c = 1, problem%candidates%n
+         if (problem%candidates%follows(c)) state%couple(c) = system%raw(dof(problem, problem%candidates%node(c), 3))
+      end do
+   end subroutine keep_couples
 end module converged_state

@@ -9,7 +9,7 @@ module section_quantities
    use rod_elements, only: rod_at
    use cross_section, only: section_t, varies, local_section, outer_fibre
    use reference_curve, only: curve_point, curve_abscissa
-   use rod_profile, only: profile_t, new_profile, profile_angle
+   use rod_profile, only: new_profile, profile_angle
    use node_rates, only: resultants_on_ground
    use state_transfer, only: find_point
    use golden_section, only: golden_section_t, sections_to_rounding

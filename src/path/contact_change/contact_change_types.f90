@@ -13,7 +13,7 @@ module contact_change_types
    implicit none
    private
    public :: step_interval_t, change_t, new_interval
-   public :: change_none, change_missed, change_located, change_opening, change_vanishing, change_mended
+   public :: change_none, change_missed, change_located, change_opening, change_vanishing
    public :: place_within, place_here, place_ahead
 
    ! Kinds of the first change on an increment, and how each is located:
@@ -25,7 +25,6 @@ module contact_change_types
    !! bracket; local laws of the opening (span_opening)
    integer, parameter :: change_vanishing = 4 !! a free span closes: located at the onset of the set without the span
    !! (vanishing_span)
-   integer, parameter :: change_mended = 5  !! the set of the last change was wrong; another one has replaced it (contact_trials)
 
    ! Places of a change.
    integer, parameter :: place_within = 0   !! the change is on the increment

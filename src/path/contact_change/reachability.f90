@@ -1,8 +1,6 @@
 !> Reachability of an equilibrium: whether it is ahead on the path, and the path's direction there.
 module reachability
    use kinds, only: wp
-   use contact_spans, only: shortest
-   use test_kinds, only: test_length, test_crossing
    use problem, only: problem_t
    use rod_state, only: state_t
    use contact_change_types, only: step_interval_t
@@ -14,7 +12,7 @@ module reachability
    use path_state, only: path_state_t, path_tangent_of
    implicit none
    private
-   public :: turns, reach_of, least_reach, leads_to, leads_to_next, arrival
+   public :: turns, reach_of, leads_to, leads_to_next, arrival
 
    real(wp), parameter :: far = 2.0_wp            !! increments over which a test may be extrapolated linearly
    real(wp), parameter :: far_when_stuck = 20.0_wp !! increments of extrapolation if no shorter increment converges
@@ -26,22 +24,6 @@ contains
       type(step_interval_t), intent(in) :: interval
       reach = merge(far_when_stuck, far, interval%stuck)
    end function reach_of
-
-   !> Path distance within which the equilibrium is searched for after a length has vanished: the arc length over which a line
-   !> contact's length, or a contact's distance to a segment boundary, changes by the shortest length that a mesh resolves
-   !> (contact_spans%shortest) at its mean rate on the interval, times the number of increments of extrapolation (reach_of). 0 for
-   !> tests that are no lengths.
-   real(wp) function least_reach(problem, interval, which) result(reach)
-      type(problem_t), intent(in) :: problem
-      type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which               !! index of the test
-      reach = 0.0_wp
-      if (all(interval%after(which)%kind /= [test_length, test_crossing])) return
-      associate (before => interval%before(which), after => interval%after(which))
-         reach = reach_of(interval) * path_length(problem, interval%from, interval%to%state) * shortest * &
-            & problem%layout%rod_segment(after%rod_segment)%length / (problem%size * max(before%value - after%value, tiny(reach)))
-      end associate
-   end function least_reach
 
    !> True if the load passes a limit point on an increment: a place found directly, not along the path, could hide this limit
    !> point.

@@ -3,25 +3,28 @@
 module span_changes
    use kinds, only: wp
    use model, only: step_t, method_load
-   use problem, only: problem_t, copy_problem
+   use problem, only: problem_t
    use span_regions, only: find_span_regions
-   use test_kinds, only: span_test_t, any_crosses, any_fails, test_words
-   use reachability, only: turns, least_reach
+   use test_kinds, only: span_test_t, any_crosses, any_fails, test_words, test_gap, test_force, test_crossing
+   use reachability, only: turns
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
-      & change_mended, change_opening, change_vanishing, place_within, place_here, place_ahead
+      & change_opening, change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t, copy_next, tests_of
    use span_events, only: find_change
    use minima_of_tests, only: look_between
-   use span_answer, only: answer_t
-   use span_rules, only: answer_to, coming_next, zero_too
-   use span_set, only: change_set
-   use entering_contact_set, only: go_to_next, come_nearer
+   use simultaneous_tests, only: coming_next, zero_too
+   use span_candidates, only: present_contact_spans
+   use predicted_contact_set, only: lies_elsewhere
+   use entering_contact_set, only: go_to_next, come_nearer, bound_for
+   use remeshing, only: ask_for_mesh
    use span_mesh, only: ask_for_twice
-   use set_mending, only: mend_last_change, keep_set_before, begin_located
+   use set_mending, only: begin_located
+   use breakpoint_arrival, only: find_arrival
+   use set_begins, only: small_load
    use contact_trials, only: try_sets
    use path_events, only: event_t, new_test_values, value_events, event_stop
    use path_point, only: path_point_t
-   use path_state, only: path_state_t, copy_path_state, forget_mesh
+   use path_state, only: path_state_t, copy_path_state, forget_mesh, path_tangent_of
    use path_acceptance, only: arrival_t, accept
    use corner_limit, only: look_whether_back
    use trial_request, only: request_t
@@ -58,8 +61,6 @@ contains
       call request%begin_trial()
       interval = new_interval(problem, run, trial, stuck)
       call find_change(problem, step, run, interval, change)
-      call mend_last_change(problem, step, run, interval, change, recorder, request%set_changed, finished, outcome)
-      if (request%set_changed) change%kind = change_mended
       select case (change%kind)
       case (change_none)
          call look_inside(problem, step, run, interval, request)
@@ -87,8 +88,6 @@ contains
       type(request_t), intent(inout) :: request
       if (interval%stuck) return
       call look_between(problem, step, run, interval, 0, request%shorter)
-      ! All tests pass: the set of the last contact change is confirmed, and the set before it is no longer needed.
-      if (.not. request%shorter .and. allocated(run%before_change)) deallocate (run%before_change)
    end subroutine look_inside
 
    !> Closes a free span. The set without this span is known only at its onset, and events before the onset would be missed: the
@@ -139,7 +138,7 @@ contains
       ends_before = any(events%kind == event_stop)
    end function ends_before
 
-   !> Makes a change at the located zero of a test, with the set that a rule gives for this kind of test, or else trials.
+   !> Makes a change at the located zero of a test.
    subroutine pass_located(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -152,9 +151,6 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(step_interval_t) :: near
-      type(answer_t) :: answer
-      type(problem_t) :: next
-      type(path_state_t) :: on
       finished = .false.
       if (change%where == place_within .and. .not. interval%stuck) then
          near = interval
@@ -163,42 +159,26 @@ contains
          call look_between(problem, step, run, near, change%which, request%shorter)
          if (request%shorter) return
       end if
-      answer = answer_to(problem, change%point%state, change%tests, change%which, interval%before%value - interval%after%value, &
-         & run%spans_begun)
-      if (allocated(answer%no_rule)) then
-         change%label = answer%label
-         call pass_by_trial(problem, step, run, interval, tries, change, answer%no_rule, recorder, request, finished, outcome)
-         return
-      end if
-      change%label = answer%label
-      call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
-      if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
-      call copy_problem(problem, next)
-      call copy_path_state(run, on)
-      call change_set(next, on, change%tests(change%which), answer, least_reach(problem, interval, change%which), request%no_set)
-      call keep_set_before(problem, run)
-      if (allocated(request%no_set)) return
-      on%before_change = run%before_change
-      call go_on(problem, step, run, next, on, recorder, finished, outcome)
+      call pass_by_trial(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
    end subroutine pass_located
 
-   !> Makes a located change for which no rule gives the next set, with the set that trials find at its place.
-   subroutine pass_by_trial(problem, step, run, interval, tries, change, why, recorder, request, finished, outcome)
+   !> Makes a located change with the set that trials find at its place.
+   subroutine pass_by_trial(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: tries
-      type(change_t), intent(inout) :: change    !! in: with its label if the kind of the test determines it
-      character(*), intent(in) :: why            !! reason why there is no set, if trials find none
+      type(change_t), intent(inout) :: change
       class(recorder_t), intent(inout) :: recorder
       type(request_t), intent(inout) :: request
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(path_state_t) :: there
-      type(next_t) :: first, next
+      type(next_t) :: first, next, arrived
       integer :: regions(2)                      ! numbers of contact regions before and after the change
-      logical :: found
+      logical :: found, arrives
+      change%label = label_of(problem, change%tests(change%which))
       call copy_path_state(run, there)
       call forget_mesh(there)
       there%last = change%point
@@ -211,14 +191,27 @@ contains
          if (regions(2) /= regions(1)) change%label = first%label
          if (regions(2) > regions(1)) change%label = merge('C-', 'C+', change%divides)
       end if
+      arrives = change%tests(change%which)%kind == test_crossing .and. change%label /= '  '
+      if (arrives) call find_arrival(problem, change%point, change%tests(change%which), small_load(run), arrived, arrives)
+      if (arrives) then
+         arrived%label = change%label
+         arrived%divides = change%divides
+         change%label = '  '
+         call ask_at_arrival(problem, step, run, arrived, tries, outcome, request)
+         if (request%remeshes()) return
+      end if
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
+      if (arrives) then
+         call go_to_next(problem, step, run, arrived, recorder, finished, outcome)
+         if (finished .or. allocated(outcome%why)) return
+      end if
       if (found) then
          ! Tests that fail at the first equilibrium pass through zero soon after, where the stiffness may be singular.
          if (any_fails(tests_of(first))) call copy_next(next, first)
          call begin_located(problem, step, run, change%tests(change%which), first, recorder, finished, outcome)
       else
-         request%no_set = why
+         request%no_set = no_set_at(problem, change)
       end if
    end subroutine pass_by_trial
 
@@ -244,30 +237,48 @@ contains
       call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
    end subroutine pass_opening
 
-   !> Continues with the next set. If this set is known only at another load, user-requested values on the way there are located.
-   subroutine go_on(problem, step, run, next, on, recorder, finished, outcome)
-      type(problem_t), intent(inout) :: problem
+   !> Requests a finer mesh if the error of the load at which a contact arrives at a segment boundary exceeds the tolerance.
+   subroutine ask_at_arrival(problem, step, run, arrived, tries, outcome, request)
+      type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! the run at the place of the change
-      type(problem_t), intent(in) :: next
-      type(path_state_t), intent(in) :: on              !! the run at the state where the next set is known
-      class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: finished
-      type(outcome_t), intent(inout) :: outcome
-      type(event_t), allocatable :: events(:)
-      type(next_t) :: ahead
-      finished = .false.
-      call value_events(next, step, run%last%test_values, on%last%test_values, on%last%state, on%last%state, events)
-      if (size(events) == 0) then
-         call copy_problem(next, problem)
-         call copy_path_state(on, run)
-         return
-      end if
-      call copy_problem(next, ahead%problem)
-      ahead%path_point_t = on%last
-      call go_to_next(problem, step, run, ahead, recorder, finished, outcome)
-      run%since_change%arrives = on%since_change%arrives
-   end subroutine go_on
+      type(path_state_t), intent(inout) :: run
+      type(next_t), intent(inout) :: arrived     !! the contact at the boundary
+      integer, intent(in) :: tries
+      type(outcome_t), intent(in) :: outcome
+      type(request_t), intent(inout) :: request
+      type(path_state_t) :: on
+      type(error_bars_t), allocatable :: bars
+      type(path_point_t) :: there
+      on = bound_for(problem, run, arrived)
+      there = arrived%path_point_t
+      there%tangent = path_tangent_of(arrived%problem, on, there)
+      call bars_at_point(arrived%problem, step, on, there, arrived%label, .false., arrived%test, bars)
+      call ask_for_mesh(arrived%problem, step, run, arrived%state, arrived%system%force_scale, bars, .true., tries, outcome, &
+         & request)
+   end subroutine ask_at_arrival
+
+   !> Label of a change if the kind of its test determines the label.
+   pure character(2) function label_of(problem, test) result(label)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test      !! the test that is zero
+      label = '  '
+      if (test%kind == test_gap) label = 'C+'
+      if (test%kind == test_force) label = merge('  ', 'C-', problem%contact_span(max(test%contact_span, 1))%line)
+   end function label_of
+
+   !> Reason of a stop at a change for which no contact set is found.
+   function no_set_at(problem, change) result(why)
+      type(problem_t), intent(in) :: problem
+      type(change_t), intent(in) :: change
+      character(:), allocatable :: why
+      associate (test => change%tests(change%which))
+         why = trim(test_words(test%kind))
+         if (test%kind /= test_gap) return
+         if (lies_elsewhere(present_contact_spans(problem, change%point%state), test)) why = 'no contact set leads on from '// &
+            & 'where the rod lies on one obstacle and meets '// &
+            & trim(problem%model%obstacle(problem%model%contact(test%contact)%obstacle)%name)//', which may hold it fast'
+      end associate
+   end function no_set_at
 
    !> Moves the run to the place of a change and records it, unless another event comes first.
    subroutine record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)

@@ -4,8 +4,7 @@ module span_events
    use model, only: step_t
    use problem, only: problem_t, rounding_gap
    use free_span_gap, only: gap_at
-   use test_kinds, only: any_crosses, crosses, another_fails, test_slack, test_gap, test_curvature, test_vanishing, test_slope, &
-      & test_length
+   use test_kinds, only: any_crosses, crosses, another_fails, test_slack, test_gap, test_curvature, test_vanishing, test_slope
    use contact_change_types, only: step_interval_t, change_t, change_none, change_missed, change_located, change_vanishing, &
       & place_here, &
       & place_ahead
@@ -13,7 +12,7 @@ module span_events
    use span_location, only: locate_test_zero, locate_flat_point
    use predicted_contact_set, only: look_beyond
    use reachability, only: turns, reach_of
-   use vanishing_span, only: locate_vanishing, locate_lost_line, is_gone, closes
+   use vanishing_span, only: locate_vanishing, is_gone, closes
    use path_state, only: path_state_t
    implicit none
    private
@@ -93,8 +92,7 @@ contains
       end do
    end subroutine excuse_arriving_points
 
-   !> Finds a free span that closes on the increment or just beyond its end, where no increment may converge, or a line contact that
-   !> shrinks onto a support.
+   !> Finds a free span that closes on the increment or just beyond its end, where no increment may converge.
    subroutine find_vanishing(problem, run, interval, fails, change)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
@@ -105,10 +103,6 @@ contains
       integer :: k
       logical :: found, wave
       do k = 1, size(interval%after)
-         if (interval%after(k)%kind == test_length .and. interval%after(k)%value < 0.0_wp) then
-            call locate_lost_line(problem, run, interval, k, next, found)
-            if (found) exit
-         end if
          if (interval%after(k)%kind /= test_vanishing) cycle
          ! The value of a closed gap is rounding.
          if (interval%after(k)%value > reach_of(interval) * (interval%before(k)%value - interval%after(k)%value) .and. .not. &

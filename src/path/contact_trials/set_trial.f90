@@ -27,8 +27,7 @@ module set_trial
    public :: solve_neighbour
 
    real(wp), parameter :: unbalanced = 1.0e-6_wp !! largest relative residual of an equilibrium, far above that of the corrector
-   real(wp), parameter :: difference = 1.0e-4_wp !! steps for finite differences, as shares of a load increment and of the longest
-   !! rod segment
+   real(wp), parameter :: difference = 1.0e-4_wp !! step for finite differences, as a share of a load increment
 
 contains
 
@@ -57,8 +56,8 @@ contains
          ends = held_ends(next, strip, neighbour)
          found = any(ends > 0)
          if (.not. found) return
-         call solve_sized(next%problem, ends, next%system, plane_at(here, next), difference * [along_path(here), &
-            & maxval(problem%layout%rod_segment%length)], next%state, found)
+         call solve_sized(next%problem, ends, next%system, plane_at(here, next), difference * along_path(here), &
+            & next%state, found)
       end if
       if (.not. found) return
       call linearise(next%problem, next%state, next%state, next%system)

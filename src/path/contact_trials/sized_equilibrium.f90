@@ -39,13 +39,13 @@ contains
    !> Finds the equilibrium, with its load factor. Where the errors have become small but noise keeps the iteration from settling,
    !> for instance if a free span resists a shift along itself by hardly more than the residual, Newton's method with free touchdown
    !> points finds an equilibrium near it, whose size differs a little from the prescribed one.
-   subroutine solve_sized(problem, held, system, plane, step, state, ok)
+   subroutine solve_sized(problem, held, system, plane, along, state, ok)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: held(2)            !! candidates of the ends with prescribed distance, or one end with prescribed place
       !! and 0
       type(system_t), intent(inout) :: system
       type(control_t), intent(in) :: plane      !! plane normal to the path tangent, at the nodes of `state`
-      real(wp), intent(in) :: step(2)           !! steps along the path tangent and of places for finite differences
+      real(wp), intent(in) :: along             !! step along the path tangent for finite differences
       type(state_t), intent(inout) :: state     !! a guess on entry
       logical, intent(out) :: ok
       type(problem_t) :: frozen
@@ -60,7 +60,7 @@ contains
       n = size(ends)
       frozen = with_held(problem, ends)
       frozen%model%step(frozen%step)%sharper = sharper
-      unit = [(merge(step(1), step(2), k == n), k=1, n)]
+      unit = [(merge(along, part_of_span * maxval(problem%layout%rod_segment%length), k == n), k=1, n)]
       call shorten_steps()
       allocate (error(n), slope(n, n))
       other = state
@@ -119,7 +119,7 @@ contains
          if (.not. ok) return
          move = unit * move
          ! An equilibrium so far away is none of this path.
-         ok = abs(move(n)) <= farthest * step(1)
+         ok = abs(move(n)) <= farthest * along
          if (.not. ok) return
          whole = part_allowed(move)
          move = whole * move

@@ -8,8 +8,9 @@ module resting_contact
    use path_state, only: path_state_t
    use touchdown_points, only: touchdown_steps
    use tangent_step, only: states_along
-   use held_touchdown, only: solve_held
-   use held_openings, only: held_steps
+   use path_control, only: control_t
+   use sized_equilibrium, only: solve_sized
+   use set_begins, only: small_load
    implicit none
    private
    public :: find_fastest, stay_in_place
@@ -43,8 +44,10 @@ contains
       type(path_point_t), intent(inout) :: point !! a guess on entry
       logical, intent(out) :: found
       type(state_t) :: state
+      type(control_t) :: load
       state = point%state
-      call solve_held(problem, [fastest, 0], point%system, .false., held_steps(problem, run), state, found)
+      load%whole = state%load_factor
+      call solve_sized(problem, [fastest, 0], point%system, load, small_load(run), state, found)
       if (found) call move_to(problem, state, point)
       found = found .and. point%system%ok
    end subroutine stay_in_place

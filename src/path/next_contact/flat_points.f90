@@ -4,18 +4,14 @@ module flat_points
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use contact_spans, only: shortest
    use conforming_span, only: flat_excess, excess_curvature
    use touchdown_points, only: point_force
-   use state_functional, only: functional_t
-   use relative_curvature, only: new_relative_curvature
-   use path_control, only: control_t, path_length
-   use path_point, only: path_point_t
+   use path_control, only: control_t
    use linear_system, only: system_t, new_system
    use corrector, only: increment_t, correct
    implicit none
    private
-   public :: find_flat_point, leave_flat_point, turn_flattest, curving_rate
+   public :: find_flat_point, turn_flattest
 
 contains
 
@@ -70,55 +66,6 @@ contains
       found = report%converged
       if (found) state%reaction(c) = point_force(problem, state, c)
    end subroutine turn_flattest
-
-   !> Finds the equilibrium just beyond the point where a line contact has become a point contact. At this point the contact is
-   !> osculating, its rotational stiffness is unbounded, and free spans beside it may buckle, so that the load is a poor parameter;
-   !> relative curvature is prescribed instead.
-   subroutine leave_flat_point(problem, candidate, reach, place, away, found)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: candidate
-      real(wp), intent(in) :: reach              !! largest path distance of the equilibrium
-      type(state_t), intent(inout) :: place      !! in: the state of the line contact
-      real(wp), intent(out) :: away  !! path distance; above `reach` if no nearer equilibrium can be resolved
-      logical, intent(out) :: found
-      real(wp), parameter :: nearer = 0.125_wp
-      type(state_t) :: line
-      real(wp) :: excess
-      line = place
-      excess = of_no_line(problem, line, candidate)
-      do
-         call go_to_excess(problem, candidate, excess, excess, place, found)
-         ! Solved twice: if spans may buckle, the residual is small before the error is.
-         if (found) call go_to_excess(problem, candidate, excess, excess, place, found)
-         away = huge(away)
-         if (found) away = path_length(problem, line, place)
-         if (away <= reach .or. excess <= least_told(problem)) return
-         if (.not. found) place = line
-         excess = max(nearer * excess, least_told(problem))
-      end do
-   end subroutine leave_flat_point
-
-   !> Rate of the relative curvature of a point contact along the path, per unit of load factor.
-   real(wp) function curving_rate(problem, point, candidate) result(rate)
-      type(problem_t), intent(in) :: problem
-      type(path_point_t), intent(in) :: point
-      integer, intent(in) :: candidate
-      type(functional_t) :: curvature
-      curvature = new_relative_curvature(problem, point%state, point%system, candidate)
-      rate = curvature%change(point%system%tangent, 1.0_wp)
-   end function curving_rate
-
-   !> Small relative curvature: a share of the curvature change that the point's contact force produces along the least line length.
-   real(wp) function of_no_line(problem, state, candidate) result(excess)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      real(wp), parameter :: part = 0.25_wp
-      integer :: e
-      e = maxval(problem%candidates%element(:, candidate))
-      excess = max(part * abs(point_force(problem, state, candidate)) * problem%compliance(e)%bending * shortest * &
-         & problem%layout%rod_segment(problem%rod_segment(e))%length, least_told(problem))
-   end function of_no_line
 
    !> Least relative curvature that differs significantly from zero.
    pure real(wp) function least_told(problem) result(excess)

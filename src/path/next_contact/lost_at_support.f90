@@ -9,15 +9,13 @@ module lost_at_support
    use contact_set_edits, only: lost
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, test_curvature, test_slope
-   use span_answer, only: answer_t
-   use span_rules, only: answer_to
    use contact_change_types, only: step_interval_t
    use next_spans, only: next_t, new_next, tests_of
    use set_begins, only: find_begin
    use path_state, only: path_state_t
    implicit none
    private
-   public :: clamped_ends, go_into_clamp, lose_line
+   public :: clamped_ends, go_into_clamp
 
 contains
 
@@ -50,24 +48,6 @@ contains
       end associate
       call lose(run, interval, next, found)
    end subroutine go_into_clamp
-
-   !> Finds the equilibrium at which a line contact has shrunk onto the support at its end. Not found if contact continues beyond
-   !> the support, or if the line contact has no support at an end.
-   subroutine lose_line(problem, run, interval, which, next, found)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which               !! index of the test of the line's length
-      type(next_t), intent(out) :: next
-      logical, intent(out) :: found
-      type(answer_t) :: answer
-      found = .false.
-      answer = answer_to(problem, interval%to%state, interval%after, which, interval%before%value - interval%after%value, &
-         & run%spans_begun)
-      if (answer%label /= 'C-' .or. allocated(answer%no_rule) .or. size(answer%crosses, 2) > 0) return
-      next = new_next(problem, interval%to%state, answer%contact_span)
-      call lose(run, interval, next, found)
-   end subroutine lose_line
 
    !> Finds the onset of the set without the contact: the zero of the curvature or slope test at a support. Of several such tests
    !> the one nearest to zero is used.

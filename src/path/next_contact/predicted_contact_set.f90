@@ -3,14 +3,15 @@
 module predicted_contact_set
    use kinds, only: wp
    use model, only: step_t, method_load
-   use problem, only: problem_t, copy_problem
+   use problem, only: problem_t
    use state_transfer, only: find_point
    use span_regions, only: beginning_region
    use test_kinds, only: span_test_t, test_gap, test_force, test_pressure, test_couple
    use span_tests, only: run_span_tests
    use contact_change_types, only: step_interval_t, change_t, change_missed, change_opening
    use span_opening, only: open_line
-   use span_rules, only: beginning_together, lies_elsewhere
+   use simultaneous_tests, only: beginning_together
+   use contact_spans, only: contact_span_t
    use span_candidates, only: present_contact_spans
    use beginning_contacts, only: begin_contacts
    use next_spans, only: next_t
@@ -23,7 +24,7 @@ module predicted_contact_set
    use error_report, only: bars_at_contact_start
    implicit none
    private
-   public :: look_beyond
+   public :: look_beyond, lies_elsewhere
 
 contains
 
@@ -104,6 +105,14 @@ contains
       call bars_at_contact_start(problem, step, run, better, touched%problem, touched%path_point_t, run%spans_begun + &
          & size(begins), change%bars)
    end subroutine begin_sharply
+
+   !> True if the place of a gap is on a line contact with another obstacle.
+   pure logical function lies_elsewhere(now, test)
+      type(contact_span_t), intent(in) :: now(:)  !! the present contact spans
+      type(span_test_t), intent(in) :: test
+      lies_elsewhere = any(now%line .and. now%rod_segment == test%rod_segment .and. now%at(1) <= test%at .and. &
+         & now%at(2) >= test%at)
+   end function lies_elsewhere
 
    !> True if a line contact remains on both sides of the opening span, so that two spans may open symmetrically.
    pure logical function opens_inside(problem, test) result(inside)

@@ -8,11 +8,10 @@ module set_begins
    use test_kinds, only: span_test_t, test_slack, test_pressure, test_length, test_crossing, any_fails
    use contact_change_types, only: step_interval_t
    use next_spans, only: next_t, copy_next, go_to_load
-   use held_openings, only: held_load
    use path_state, only: path_state_t
    implicit none
    private
-   public :: find_begin, go_back
+   public :: find_begin, go_back, small_load
 
    integer, parameter :: max_tries = 30         !! loads of the secant method
    integer, parameter :: most_halvings = 20     !! halvings of the load interval
@@ -46,7 +45,7 @@ contains
       found = gone .and. value >= 0.0_wp .and. value <= slack
       if (found) return
       values = value - goal
-      load = loads(2) + held_load(run)
+      load = loads(2) + small_load(run)
       if (value > slack) then
          call look_at(run%last%state%load_factor, value)
          found = gone .and. ok .and. value >= 0.0_wp
@@ -93,6 +92,12 @@ contains
          end if
       end subroutine look_at
    end subroutine find_begin
+
+   !> Change of the load factor for finite differences.
+   pure real(wp) function small_load(run) result(step)
+      type(path_state_t), intent(in) :: run
+      step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%last%state%load_factor))
+   end function small_load
 
    !> Moves the next set from a point of its path back towards a load factor, as far as the set is valid, by halving the load
    !> interval. At the change itself a new contact or free span has zero length, so shorter ones than elsewhere are valid. If the

@@ -17,12 +17,11 @@ module vanishing_span
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, test_vanishing, test_force, test_slack, another_fails
    use past_breakpoints, only: beyond
-   use line_arrival, only: find_arrival
    use span_regions, only: find_span_regions
    use contact_change_types, only: step_interval_t
    use next_spans, only: next_t, new_next, tests_of
    use set_begins, only: find_begin
-   use lost_at_support, only: clamped_ends, go_into_clamp, lose_line
+   use lost_at_support, only: clamped_ends, go_into_clamp
    use reachability, only: turns, leads_to_next, reach_of
    use flat_points, only: find_flat_point
    use state_transfer, only: carried
@@ -31,14 +30,13 @@ module vanishing_span
    use path_state, only: path_state_t
    implicit none
    private
-   public :: locate_vanishing, locate_lost_line, is_gone, closes
+   public :: locate_vanishing, is_gone, closes
 
 contains
 
    !> Finds the contact set without the closing free span, and its equilibrium at its onset, if the path leads there. The following
    !> sets are tried in this order; the first one that is valid within reach is taken:
    !>
-   !>   the line contact beside the span extends to the segment boundary on its other side (find_arrival)
    !>   a line contact along the whole span (lie_down), unless contact moves past the segment boundary there (is_passage)
    !>   closing bow beside a clamp on the obstacle: the point contact reaches the clamp (go_into_clamp)
    !>   closing bow between two point contacts that merge (become_one)
@@ -52,13 +50,10 @@ contains
       logical, intent(out) :: found
       logical, intent(out) :: wave               !! true: the span is a closing bow between two point contacts
       wave = .false.
-      call find_arrival(problem, interval, interval%after(which), next, found)
+      found = .false.
+      if (is_passage(problem, interval%after(which))) return
+      call lie_down(problem, run, interval, which, next, found)
       if (found) found = holds_within_reach(problem, run, interval, fails, next)
-      if (.not. found) then
-         if (is_passage(problem, interval%after(which))) return
-         call lie_down(problem, run, interval, which, next, found)
-         if (found) found = holds_within_reach(problem, run, interval, fails, next)
-      end if
       if (.not. found) wave = is_wave(problem, interval%to%state, interval%after(which))
       ! Two points with a gap between them and compressive forces on both remain two.
       if (wave .and. .not. turns(run, interval)) then
@@ -73,20 +68,6 @@ contains
       if (.not. found .or. next%label /= '') return
       if (size(find_span_regions(next%problem, next%state)) < size(find_span_regions(problem, run%last%state))) next%label = 'C+'
    end subroutine locate_vanishing
-
-   !> Finds the contact set without a line contact that has shrunk onto the support at its end, and its equilibrium at its onset, if
-   !> the path leads there.
-   subroutine locate_lost_line(problem, run, interval, which, next, found)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: which               !! index of the test of the line's length
-      type(next_t), intent(out) :: next
-      logical, intent(out) :: found
-      call lose_line(problem, run, interval, which, next, found)
-      if (found) found = leads_to_next(problem, run, next, interval%to%tangent%load)
-      if (found) found = holds_within_reach(problem, run, interval, another_fails(interval%after, which), next)
-   end subroutine locate_lost_line
 
    !> True if the next set passes its tests, lies ahead within the search distance, and does not lie behind a limit point.
    logical function holds_within_reach(problem, run, interval, fails, next) result(right)

@@ -61,11 +61,10 @@ module path_state
    !> Consequences of the last contact change for the following points.
    type :: since_change_t
       logical :: shrunk = .false. !! a line contact has just become a point contact: the test values are those of the line, and an
-      !! eigenvalue may have changed its sign there. Set by span_set, valid until the next point (event_recording); zero_at_end and
-      !! smooth_zero find the zero there
-      logical :: arrives = .false. !! a line contact has become a point, or a point contact has reached a segment boundary that
-      !! stops it: its relative curvature is zero or still slightly negative. Set by span_set, reset by span_events, which excuses
-      !! the violated test until then
+      !! eigenvalue may have changed its sign there, which zero_at_end and smooth_zero find. Set by set_mending, valid until the
+      !! next point (event_recording)
+      logical :: arrives = .false. !! the contact set has just changed: the relative curvature of a point contact is zero or still
+      !! slightly negative. Set by set_mending, reset by span_events, which excuses the violated test until then
       logical :: rises = .false. !! negative relative curvatures increase along the path from the last accepted point
       real(wp) :: at = 0.0_wp                    !! arc length of that change
    end type since_change_t
@@ -99,8 +98,6 @@ module path_state
       type(onset_t) :: onset                     !! point contact that begins at the next point
       logical :: on_bifurcation = .false.        !! the last point is a recorded bifurcation: its pivots have the sign of rounding
       type(since_change_t) :: since_change       !! consequences of the last contact change that are still active
-      type(point_on_mesh_t), allocatable :: before_change  !! place of the last contact change that a rule made, with the contact
-      !! set before it, or before the first of several changes at this place (set_mending)
       real(wp) :: motion(2) = 0.0_wp             !! largest displacement and rotation so far
       type(mesh_history_t) :: mesh
       real(wp) :: last_length = 0.0_wp, last_load = 0.0_wp !! arc length and load change of the last increment
