@@ -5,7 +5,7 @@ module span_changes
    use model, only: step_t, method_load
    use problem, only: problem_t
    use span_regions, only: find_span_regions
-   use test_kinds, only: span_test_t, any_crosses, any_fails, test_words, test_gap, test_force, test_crossing
+   use test_kinds, only: span_test_t, any_crosses, any_fails, test_words, test_gap, test_force, test_crossing, test_length
    use reachability, only: turns
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
       & change_opening, change_vanishing, place_within, place_here, place_ahead
@@ -19,7 +19,7 @@ module span_changes
    use remeshing, only: ask_for_mesh
    use span_mesh, only: ask_for_twice
    use set_mending, only: begin_located
-   use breakpoint_arrival, only: find_arrival
+   use vanished_length, only: find_vanished
    use set_begins, only: small_load
    use contact_trials, only: try_sets
    use path_events, only: event_t, new_test_values, value_events, event_stop
@@ -175,9 +175,9 @@ contains
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
       type(path_state_t) :: there
-      type(next_t) :: first, next, arrived
+      type(next_t) :: first, next, without
       integer :: regions(2)                      ! numbers of contact regions before and after the change
-      logical :: found, arrives
+      logical :: found, vanishes
       change%label = label_of(problem, change%tests(change%which))
       call copy_path_state(run, there)
       call forget_mesh(there)
@@ -190,20 +190,22 @@ contains
          ! A contact that only moves is none that is lost or gained.
          if (regions(2) /= regions(1)) change%label = first%label
          if (regions(2) > regions(1)) change%label = merge('C-', 'C+', change%divides)
+         ! A contact at a support on the obstacle is no region: the line that has shrunk onto the support is lost.
+         if (regions(2) < regions(1) .and. first%label == '  ') change%label = 'C-'
       end if
-      arrives = change%tests(change%which)%kind == test_crossing .and. change%label /= '  '
-      if (arrives) call find_arrival(problem, change%point, change%tests(change%which), small_load(run), arrived, arrives)
-      if (arrives) then
-         arrived%label = change%label
-         arrived%divides = change%divides
+      vanishes = any(change%tests(change%which)%kind == [test_crossing, test_length]) .and. change%label /= '  '
+      if (vanishes) call find_vanished(problem, change%point, change%tests(change%which), small_load(run), without, vanishes)
+      if (vanishes) then
+         without%label = change%label
+         without%divides = change%divides
          change%label = '  '
-         call ask_at_arrival(problem, step, run, arrived, tries, outcome, request)
+         call ask_at_onset(problem, step, run, without, tries, outcome, request)
          if (request%remeshes()) return
       end if
       call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
-      if (arrives) then
-         call go_to_next(problem, step, run, arrived, recorder, finished, outcome)
+      if (vanishes) then
+         call go_to_next(problem, step, run, without, recorder, finished, outcome)
          if (finished .or. allocated(outcome%why)) return
       end if
       if (found) then
@@ -237,25 +239,25 @@ contains
       call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
    end subroutine pass_opening
 
-   !> Requests a finer mesh if the error of the load at which a contact arrives at a segment boundary exceeds the tolerance.
-   subroutine ask_at_arrival(problem, step, run, arrived, tries, outcome, request)
+   !> Requests a finer mesh if the error of the load at which a length vanishes exceeds the tolerance.
+   subroutine ask_at_onset(problem, step, run, without, tries, outcome, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
-      type(next_t), intent(inout) :: arrived     !! the contact at the boundary
+      type(next_t), intent(in) :: without        !! the set without the length that vanishes, at its onset
       integer, intent(in) :: tries
       type(outcome_t), intent(in) :: outcome
       type(request_t), intent(inout) :: request
       type(path_state_t) :: on
       type(error_bars_t), allocatable :: bars
       type(path_point_t) :: there
-      on = bound_for(problem, run, arrived)
-      there = arrived%path_point_t
-      there%tangent = path_tangent_of(arrived%problem, on, there)
-      call bars_at_point(arrived%problem, step, on, there, arrived%label, .false., arrived%test, bars)
-      call ask_for_mesh(arrived%problem, step, run, arrived%state, arrived%system%force_scale, bars, .true., tries, outcome, &
+      on = bound_for(problem, run, without)
+      there = without%path_point_t
+      there%tangent = path_tangent_of(without%problem, on, there)
+      call bars_at_point(without%problem, step, on, there, without%label, .false., without%test, bars)
+      call ask_for_mesh(without%problem, step, run, without%state, without%system%force_scale, bars, .true., tries, outcome, &
          & request)
-   end subroutine ask_at_arrival
+   end subroutine ask_at_onset
 
    !> Label of a change if the kind of its test determines the label.
    pure character(2) function label_of(problem, test) result(label)
