@@ -194,7 +194,7 @@ contains
          if (regions(2) < regions(1) .and. first%label == '  ') change%label = 'C-'
       end if
       vanishes = any(change%tests(change%which)%kind == [test_crossing, test_length]) .and. change%label /= '  '
-      if (vanishes) call find_vanished(problem, change%point, change%tests(change%which), small_load(run), without, vanishes)
+      if (vanishes) call find_vanished(problem, change%point%state, change%tests(change%which), small_load(run), without, vanishes)
       if (vanishes) then
          without%label = change%label
          without%divides = change%divides

@@ -1,7 +1,7 @@
 !> Equilibrium of a neighbour of the present contact set (neighbours). The places of the ends beside a new contact or free span are
 !> prescribed, and the load factor is unknown: a new contact of zero length, or a free span that just opens, has no other regular
-!> parameter. An edit without a new contact or free span (a contact ends, a free span closes) has no length to prescribe; the load
-!> factor is prescribed instead.
+!> parameter. An edit without a new contact or free span (a contact ends, a free span closes) has no length to prescribe: its
+!> equilibrium is sought at the same load factor or, where the path is smooth, in the plane normal to the path.
 module set_trial
    use kinds, only: wp
    use model, only: method_load
@@ -50,7 +50,12 @@ contains
       next = new_next(problem, state, numbered(contact_span, max(run%spans_begun, maxval([0, contact_span%number]))))
       call carry_forces(problem, state, next%problem, next%state)
       if (all(neighbour%held == 0)) then
-         call settle(next, found, plane_at(here, next))
+         ! Where the path is smooth, the path of the new set crosses the plane normal to the path as well, even at a limit point.
+         if (here%kink) then
+            call settle(next, found)
+         else
+            call settle(next, found, plane_at(here, next))
+         end if
          if (found .and. first .and. here%at_change .and. neighbour%edit == edit_add) call release(next, here%spans_begun + 1, free)
       else
          ends = held_ends(next, strip, neighbour)

@@ -1,18 +1,20 @@
-!> Places of changes at which a length vanishes: the free span between a line contact and a segment boundary of its rod, or a line
-!> contact at a support on its obstacle. The length becomes too short for a mesh before it vanishes, so the place is found with the
-!> set without this length. Where the end of a contact arrives at a boundary, the boundary is fixed to the obstacle and the fixing
-!> couple is zero; where a line contact vanishes, the relative curvature or slope of the rod at the support is zero.
+!> Places of changes at which a length vanishes: the free span between a line contact and a segment boundary of its rod, or between
+!> two line contacts on both sides of the boundary; a line contact at a support on its obstacle. The length becomes too short for a
+!> mesh before it vanishes, so the place is found with the set without this length. Where ends of contacts arrive at a boundary, the
+!> boundary is fixed to the obstacle and the fixing couple is zero (the fixing force if two ends arrive and no couple acts); where a
+!> line contact vanishes, the relative curvature or slope of the rod at the support is zero.
 module vanished_length
    use kinds, only: wp
    use problem, only: problem_t
+   use rod_state, only: state_t
    use bordered_system, only: linearise
-   use breakpoint_forces, only: breakpoint_couple, stands
+   use breakpoint_forces, only: breakpoint_couple, breakpoint_force, left_over, stands
+   use past_breakpoints, only: beyond
    use contact_spans, only: contact_span_t
    use contact_set_edits, only: end_moved, shrunk
    use span_candidates, only: present_contact_spans
-   use test_kinds, only: span_test_t, test_couple, test_curvature, test_slope, test_crossing, test_length
+   use test_kinds, only: span_test_t, test_couple, test_force, test_curvature, test_slope, test_length, test_vanishing
    use next_spans, only: next_t, new_next, go_to_load, tests_of
-   use path_point, only: path_point_t
    implicit none
    private
    public :: find_vanished
@@ -22,21 +24,22 @@ module vanished_length
 
 contains
 
-   !> Finds the equilibrium at which a length has vanished, slightly ahead of a point at which the length is very short.
-   subroutine find_vanished(problem, point, test, step, next, found)
+   !> Finds the equilibrium at which a length has vanished, ahead of a state at which the length is short.
+   subroutine find_vanished(problem, state, test, step, next, found)
       type(problem_t), intent(in) :: problem
-      type(path_point_t), intent(in) :: point    !! equilibrium of `problem`
-      type(span_test_t), intent(in) :: test      !! its test of the length
+      type(state_t), intent(in) :: state         !! equilibrium of `problem`
+      type(span_test_t), intent(in) :: test      !! its test of the length: of kind test_length, test_crossing, test_vanishing
       real(wp), intent(in) :: step               !! first step of the load factor
       type(next_t), intent(out) :: next          !! the set without the length; its test is the one that is zero
       logical, intent(out) :: found              !! false: no such length, or no such equilibrium
       type(span_test_t), allocatable :: tests(:)
       real(wp) :: load(2), value(2)
       integer :: c, try
-      call set_without(problem, point, test, next, c)
+      logical :: meets
+      call set_without(problem, state, test, next, c, meets)
       found = c > 0
       if (.not. found) return
-      load(1) = point%state%load_factor
+      load(1) = state%load_factor
       call look_at(load(1), value(1))
       load(2) = load(1) + step
       do try = 1, most
@@ -70,39 +73,62 @@ contains
       end subroutine look_at
 
       !> Number of the test that is zero at the change: of several at the support, the one nearest to zero.
-      pure integer function number_of(tests) result(number)
+      integer function number_of(tests) result(number)
          type(span_test_t), intent(in) :: tests(:)
          logical :: mine(size(tests))
          mine = tests%candidate == c
-         if (test%kind == test_crossing) mine = mine .and. tests%kind == test_couple
-         if (test%kind == test_length) mine = mine .and. (tests%kind == test_curvature .or. tests%kind == test_slope)
+         if (test%kind == test_length) then
+            mine = mine .and. (tests%kind == test_curvature .or. tests%kind == test_slope)
+         else
+            mine = mine .and. tests%kind == merge(test_force, test_couple, lifted_by_force())
+         end if
          number = minloc(abs(tests%value), 1, mask=mine)
       end function number_of
+
+      !> True if two line contacts meet and no couple acts at the boundary.
+      logical function lifted_by_force()
+         lifted_by_force = meets
+         if (meets) lifted_by_force = abs(breakpoint_couple(next%problem, next%state, c)) <= left_over(next%problem) * &
+            & abs(breakpoint_force(next%problem, next%state, c)) * next%problem%size
+      end function lifted_by_force
    end subroutine find_vanished
 
    !> Makes the contact set without the length.
-   subroutine set_without(problem, point, test, next, c)
+   subroutine set_without(problem, state, test, next, c, meets)
       type(problem_t), intent(in) :: problem
-      type(path_point_t), intent(in) :: point
+      type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test
       type(next_t), intent(out) :: next
       integer, intent(out) :: c                  !! candidate at the boundary or support; 0: none
+      logical, intent(out) :: meets              !! true: two line contacts meet at the boundary
       type(contact_span_t), allocatable :: set(:)
-      integer :: k, side
+      integer :: k, side, other, rod_segment
       c = 0
+      meets = .false.
       k = test%contact_span
+      side = merge(1, 2, test%sense < 0.0_wp)
+      if (test%kind == test_vanishing) then
+         if (count(test%beside > 0) /= 1) return
+         side = 3 - findloc(test%beside > 0, .true., 1)
+         k = test%beside(3 - side)
+      end if
       if (.not. problem%contact_span(k)%line) return
-      set = present_contact_spans(problem, point%state)
-      if (test%kind == test_crossing) then
-         side = merge(1, 2, test%sense < 0.0_wp)
-         set = end_moved(set, k, side, merge(0.0_wp, problem%layout%rod_segment(test%rod_segment)%length, side == 1))
-      else
-         side = findloc([stands(problem, point%state, set(k)%candidate(1)), stands(problem, point%state, set(k)%candidate(2))], &
-            & .true., 1)
+      set = present_contact_spans(problem, state)
+      if (test%kind == test_length) then
+         side = findloc([stands(problem, state, set(k)%candidate(1)), stands(problem, state, set(k)%candidate(2))], .true., 1)
          if (side == 0) return
          set = shrunk(set, k, set(k)%at(side))
+      else
+         set = end_moved(set, k, side, merge(0.0_wp, problem%layout%rod_segment(set(k)%rod_segment)%length, side == 1))
+         rod_segment = beyond(problem, k, merge(-1, 1, side == 1))
+         other = findloc(problem%contact_span%rod_segment == rod_segment .and. problem%contact_span%contact == set(k)%contact, &
+            & .true., 1, back=side == 1)
+         meets = other > 0
+         if (meets) meets = set(other)%line .and. problem%candidates%moves(set(other)%candidate(3 - side))
+         if (meets) set = end_moved(set, other, 3 - side, merge(problem%layout%rod_segment(rod_segment)%length, 0.0_wp, side == 1))
+         if (test%kind == test_vanishing .and. .not. meets) return
       end if
-      next = new_next(problem, point%state, set)
+      next = new_next(problem, state, set)
       k = findloc(next%problem%contact_span%number, problem%contact_span(k)%number, 1)
       c = next%problem%contact_span(k)%candidate(side)
    end subroutine set_without

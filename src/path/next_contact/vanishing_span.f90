@@ -20,7 +20,8 @@ module vanishing_span
    use span_regions, only: find_span_regions
    use contact_change_types, only: step_interval_t
    use next_spans, only: next_t, new_next, tests_of
-   use set_begins, only: find_begin
+   use set_begins, only: find_begin, small_load
+   use vanished_length, only: find_vanished
    use lost_at_support, only: clamped_ends, go_into_clamp
    use reachability, only: turns, leads_to_next, reach_of
    use flat_points, only: find_flat_point
@@ -37,6 +38,7 @@ contains
    !> Finds the contact set without the closing free span, and its equilibrium at its onset, if the path leads there. The following
    !> sets are tried in this order; the first one that is valid within reach is taken:
    !>
+   !>   two line contacts that meet at a segment boundary (find_vanished)
    !>   a line contact along the whole span (lie_down), unless contact moves past the segment boundary there (is_passage)
    !>   closing bow beside a clamp on the obstacle: the point contact reaches the clamp (go_into_clamp)
    !>   closing bow between two point contacts that merge (become_one)
@@ -50,10 +52,13 @@ contains
       logical, intent(out) :: found
       logical, intent(out) :: wave               !! true: the span is a closing bow between two point contacts
       wave = .false.
-      found = .false.
-      if (is_passage(problem, interval%after(which))) return
-      call lie_down(problem, run, interval, which, next, found)
+      call find_vanished(problem, interval%to%state, interval%after(which), small_load(run), next, found)
       if (found) found = holds_within_reach(problem, run, interval, fails, next)
+      if (.not. found) then
+         if (is_passage(problem, interval%after(which))) return
+         call lie_down(problem, run, interval, which, next, found)
+         if (found) found = holds_within_reach(problem, run, interval, fails, next)
+      end if
       if (.not. found) wave = is_wave(problem, interval%to%state, interval%after(which))
       ! Two points with a gap between them and compressive forces on both remain two.
       if (wave .and. .not. turns(run, interval)) then
