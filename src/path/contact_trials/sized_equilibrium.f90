@@ -111,13 +111,14 @@ contains
       !> One iteration.
       subroutine improve(done)
          logical, intent(out) :: done           !! true: moves and errors are small
-         real(wp) :: move(n), changed(n), whole
+         real(wp) :: move(n), changed(n), effect(n), whole
          integer :: i
          done = .false.
-         ! Unknowns are measured by their steps.
-         call solve_least(transpose(slope * spread(unit, 2, n)), -error, neutral, move, ok)
+         ! Unknowns are measured by their effects, so that only combinations of them can be neutral.
+         effect = max(norm2(slope, 2), tiny(whole))
+         call solve_least(transpose(slope / spread(effect, 2, n)), -error, neutral, move, ok)
          if (.not. ok) return
-         move = unit * move
+         move = move / effect
          ! An equilibrium so far away is none of this path.
          ok = abs(move(n)) <= farthest * along
          if (.not. ok) return
