@@ -295,12 +295,13 @@ contains
          do side = 1, 2
             if (abs(s - set(k)%at(side)) > near) cycle
             way = merge(-1, 1, side == 1)
-            ! If the other end is before the boundary, this end may also come to the boundary or stop before it.
+            call add(all, edit_pass, end_moved(set, k, side, s + way * e), [k, 0], [side, side])
+            ! If the other end is before the boundary, this end may also come to the boundary or stop before it. An end at the
+            ! boundary is held there by a couple, which at the arrival is zero, so that the set seems valid at first.
             if (way * (s - set(k)%at(3 - side)) > 0.0_wp) then
                call add(all, edit_pass, end_moved(set, k, side, s))
                call add(all, edit_pass, end_moved(set, k, side, s - way * e), [k, 0], [side, side])
             end if
-            call add(all, edit_pass, end_moved(set, k, side, s + way * e), [k, 0], [side, side])
             do j = 1, size(at_load)
                g = at_load(j) * e
                if (way * (s - set(k)%at(3 - side)) <= g) cycle
