@@ -1,8 +1,9 @@
-!> Places of changes at which a length vanishes: the free span between a line contact and a segment boundary of its rod, or between
-!> two line contacts on both sides of the boundary; a line contact at a support on its obstacle. The length becomes too short for a
-!> mesh before it vanishes, so the place is found with the set without this length. Where ends of contacts arrive at a boundary, the
-!> boundary is fixed to the obstacle and the fixing couple is zero (the fixing force if two ends arrive and no couple acts); where a
-!> line contact vanishes, the relative curvature or slope of the rod at the support is zero.
+!> Places of changes at which a length vanishes: the free span between a line contact and a segment boundary of its rod, between two
+!> line contacts on both sides of the boundary, or between a point contact and a clamp on the obstacle; a line contact at a support
+!> on the obstacle. The length becomes too short for a mesh before it vanishes, so the place is found with the set without this
+!> length. Where ends of contacts arrive at a boundary, the boundary is fixed to the obstacle and the fixing couple is zero (the
+!> fixing force if two ends arrive and no couple acts); where contact is lost at a support, the relative curvature or slope of the
+!> rod at the support is zero.
 module vanished_length
    use kinds, only: wp
    use problem, only: problem_t
@@ -11,13 +12,13 @@ module vanished_length
    use breakpoint_forces, only: breakpoint_couple, breakpoint_force, left_over, stands
    use past_breakpoints, only: beyond
    use contact_spans, only: contact_span_t
-   use contact_set_edits, only: end_moved, shrunk
+   use contact_set_edits, only: end_moved, lost, shrunk
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, test_couple, test_force, test_curvature, test_slope, test_length, test_vanishing
    use next_spans, only: next_t, new_next, go_to_load, tests_of
    implicit none
    private
-   public :: find_vanished
+   public :: find_vanished, clamped_ends
 
    integer, parameter :: most = 8            !! loads of the secant method
    real(wp), parameter :: exact = 1.0e-12_wp !! change of the load in its last step / load
@@ -35,8 +36,8 @@ contains
       type(span_test_t), allocatable :: tests(:)
       real(wp) :: load(2), value(2)
       integer :: c, try
-      logical :: meets
-      call set_without(problem, state, test, next, c, meets)
+      logical :: meets, at_support
+      call set_without(problem, state, test, next, c, meets, at_support)
       found = c > 0
       if (.not. found) return
       load(1) = state%load_factor
@@ -77,7 +78,7 @@ contains
          type(span_test_t), intent(in) :: tests(:)
          logical :: mine(size(tests))
          mine = tests%candidate == c
-         if (test%kind == test_length) then
+         if (at_support) then
             mine = mine .and. (tests%kind == test_curvature .or. tests%kind == test_slope)
          else
             mine = mine .and. tests%kind == merge(test_force, test_couple, lifted_by_force())
@@ -94,42 +95,81 @@ contains
    end subroutine find_vanished
 
    !> Makes the contact set without the length.
-   subroutine set_without(problem, state, test, next, c, meets)
+   subroutine set_without(problem, state, test, next, c, meets, at_support)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(span_test_t), intent(in) :: test
       type(next_t), intent(out) :: next
       integer, intent(out) :: c                  !! candidate at the boundary or support; 0: none
       logical, intent(out) :: meets              !! true: two line contacts meet at the boundary
+      logical, intent(out) :: at_support         !! true: contact beside a support on the obstacle is lost
       type(contact_span_t), allocatable :: set(:)
-      integer :: k, side, other, rod_segment
+      integer :: number                          ! number of the contact at the boundary or support
+      integer :: k, side
       c = 0
       meets = .false.
-      k = test%contact_span
-      side = merge(1, 2, test%sense < 0.0_wp)
-      if (test%kind == test_vanishing) then
-         if (count(test%beside > 0) /= 1) return
-         side = 3 - findloc(test%beside > 0, .true., 1)
-         k = test%beside(3 - side)
-      end if
-      if (.not. problem%contact_span(k)%line) return
       set = present_contact_spans(problem, state)
+      at_support = test%kind == test_length
+      if (test%kind == test_vanishing .and. all(test%beside > 0)) at_support = any(clamped_ends(problem, state, test))
       if (test%kind == test_length) then
+         k = test%contact_span
          side = findloc([stands(problem, state, set(k)%candidate(1)), stands(problem, state, set(k)%candidate(2))], .true., 1)
          if (side == 0) return
+         number = set(k)%number
          set = shrunk(set, k, set(k)%at(side))
+      else if (at_support) then
+         side = findloc(clamped_ends(problem, state, test), .true., 1)
+         number = set(test%beside(side))%number
+         set = lost(set, test%beside(3 - side))
       else
-         set = end_moved(set, k, side, merge(0.0_wp, problem%layout%rod_segment(set(k)%rod_segment)%length, side == 1))
-         rod_segment = beyond(problem, k, merge(-1, 1, side == 1))
-         other = findloc(problem%contact_span%rod_segment == rod_segment .and. problem%contact_span%contact == set(k)%contact, &
-            & .true., 1, back=side == 1)
-         meets = other > 0
-         if (meets) meets = set(other)%line .and. problem%candidates%moves(set(other)%candidate(3 - side))
-         if (meets) set = end_moved(set, other, 3 - side, merge(problem%layout%rod_segment(rod_segment)%length, 0.0_wp, side == 1))
+         k = test%contact_span
+         side = merge(1, 2, test%sense < 0.0_wp)
+         if (test%kind == test_vanishing) then
+            if (count(test%beside > 0) /= 1) return
+            side = 3 - findloc(test%beside > 0, .true., 1)
+            k = test%beside(3 - side)
+         end if
+         if (.not. set(k)%line) return
+         number = set(k)%number
+         call bring_to_boundary(problem, k, side, set, meets)
          if (test%kind == test_vanishing .and. .not. meets) return
       end if
       next = new_next(problem, state, set)
-      k = findloc(next%problem%contact_span%number, problem%contact_span(k)%number, 1)
+      if (at_support) next%label = 'C-'
+      k = findloc(next%problem%contact_span%number, number, 1)
       c = next%problem%contact_span(k)%candidate(side)
    end subroutine set_without
+
+   !> Moves the end of a line contact to the boundary of its rod segment, and the end of a line contact that arrives at the boundary
+   !> from the other side.
+   subroutine bring_to_boundary(problem, k, side, set, meets)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: k, side             !! line contact and its end
+      type(contact_span_t), allocatable, intent(inout) :: set(:)
+      logical, intent(out) :: meets              !! true: another line contact arrives
+      integer :: other, rod_segment
+      set = end_moved(set, k, side, merge(0.0_wp, problem%layout%rod_segment(set(k)%rod_segment)%length, side == 1))
+      rod_segment = beyond(problem, k, merge(-1, 1, side == 1))
+      other = findloc(problem%contact_span%rod_segment == rod_segment .and. problem%contact_span%contact == set(k)%contact, &
+         & .true., 1, back=side == 1)
+      meets = other > 0
+      if (meets) meets = set(other)%line .and. problem%candidates%moves(set(other)%candidate(3 - side))
+      if (meets) set = end_moved(set, other, 3 - side, merge(problem%layout%rod_segment(rod_segment)%length, 0.0_wp, side == 1))
+   end subroutine bring_to_boundary
+
+   !> (sides) true: the point contact on this side of a free span is at a clamp on the obstacle.
+   function clamped_ends(problem, state, test) result(clamped)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(span_test_t), intent(in) :: test      !! test of the span between two contacts
+      logical :: clamped(2)
+      integer :: k
+      do k = 1, 2
+         associate (contact => problem%contact_span(test%beside(k)))
+            clamped(k) = .not. contact%line .and. problem%model%fixed(3, problem%candidates%node(contact%candidate(1)))
+            if (clamped(k)) clamped(k) = stands(problem, state, contact%candidate(1))
+         end associate
+      end do
+      if (any(problem%contact_span(test%beside)%line)) clamped = .false.
+   end function clamped_ends
 end module vanished_length

@@ -21,8 +21,7 @@ module vanishing_span
    use contact_change_types, only: step_interval_t
    use next_spans, only: next_t, new_next, tests_of
    use set_begins, only: find_begin, small_load
-   use vanished_length, only: find_vanished
-   use lost_at_support, only: clamped_ends, go_into_clamp
+   use vanished_length, only: find_vanished, clamped_ends
    use reachability, only: turns, leads_to_next, reach_of
    use flat_points, only: find_flat_point
    use state_transfer, only: carried
@@ -40,7 +39,7 @@ contains
    !>
    !>   two line contacts that meet at a segment boundary (find_vanished)
    !>   a line contact along the whole span (lie_down), unless contact moves past the segment boundary there (is_passage)
-   !>   closing bow beside a clamp on the obstacle: the point contact reaches the clamp (go_into_clamp)
+   !>   closing bow beside a clamp on the obstacle: the point contact reaches the clamp (find_vanished)
    !>   closing bow between two point contacts that merge (become_one)
    subroutine locate_vanishing(problem, run, interval, which, fails, next, found, wave)
       type(problem_t), intent(in) :: problem
@@ -52,7 +51,9 @@ contains
       logical, intent(out) :: found
       logical, intent(out) :: wave               !! true: the span is a closing bow between two point contacts
       wave = .false.
-      call find_vanished(problem, interval%to%state, interval%after(which), small_load(run), next, found)
+      found = .false.
+      if (.not. all(interval%after(which)%beside > 0)) call find_vanished(problem, interval%to%state, interval%after(which), &
+         & small_load(run), next, found)
       if (found) found = holds_within_reach(problem, run, interval, fails, next)
       if (.not. found) then
          if (is_passage(problem, interval%after(which))) return
@@ -62,11 +63,8 @@ contains
       if (.not. found) wave = is_wave(problem, interval%to%state, interval%after(which))
       ! Two points with a gap between them and compressive forces on both remain two.
       if (wave .and. .not. turns(run, interval)) then
-         if (any(clamped_ends(problem, interval%to%state, interval%after(which)))) then
-            call go_into_clamp(problem, run, interval, which, next, found)
-         else
-            call become_one(problem, interval, which, next, found)
-         end if
+         call find_vanished(problem, interval%to%state, interval%after(which), small_load(run), next, found)
+         if (.not. found) call become_one(problem, interval, which, next, found)
          if (found) found = leads_to_next(problem, run, next, interval%to%tangent%load)
          if (found) found = holds_within_reach(problem, run, interval, fails, next)
       end if
