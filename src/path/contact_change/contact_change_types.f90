@@ -19,7 +19,7 @@ module contact_change_types
    ! Kinds of the first change on an increment, and how each is located:
    integer, parameter :: change_none = 0    !! none: the set is valid up to the end
    integer, parameter :: change_missed = 1  !! a test fails at the end, but its zero was not found
-   integer, parameter :: change_located = 2 !! a test is zero; a rule (span_rules) or trials give the next set: located by a
+   integer, parameter :: change_located = 2 !! a test is zero; trials give the next set (contact_trials): located by a
    !! bracket, or at an osculating contact by Newton's method with prescribed relative curvature (flat_points)
    integer, parameter :: change_opening = 3 !! the force of a line contact is zero, and the line lifts off: also located by a
    !! bracket; local laws of the opening (span_opening)

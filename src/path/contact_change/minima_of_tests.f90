@@ -7,7 +7,7 @@ module minima_of_tests
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use test_kinds, only: span_test_t, test_force, test_curvature, test_slack
+   use test_kinds, only: span_test_t, test_force, test_slack
    use span_tests, only: run_span_tests
    use contact_change_types, only: step_interval_t
    use tangent_step, only: states_along
@@ -60,26 +60,10 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       real(wp) :: scale
-      if (run%since_change%arrives) run%since_change%rises = curvature_rises(problem, run)
       if (allocated(run%slopes%here) .or. .not. problem%has_spans() .or. problem%is_sampled()) return
       scale = max(run%last%system%force_scale, tiny(scale))
       run%slopes%here = slopes_at(problem, run%last, run_span_tests(problem, run%last%state, scale), scale)
    end subroutine note_slopes
-
-   !> True if every curvature test with a value below zero increases along the path.
-   logical function curvature_rises(problem, run) result(rises)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(span_test_t), allocatable :: first(:), last(:)
-      type(state_t) :: here, ahead
-      real(wp) :: step
-      rises = .false.
-      if (.not. run%last%system%ok) return
-      call states_along(problem, run%last%system, run%last%state, run%last%tangent%load, here, ahead, step)
-      first = run_span_tests(problem, here, 1.0_wp)
-      last = run_span_tests(problem, ahead, 1.0_wp)
-      rises = all(last%value > first%value .or. first%kind /= test_curvature .or. first%value >= 0.0_wp)
-   end function curvature_rises
 
    !> Slopes of force tests by arc length (0 for other kinds), followed by the slopes of the positions of all candidates.
    function slopes_at(problem, point, tests, scale) result(slope)

@@ -69,7 +69,6 @@ contains
          call go_to_next(problem, step, run, first, recorder, finished, outcome)
       else
          call adopt(problem, run, first)
-         run%since_change%arrives = .true.
          ! Where a line contact has become a point contact, a free span beside it may be in neutral equilibrium, so that its pivot
          ! has no certain sign; the pivot count with the line contact is kept.
          run%since_change%shrunk = test%kind == test_length

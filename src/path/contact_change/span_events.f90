@@ -4,7 +4,7 @@ module span_events
    use model, only: step_t
    use problem, only: problem_t, rounding_gap
    use free_span_gap, only: gap_at
-   use test_kinds, only: any_crosses, crosses, another_fails, test_slack, test_gap, test_curvature, test_vanishing, test_slope
+   use test_kinds, only: any_crosses, crosses, another_fails, test_slack, test_gap, test_curvature, test_vanishing
    use contact_change_types, only: step_interval_t, change_t, change_none, change_missed, change_located, change_vanishing, &
       & place_here, &
       & place_ahead
@@ -43,10 +43,6 @@ contains
       type(step_interval_t) :: near
       integer :: round
       logical :: fails
-      associate (since => run%since_change)
-         since%arrives = since%arrives .and. any(interval%before%kind == test_curvature .and. interval%before%value <= 0.0_wp)
-         call excuse_arriving_points(interval, since%arrives, since%rises)
-      end associate
       change%tests = interval%after
       near = interval
       fails = any_crosses(interval%before, interval%after)
@@ -73,24 +69,6 @@ contains
       end do
       change%kind = change_missed
    end subroutine find_first
-
-   !> Sets failing tests to zero that are expected after an arrival. A point contact that rolls to the end of a rod is fixed there
-   !> as soon as the remaining span counts as zero; until it arrives the rod's slope is just below zero. A point into which a line
-   !> contact has shrunk, or which has come to a segment boundary, is osculating at first; on another mesh, or for the rest of a
-   !> span, its relative curvature may be slightly negative.
-   pure subroutine excuse_arriving_points(interval, arrives, rises)
-      type(step_interval_t), intent(inout) :: interval
-      logical, intent(in) :: arrives, rises       !! consequences of the last contact change, see since_change_t
-      integer :: k
-      do k = 1, size(interval%after)
-         associate (before => interval%before(k), after => interval%after(k))
-            if (.not. (after%kind == test_slope .or. arrives .and. after%kind == test_curvature)) cycle
-            ! On a new mesh the first point is not in equilibrium, and its value is a guess.
-            if (before%value <= 0.0_wp .and. (after%value > before%value .or. after%kind == test_curvature .and. rises)) &
-               & after%value = max(after%value, 0.0_wp)
-         end associate
-      end do
-   end subroutine excuse_arriving_points
 
    !> Finds a free span that closes on the increment or just beyond its end, where no increment may converge.
    subroutine find_vanishing(problem, run, interval, fails, change)

@@ -225,7 +225,7 @@ contains
    end function is_gone
 
    !> True if the free span is a short remainder before a segment boundary beyond which the contact beside the span can continue:
-   !> the contact then passes the boundary (passages), and the remainder does not come into contact.
+   !> the contact then passes the boundary, and the remainder does not come into contact.
    pure logical function is_passage(problem, test)
       type(problem_t), intent(in) :: problem
       type(span_test_t), intent(in) :: test      !! test of the free span

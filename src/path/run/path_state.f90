@@ -63,9 +63,6 @@ module path_state
       logical :: shrunk = .false. !! a line contact has just become a point contact: the test values are those of the line, and an
       !! eigenvalue may have changed its sign there, which zero_at_end and smooth_zero find. Set by set_mending, valid until the
       !! next point (event_recording)
-      logical :: arrives = .false. !! the contact set has just changed: the relative curvature of a point contact is zero or still
-      !! slightly negative. Set by set_mending, reset by span_events, which excuses the violated test until then
-      logical :: rises = .false. !! negative relative curvatures increase along the path from the last accepted point
       real(wp) :: at = 0.0_wp                    !! arc length of that change
    end type since_change_t
 
