@@ -3,7 +3,7 @@
 !> An artificial variable z0 makes the negative rows feasible (w = q + M z + d z0, d > 0 the covering vector) and is then driven
 !> out: the variable that enters the basis is always the complement of the variable that has just left. The inverse of the basis is
 !> explicit and updated by rank one; the values and the entering column are computed anew from M and q at each pivot: O(n**2) per
-!> pivot.
+!> pivot. Where M is positive definite, exchanges of all wrong signs at once come first: a dozen sweeps, not hundreds of pivots.
 !>
 !> Measures for reliability:
 !>   scaling     M and q become R M C and R q, R and C diagonal powers of two, so that nothing is rounded. R = C where
@@ -17,7 +17,7 @@
 module lemke
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
-   use lapack, only: dgetrf, dgetrs
+   use lapack, only: dgesv, dgetrf, dgetrs, dpotrf
    use golden_section, only: golden
    use lcp_basis, only: scaled_lcp_t, basis_t, start, invert, exchange, evaluate, least_row, blocking_row
    implicit none
@@ -92,6 +92,13 @@ contains
       limit = 1000 + 50 * n
       if (present(max_pivots)) limit = max_pivots
 
+      if (.not. (present(cover) .or. present(max_pivots))) then
+         call exchange_signs(problem, active, pivots, ok)
+         if (ok) call solve_active(problem, active, z, w, ok, ray)
+         outcome = lcp_solved
+         if (ok .and. .not. ray) return
+      end if
+
       active = .false.
       starts: do attempt = 1, max_starts
          if (attempt > 1) then
@@ -111,9 +118,7 @@ contains
                outcome = lcp_ray
                exit
             end if
-            z = scale(z, problem%column_exponent + problem%q_exponent)
-            w = scale(w, problem%q_exponent - problem%row_exponent)
-            if (ok .and. all(ieee_is_finite(z)) .and. all(ieee_is_finite(w))) return
+            if (ok) return
             outcome = lcp_breakdown
          case (lcp_ray)
             if (attempt == 1) exit
@@ -126,6 +131,42 @@ contains
       z = 0.0_wp
       w = q
    end subroutine solve_lcp
+
+   !> Exchanges all pairs with a wrong sign at once, until there is none: Newton's method for  min(z, w) = 0  (Hintermueller, Ito,
+   !> Kunisch, SIAM J. Optim. 13 (2003) 865-888). It is used where M is positive definite: the solution is then the only one.
+   subroutine exchange_signs(problem, active, exchanges, ok)
+      type(scaled_lcp_t), intent(in) :: problem
+      logical, intent(out) :: active(:)
+      integer, intent(inout) :: exchanges
+      logical, intent(out) :: ok !! true: M is positive definite, and all signs are right with these active pairs
+      !> Lemke's method takes about 10 n**3 operations for n pivots, a sweep at most 2/3 n**3.
+      integer, parameter :: max_sweeps = 15
+      real(wp) :: a(problem%n, problem%n), x(problem%n), value(problem%n)
+      logical :: next(problem%n)
+      integer :: i, k, n, info, sweep, pivot(problem%n), set(problem%n)
+
+      n = problem%n
+      a = problem%m + transpose(problem%m)
+      call dpotrf('L', n, a, n, info)
+      ok = info == 0
+      if (.not. ok) return
+      active = .false.
+      next = problem%q < 0.0_wp
+      do sweep = 1, max_sweeps
+         exchanges = exchanges + count(next .neqv. active)
+         active = next
+         k = count(active)
+         set(:k) = pack([(i, i=1, n)], active)
+         a(:k, :k) = problem%m(set(:k), set(:k))
+         x(:k) = -problem%q(set(:k))
+         call dgesv(k, 1, a, n, pivot, x, n, info)
+         value = problem%q + matmul(problem%m(:, set(:k)), x(:k))
+         next = value < 0.0_wp
+         next(set(:k)) = x(:k) > 0.0_wp
+         ok = info == 0 .and. all(next .eqv. active)
+         if (ok) return
+      end do
+   end subroutine exchange_signs
 
    !> Name of an outcome, for listings and messages.
    pure function outcome_name(outcome) result(name)
@@ -247,8 +288,8 @@ contains
    subroutine solve_active(problem, active, z, w, ok, ray)
       type(scaled_lcp_t), intent(in) :: problem
       logical, intent(in) :: active(:)
-      real(wp), intent(out) :: z(:), w(:) !! scaled, nothing negative
-      logical, intent(out) :: ok          !! true: these z and w satisfy all equations to rounding
+      real(wp), intent(out) :: z(:), w(:) !! in the units of the caller, nothing negative
+      logical, intent(out) :: ok          !! true: these z and w are finite and satisfy all equations to rounding
       logical, intent(out) :: ray         !! true: some y >= 0 has M y = 0 to rounding, and y.q < 0: no solution exists
       real(wp), allocatable :: lu(:, :), x(:), residual(:)
       real(wp) :: s(problem%n), tolerance
@@ -288,6 +329,9 @@ contains
       ok = all(w >= -tolerance * s) .and. all(abs(w(set)) <= tolerance * s(set))
       w = max(w, 0.0_wp)
       w(set) = 0.0_wp
+      z = scale(z, problem%column_exponent + problem%q_exponent)
+      w = scale(w, problem%q_exponent - problem%row_exponent)
+      ok = ok .and. all(ieee_is_finite(z)) .and. all(ieee_is_finite(w))
    end subroutine solve_active
 
    !> True for a ray: M x = -q on the set, where q is rounding only, has a solution x of one sign; the forces y = |x| then have no
