@@ -17,7 +17,7 @@
 module lemke
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
-   use lapack, only: dgesv, dgetrf, dgetrs, dpotrf
+   use lapack, only: dgetrf, dgetrs, dpotrf
    use golden_section, only: golden
    use lcp_basis, only: scaled_lcp_t, basis_t, start, invert, exchange, evaluate, least_row, blocking_row
    implicit none
@@ -62,7 +62,7 @@ contains
       type(scaled_lcp_t) :: problem
       type(basis_t) :: basis
       real(wp) :: d(size(q))
-      logical :: active(size(q)), ok, ray
+      logical :: active(size(q)), other(size(q)), ok, ray
       integer :: n, limit, attempt
 
       n = size(q)
@@ -93,10 +93,9 @@ contains
       if (present(max_pivots)) limit = max_pivots
 
       if (.not. (present(cover) .or. present(max_pivots))) then
-         call exchange_signs(problem, active, pivots, ok)
-         if (ok) call solve_active(problem, active, z, w, ok, ray)
+         call exchange_signs(problem, z, w, ok, pivots)
          outcome = lcp_solved
-         if (ok .and. .not. ray) return
+         if (ok) return
       end if
 
       active = .false.
@@ -113,7 +112,7 @@ contains
          if (.not. ok) outcome = lcp_breakdown
          select case (outcome)
          case (lcp_solved)
-            call solve_active(problem, active, z, w, ok, ray)
+            call solve_active(problem, active, z, w, ok, ray, other)
             if (ray) then
                outcome = lcp_ray
                exit
@@ -134,37 +133,27 @@ contains
 
    !> Exchanges all pairs with a wrong sign at once, until there is none: Newton's method for  min(z, w) = 0  (Hintermueller, Ito,
    !> Kunisch, SIAM J. Optim. 13 (2003) 865-888). It is used where M is positive definite: the solution is then the only one.
-   subroutine exchange_signs(problem, active, exchanges, ok)
+   subroutine exchange_signs(problem, z, w, ok, exchanges)
       type(scaled_lcp_t), intent(in) :: problem
-      logical, intent(out) :: active(:)
+      real(wp), intent(out) :: z(:), w(:)      !! as solve_active gives them
+      logical, intent(out) :: ok               !! false: M is not positive definite, or wrong signs are left
       integer, intent(inout) :: exchanges
-      logical, intent(out) :: ok !! true: M is positive definite, and all signs are right with these active pairs
       !> Lemke's method takes about 10 n**3 operations for n pivots, a sweep at most 2/3 n**3.
       integer, parameter :: max_sweeps = 15
-      real(wp) :: a(problem%n, problem%n), x(problem%n), value(problem%n)
-      logical :: next(problem%n)
-      integer :: i, k, n, info, sweep, pivot(problem%n), set(problem%n)
-
-      n = problem%n
+      real(wp) :: a(problem%n, problem%n)
+      logical :: active(problem%n), next(problem%n), ray
+      integer :: info, sweep
       a = problem%m + transpose(problem%m)
-      call dpotrf('L', n, a, n, info)
-      ok = info == 0
-      if (.not. ok) return
+      call dpotrf('L', problem%n, a, problem%n, info)
+      ok = .false.
       active = .false.
       next = problem%q < 0.0_wp
-      do sweep = 1, max_sweeps
+      do sweep = 1, merge(max_sweeps, 0, info == 0)
          exchanges = exchanges + count(next .neqv. active)
          active = next
-         k = count(active)
-         set(:k) = pack([(i, i=1, n)], active)
-         a(:k, :k) = problem%m(set(:k), set(:k))
-         x(:k) = -problem%q(set(:k))
-         call dgesv(k, 1, a, n, pivot, x, n, info)
-         value = problem%q + matmul(problem%m(:, set(:k)), x(:k))
-         next = value < 0.0_wp
-         next(set(:k)) = x(:k) > 0.0_wp
-         ok = info == 0 .and. all(next .eqv. active)
-         if (ok) return
+         call solve_active(problem, active, z, w, ok, ray, next)
+         ok = ok .and. .not. ray
+         if (ok) exit
       end do
    end subroutine exchange_signs
 
@@ -285,12 +274,13 @@ contains
    end subroutine follow_path
 
    !> Solves  w = 0  in the active pairs and z = 0 in the others, from the data and with one refinement.
-   subroutine solve_active(problem, active, z, w, ok, ray)
+   subroutine solve_active(problem, active, z, w, ok, ray, next)
       type(scaled_lcp_t), intent(in) :: problem
       logical, intent(in) :: active(:)
       real(wp), intent(out) :: z(:), w(:) !! in the units of the caller, nothing negative
       logical, intent(out) :: ok          !! true: these z and w are finite and satisfy all equations to rounding
       logical, intent(out) :: ray         !! true: some y >= 0 has M y = 0 to rounding, and y.q < 0: no solution exists
+      logical, intent(out) :: next(:)     !! the active pairs after an exchange of those with a wrong sign
       real(wp), allocatable :: lu(:, :), x(:), residual(:)
       real(wp) :: s(problem%n), tolerance
       integer, allocatable :: set(:), pivot(:)
@@ -307,6 +297,7 @@ contains
       call dgetrf(k, k, lu, max(1, k), pivot, info)
       ok = info == 0
       ray = .false.
+      next = active
       if (.not. ok) return
       call dgetrs('N', k, 1, lu, max(1, k), pivot, x, max(1, k), info)
       do j = 1, k
@@ -316,6 +307,8 @@ contains
 
       x = x + residual
       ray = is_ray(problem, set, x)
+      next = problem%q + matmul(problem%m(:, set), x) < 0.0_wp
+      next(set) = x > 0.0_wp
 
       ! Negative values are set to zero before the test: even a small value may be a large part of the balance of a stiff neighbour.
       z(set) = max(x, 0.0_wp)
