@@ -56,19 +56,11 @@ contains
       character(*), intent(in) :: object, name(:)
       integer, intent(in) :: value(:)           !! values of the attributes, one for each name
       integer, target :: copy
-      integer(hid_t) :: place
-      integer :: i, status, close_status
-      if (.not. hdf5_ok(file)) return
-      call h5oopen_f(file%handle, object, place, status)
-      if (status >= 0) then
-         do i = 1, size(name)
-            if (status < 0) exit
-            copy = value(i)
-            call put_attribute(place, trim(name(i)), h5t_native_integer, [integer(hsize_t) ::], c_loc(copy), status)
-         end do
-         call h5oclose_f(place, close_status)
-      end if
-      if (status < 0) call hdf5_failed(file, 'write attributes of '//object)
+      integer :: i
+      do i = 1, size(name)
+         copy = value(i)
+         call attribute_data(file, object, trim(name(i)), h5t_native_integer, [integer(hsize_t) ::], c_loc(copy))
+      end do
    end subroutine attribute_integers
 
    subroutine attribute_real(file, object, name, value)
