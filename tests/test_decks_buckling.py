@@ -70,6 +70,16 @@ def test_columns_converge_to_euler(ends, kind, order):
     assert np.all(np.abs(errors[-1]) < 1.5 * np.max(least) + 1e-12)
 
 
+@dr.release_only
+def test_a_tangent_that_is_rounding_is_told():
+    """Rounding grows with the fourth power of the number of elements: nothing of a column of 30000 is left, and of 100000 not even
+    the signs of the pivots."""
+    run = dr.run_deck(deck(column("1, PINNED\n2, 2", 30000), buckle(1)), code=2)
+    assert run.results.status == "stopped: step BUCKLE: the tangent is nothing but rounding: fewer elements are needed"
+    run = dr.run_deck(deck(column("1, PINNED\n2, 2", 100000, kind="GE8"), buckle(1)), code=2)
+    assert "nothing but rounding: fewer elements" in run.results.status
+
+
 def test_pulled_instead_of_pushed():
     """The factors of the reversed load are the negative ones."""
     pushed = factors(deck(column("1, ENCASTRE"), buckle(3)))

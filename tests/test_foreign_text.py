@@ -19,6 +19,7 @@ import make_result_file as make  # noqa: E402
 from postproc_runner import command_line, draw  # noqa: E402
 from unilat import deck_pictures, plain_text  # noqa: E402
 from unilat.results import ResultsError, read_results  # noqa: E402
+from unilat.results.reader import read_short  # noqa: E402
 from unilat.sweep.gather import _write_csv  # noqa: E402
 from unilat.sweep.sampling import samples  # noqa: E402
 from unilat.sweep.sweep_file import Sweep, read_sweep  # noqa: E402
@@ -131,6 +132,9 @@ def test_other_files_are_not_read(ring, point_to, capsys):
         point_to(file, ring)
     with pytest.raises(ResultsError, match="another file"):
         read_results(ring / "ring.h5")
+    if point_to is not link_to_group:        # it reads nothing of contact
+        with pytest.raises(ResultsError, match="another file"):
+            read_short(str(ring / "ring.h5"), {"load_factor"})
     assert draw("csv", ring / "ring.h5", "-o", ring / "out.csv") == 2
     assert "another file" in capsys.readouterr().err and not (ring / "out.csv").exists()
 

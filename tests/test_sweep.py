@@ -23,7 +23,8 @@ TESTS = Path(__file__).resolve().parent
 sys.path[:0] = [str(TESTS), str(TESTS.parent / "postproc")]
 
 from postproc_runner import POSTPROC, drawn_share, module_run  # noqa: E402
-from unilat.results import ResultsError  # noqa: E402
+from unilat.results import ResultsError, read_results  # noqa: E402
+from unilat.results.reader import read_short  # noqa: E402
 from unilat.sweep.pool import WIDTH, Progress  # noqa: E402
 from unilat.sweep.quantities import read_quantity  # noqa: E402
 from unilat.sweep.run_deck import read_decks  # noqa: E402
@@ -286,6 +287,18 @@ def make_plain(folder):
     (folder / "strip.toml").write_text(PLAIN)
     sweep(folder)
     return lambda ending: sorted((folder / "strip-sweep" / "runs").glob(f"*{ending}"))
+
+
+def test_what_is_gathered_is_what_the_whole_file_says(folder):
+    for name in map(str, make_plain(folder)(".h5")):
+        whole, short = read_results(name), read_short(name, {"load_factor", "arc_length"})
+        assert (short.n_points, set(short.path)) == (whole.n_points, {"load_factor", "arc_length"})
+        for column in (*short.path, *whole.monitors):
+            one, other = short.column(column), whole.column(column)
+            assert np.array_equal(one.values, other.values) and (one.units, one.description) == (other.units, other.description)
+        assert [(point.label, point.point, point.load_factor, point.monitors) for point in short.critical] == \
+            [(point.label, point.point, point.load_factor, point.monitors) for point in whole.critical]
+        assert set(read_short(name, {"lost"}).path) == set(whole.path)       # to say which columns there are
 
 
 def test_a_record_without_its_file_is_no_record(folder):

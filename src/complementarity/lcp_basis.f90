@@ -133,9 +133,8 @@ contains
       type(scaled_lcp_t), intent(in) :: problem
       integer, intent(in) :: entering
       type(basis_t), intent(inout) :: basis
-      real(wp) :: a(problem%n), residual(problem%n), t, t2, t3, t4
-      integer, allocatable :: full(:)
-      integer :: i, j, k, n
+      real(wp) :: a(problem%n), residual(problem%n), t
+      integer :: i, j, n
 
       n = problem%n
       a = column_of(problem, entering)
@@ -151,10 +150,9 @@ contains
          basis%value_size(i) = abs(problem%q(j))
          basis%column(i) = a(j)
       end do
-      ! Columns of the inverse whose w is not basic are full. Four at a time take half the loads and stores of one after another.
-      full = pack([(j, j=1, n)], basis%row_of_w == 0)
-      do k = 1, modulo(size(full), 4)
-         j = full(k)
+      ! Columns of the inverse whose w is not basic are full.
+      do j = 1, n
+         if (basis%row_of_w(j) /= 0) cycle
          do i = 1, n
             t = basis%inverse(i, j)
             basis%row_size(i) = basis%row_size(i) + abs(t)
@@ -162,20 +160,6 @@ contains
             basis%value_size(i) = basis%value_size(i) + abs(t * problem%q(j))
             basis%column(i) = basis%column(i) + t * a(j)
          end do
-      end do
-      do k = 1 + modulo(size(full), 4), size(full), 4
-         associate (j1 => full(k), j2 => full(k + 1), j3 => full(k + 2), j4 => full(k + 3), q => problem%q)
-            do i = 1, n
-               t = basis%inverse(i, j1)
-               t2 = basis%inverse(i, j2)
-               t3 = basis%inverse(i, j3)
-               t4 = basis%inverse(i, j4)
-               basis%row_size(i) = basis%row_size(i) + abs(t) + abs(t2) + abs(t3) + abs(t4)
-               basis%value(i) = basis%value(i) + t * q(j1) + t2 * q(j2) + t3 * q(j3) + t4 * q(j4)
-               basis%value_size(i) = basis%value_size(i) + abs(t * q(j1)) + abs(t2 * q(j2)) + abs(t3 * q(j3)) + abs(t4 * q(j4))
-               basis%column(i) = basis%column(i) + t * a(j1) + t2 * a(j2) + t3 * a(j3) + t4 * a(j4)
-            end do
-         end associate
       end do
       if (basis%ties) return
 

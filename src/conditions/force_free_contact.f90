@@ -37,9 +37,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled at `state`
-      type(problem_t), intent(out) :: free
-      type(state_t), intent(out) :: released    !! `state` on the mesh of `free`
-      logical, intent(out) :: any_weak          !! false: no line contact is force-free; `free` and `released` are undefined
+      type(problem_t), intent(inout) :: free    !! replaced (to clear it first would cost more than the test)
+      type(state_t), intent(inout) :: released  !! `state` on the mesh of `free`
+      logical, intent(out) :: any_weak          !! false: no line contact is force-free; `free` and `released` are unchanged
       type(contact_span_t), allocatable :: contact_span(:), rest(:)
       logical :: weak(size(problem%contact_span))
       integer :: k, side, n

@@ -200,7 +200,8 @@ contains
       end subroutine take
    end subroutine watched_section
 
-   !> Largest strain of all rods at the ends of the elements and at places between them, without heat and shear, and its element.
+   !> Largest strain of all rods, without heat and shear, and its element: at the ends of the elements and at places between them,
+   !> one less than the element has stages.
    !> Bending counts where the deck gives the section's shape.
    subroutine largest_strain(problem, state, value, element)
       type(problem_t), intent(in) :: problem
@@ -212,7 +213,7 @@ contains
       value = 0.0_wp
       element = 0
       do e = 1, problem%model%mesh%n_elements
-         n = places_in(problem, e)
+         n = max(problem%model%mesh%stages(e), 1)
          do j = 0, n
             there = section_value(problem, state, e, real(j, wp) / n, strain)
             if (.not. there > value) cycle

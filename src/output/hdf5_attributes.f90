@@ -1,7 +1,7 @@
 !> Attributes of groups and datasets in a result file. A failure is stored in the file, see hdf5_file.
 module hdf5_attributes
    use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_char, c_null_char
-   use hdf5, only: hid_t, hsize_t, h5oopen_f, h5oclose_f, h5acreate_f, h5aopen_f, h5aexists_f, h5awrite_f, h5aclose_f, &
+   use hdf5, only: hid_t, hsize_t, h5oopen_f, h5oclose_f, h5acreate_f, h5aopen_f, h5awrite_f, h5aclose_f, &
       & h5screate_f, h5screate_simple_f, h5sclose_f, h5s_scalar_f, h5tcopy_f, h5tclose_f, h5tset_cset_f, &
       & h5t_cset_utf8_f, h5t_string, h5t_native_double, h5t_native_integer
    use kinds, only: wp
@@ -56,19 +56,11 @@ contains
       character(*), intent(in) :: object, name(:)
       integer, intent(in) :: value(:)           !! values of the attributes, one for each name
       integer, target :: copy
-      integer(hid_t) :: place
-      integer :: i, status, close_status
-      if (.not. hdf5_ok(file)) return
-      call h5oopen_f(file%handle, object, place, status)
-      if (status >= 0) then
-         do i = 1, size(name)
-            if (status < 0) exit
-            copy = value(i)
-            call put_attribute(place, trim(name(i)), h5t_native_integer, [integer(hsize_t) ::], c_loc(copy), status)
-         end do
-         call h5oclose_f(place, close_status)
-      end if
-      if (status < 0) call hdf5_failed(file, 'write attributes of '//object)
+      integer :: i
+      do i = 1, size(name)
+         copy = value(i)
+         call attribute_data(file, object, trim(name(i)), h5t_native_integer, [integer(hsize_t) ::], c_loc(copy))
+      end do
    end subroutine attribute_integers
 
    subroutine attribute_real(file, object, name, value)
@@ -144,17 +136,11 @@ contains
       integer, intent(out) :: status
       integer(hid_t) :: space, attribute
       integer :: close_status
-      logical :: exists
-      call h5aexists_f(place, name, exists, status)
+      call hdf5_space(dims, space, status)
       if (status < 0) return
-      if (exists) then
-         call h5aopen_f(place, name, attribute, status)
-      else
-         call hdf5_space(dims, space, status)
-         if (status < 0) return
-         call h5acreate_f(place, name, data_type, space, attribute, status)
-         call h5sclose_f(space, close_status)
-      end if
+      call h5acreate_f(place, name, data_type, space, attribute, status)
+      call h5sclose_f(space, close_status)
+      if (status < 0) call h5aopen_f(place, name, attribute, status) ! it exists
       if (status < 0) return
       call h5awrite_f(attribute, data_type, data, status)
       call h5aclose_f(attribute, close_status)

@@ -49,9 +49,7 @@ contains
       type(hdf5_file_t), intent(inout) :: file
       character(*), intent(in) :: name, units, description
       real(wp), intent(in) :: value
-      real(wp), target :: copy
-      copy = value
-      call hdf5_write_data(file, name, h5t_native_double, [integer(hsize_t) ::], c_loc(copy), units, description)
+      call write_reals(file, name, 1, [value], [integer(hsize_t) ::], units, description)
    end subroutine write_real_0
 
    subroutine write_real_1(file, name, value, units, description)

@@ -27,7 +27,7 @@ module path_loop
    use error_report, only: note_buckling_bars
    use stiffness_homotopy, only: check_start
    use tangent_modes, only: bending_stiffness
-   use tangent_rounding, only: rounding_cure
+   use tangent_rounding, only: is_rounding, rounding_cure
    use path_follower, only: follow_points
    use branches, only: follow_branches
    use archive, only: archive_t
@@ -220,8 +220,8 @@ contains
       end if
       if (starts_fresh(problem) .and. run%last%system%negative_pivots > 0) then
          outcome%why = 'the stress-free start is not stable: '//unheld
-         if (rounding > 0.5_wp * stiffness) outcome%why = outcome%why//', or its tangent is nothing but rounding: '// &
-            & rounding_cure(problem, run%last%state)
+         if (rounding > 0.5_wp * stiffness .or. is_rounding(problem, run%last%state, run%last%system)) outcome%why = &
+            & outcome%why//', or its tangent is nothing but rounding: '//rounding_cure(problem, run%last%state)
          return
       end if
       associate (step => problem%model%step(problem%step))

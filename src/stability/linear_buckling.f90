@@ -19,6 +19,7 @@ module linear_buckling
    use band_matrix, only: band_times
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
    use spectrum_slicing, only: pencil_t, eigenvalues_below, slice, residual_tolerance
+   use tangent_rounding, only: is_rounding, rounding_cure
    use path_record, only: buckling_t
    implicit none
    private
@@ -62,6 +63,10 @@ contains
          operator%weight(d + 2) = problem%weight(node) * problem%size**2
       end do
       where (system%fixed) operator%weight = 0.0_wp
+      if (is_rounding(problem, state, system)) then
+         call fail(error, 'the tangent is nothing but rounding: '//rounding_cure(problem, state))
+         return
+      end if
       call new_stress_stiffness(problem, state, system, operator%prime)
       operator%problem => problem
       operator%system => system

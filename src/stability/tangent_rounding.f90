@@ -13,10 +13,11 @@ module tangent_rounding
    use axial_rigidity, only: shrinking_forces
    use band_matrix, only: spring_forces
    use linear_system, only: system_t
+   use bordered_system, only: solve_effective
    use tangent_modes, only: apply_tangent
    implicit none
    private
-   public :: path_stiffness, rounding_cure
+   public :: path_stiffness, is_rounding, rounding_cure
 
 contains
 
@@ -45,6 +46,29 @@ contains
          rounding = abs(dot_product(t, merge(0.0_wp, left, system%fixed))) / length
       end associate
    end subroutine path_stiffness
+
+   !> True if the factored tangent answers a line load along one of the axes by displacements whose forces, summed over the
+   !> elements, are not this load: half of its work is rounding. Line loads bend what the loads of a step may only compress.
+   logical function is_rounding(problem, state, system)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system     !! assembled and factored at `state`
+      real(wp), dimension(system%n) :: load, answer, force
+      real(wp) :: work
+      integer :: axis, node
+      is_rounding = .false.
+      do axis = 1, 2
+         load = 0.0_wp
+         do node = 1, size(problem%weight)
+            load(dof(problem, node, axis)) = problem%weight(node)
+         end do
+         where (system%fixed) load = 0.0_wp
+         call solve_effective(system, load, answer)
+         call apply_tangent(problem, state, system, answer, force, work)
+         force = load - force - spring_forces(system%factor, answer)
+         if (.not. abs(dot_product(answer, force)) <= 0.5_wp * abs(work)) is_rounding = .true.
+      end do
+   end function is_rounding
 
    !> Advice against rounding: fewer elements, or a smaller EA if elements are stiffer axially than in bending. Bending alone has a
    !> rounding error by the fourth power of the number of elements.

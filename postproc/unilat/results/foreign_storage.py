@@ -17,15 +17,21 @@ def refuse_foreign(file: h5py.File, filename: str):
             continue
         seen.add(place)
         for name in group:
-            path = f"{group.name.rstrip('/')}/{name}"
-            try:
-                link = group.get(name, getlink=True)
-                if isinstance(link, h5py.ExternalLink):
-                    raise ResultsError(f"{filename}: {path} is a link to another file, {link.filename}; no such link is followed")
-                item = group[name] if isinstance(link, h5py.HardLink) else None
-            except (OSError, RuntimeError, KeyError, ValueError):
-                continue        # being written, or damaged: who reads it will find out
+            item = own_item(group, name, filename)
             if isinstance(item, h5py.Group):
                 waiting.append(item)
-            elif isinstance(item, h5py.Dataset) and (item.external or item.is_virtual):
-                raise ResultsError(f"{filename}: the numbers of {path} are in another file; none is read")
+
+
+def own_item(group: h5py.Group, name: str, filename: str) -> h5py.Group | h5py.Dataset | None:
+    """A member of a group. None: not there, being written, or damaged; who reads it will find out."""
+    path = f"{group.name.rstrip('/')}/{name}"
+    try:
+        link = group.get(name, getlink=True)
+        if isinstance(link, h5py.ExternalLink):
+            raise ResultsError(f"{filename}: {path} is a link to another file, {link.filename}; no such link is followed")
+        item = group[name] if isinstance(link, h5py.HardLink) else None
+    except (OSError, RuntimeError, KeyError, ValueError):
+        return None
+    if isinstance(item, h5py.Dataset) and (item.external or item.is_virtual):
+        raise ResultsError(f"{filename}: the numbers of {path} are in another file; none is read")
+    return item

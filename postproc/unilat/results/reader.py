@@ -37,7 +37,7 @@ import h5py
 import numpy as np
 
 from .file import ResultsError, dataset, one_line, open_file, scalar, text
-from .foreign_storage import refuse_foreign
+from .foreign_storage import own_item, refuse_foreign
 from .model_parts import read_loads, read_sets, read_supports
 from .types import FIELD_NAMES, FORCE_LISTS, Branch, Buckling, Column, Contact, Critical, LimitCurve, Mesh, Obstacle, Results
 from .units import Units, read_units
@@ -54,6 +54,31 @@ def read_results(filename: str | os.PathLike) -> Results:
             return _read(file, filename)
         except (OSError, RuntimeError, ValueError, KeyError, TypeError) as problem:
             raise ResultsError(f"{filename}: damaged: {one_line(problem)}") from problem
+
+
+def read_short(filename: str, wanted: set[str]) -> Results:
+    """As read_results, in a tenth of the time: only some columns of the path, the monitors, and where the critical points are.
+
+    `wanted`: names of columns in small letters. All is read where one of them is not there, so that a message can say what is.
+    """
+    with open_file(filename) as file:
+        try:
+            names = {"path": wanted, "critical": {"label", "load_factor", "point"}, "path/monitor": None, "critical/monitor": None}
+            parts: dict[str, dict] = {}
+            for place, some in names.items():
+                group = own_item(file, place, filename)
+                parts[place] = {name: own_item(group, name, filename) for name in group or () if some is None or name.lower() in some}
+            path, monitors = ({name: _column(item) for name, item in parts[place].items()} for place in ("path", "path/monitor"))
+            n_points = min(len(column.values) for column in (*path.values(), *monitors.values()))
+            path, monitors = _shortened(path, n_points), _shortened(monitors, n_points)
+            short = Results(**_in_units({"path": path, "monitors": monitors, "errors": {}}, read_units(file)), filename=filename, group="",
+                            n_points=n_points, mesh=None, contact=None, obstacles={}, field_points=np.zeros(0, int), field_names=(),
+                            critical=_critical({"critical": {**parts["critical"], "monitor": parts["critical/monitor"]}}, path, monitors),
+                            program=text(file.attrs["program"]), version=text(file.attrs["version"]), title="", created="", status="", deck="")
+        except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError) as problem:
+            raise ResultsError(f"{filename}: damaged: {one_line(problem)}") from problem
+    found = {name.lower() for name in (*path, *monitors)} | {f"monitor/{name.lower()}" for name in monitors} | {"point"}
+    return short if wanted <= found else read_results(filename)
 
 
 # Reading the groups of the file

@@ -11,9 +11,12 @@ import h5py
 import numpy as np
 
 from ..plain_text import cell, printable
-from ..results import ResultsError, read_results
+from ..results import ResultsError
+from ..results.reader import read_short
 from .run_folder import RunFolder
 from .sweep_file import Sweep
+
+OF_PATH = ("load_factor", "arc_length", "negative_pivots", "label")     # columns gathered of every path
 
 
 def gather(sweep: Sweep, folder: RunFolder, deck: str, keys: list[str]) -> str:
@@ -22,6 +25,7 @@ def gather(sweep: Sweep, folder: RunFolder, deck: str, keys: list[str]) -> str:
     The CSV holds no times, so the same runs give the same bytes, however often they were interrupted.
     """
     rows, paths, critical, version = [], [], [], ""
+    wanted = {*OF_PATH, *(quantity.name.lower() for quantity in sweep.gather.values())}
     for number, key in enumerate(keys, start=1):
         record = folder.record(key)
         row = {"code": -999 if record is None else record.code, "message": "missing" if record is None else record.message,
@@ -29,7 +33,7 @@ def gather(sweep: Sweep, folder: RunFolder, deck: str, keys: list[str]) -> str:
         row |= dict.fromkeys(sweep.gather, float("nan"))
         if record is not None and record.code in (0, 2):
             try:
-                results = read_results(folder.results(key))
+                results = read_short(folder.results(key), wanted)
             except ResultsError as problem:
                 row |= {"code": -999, "message": f"its result file is damaged, run the sweep again: {problem}"}
                 rows.append(row)
@@ -40,8 +44,7 @@ def gather(sweep: Sweep, folder: RunFolder, deck: str, keys: list[str]) -> str:
             except ResultsError as problem:
                 raise ResultsError(f"run {number}: {problem}") from problem
             version = f"{results.program} {results.version}"
-            wanted = ("load_factor", "arc_length", "negative_pivots", "label", *results.monitors)
-            paths.append((number, {name: results.column(name) for name in wanted
+            paths.append((number, {name: results.column(name) for name in (*OF_PATH, *results.monitors)
                                    if name in results.path or name in results.monitors}, list(results.monitors)))
             critical += [(number, point) for point in results.critical]
         rows.append(row)

@@ -1,6 +1,7 @@
 !> Measures how well a vector solves a linear complementarity problem, independently of the solver.
 !>
-!> On purpose this module uses neither the solver nor any library: an error there cannot affect the check.
+!> On purpose this module uses neither the solver nor any library: an error there cannot affect the check. In a run the solver
+!> tests its own answers, and each point is checked for forces that pull and for penetration.
 module lcp_check
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
    use kinds, only: wp
