@@ -30,6 +30,8 @@ module set_trial
    real(wp), parameter :: difference = 1.0e-4_wp !! steps for finite differences, as shares of a load increment and of the longest
    !! rod segment
 
+   real(wp), parameter :: part_of_new = 0.1_wp !! longest of these steps of a place / prescribed length
+
 contains
 
    !> Finds the equilibrium of a neighbour of the contact set of `problem`.
@@ -57,8 +59,8 @@ contains
          ends = held_ends(next, strip, neighbour)
          found = any(ends > 0)
          if (.not. found) return
-         call solve_sized(next%problem, ends, next%system, plane_at(here, next), difference * [along_path(here), &
-            & maxval(problem%layout%rod_segment%length)], next%state, found)
+         call solve_sized(next%problem, ends, next%system, plane_at(here, next), [difference * along_path(here), &
+            & min(difference * maxval(problem%layout%rod_segment%length), part_of_new * new_length(neighbour))], next%state, found)
       end if
       if (.not. found) return
       call linearise(next%problem, next%state, next%state, next%system)
@@ -91,6 +93,15 @@ contains
       distance = sqrt(metric(here%problem, here%state%u, here%state%u))
       if (distance * abs(plane%tangent_load) > here%least_load) distance = here%least_load / abs(plane%tangent_load)
    end function along_path
+
+   !> Prescribed length of a new contact or free span; huge if a single end has a prescribed place.
+   pure real(wp) function new_length(neighbour) result(length)
+      type(neighbour_t), intent(in) :: neighbour
+      length = huge(length)
+      if (any(neighbour%held == 0)) return
+      length = abs(neighbour%set(neighbour%held(2))%at(neighbour%side(2)) - &
+         & neighbour%set(neighbour%held(1))%at(neighbour%side(1)))
+   end function new_length
 
    !> Candidates (touchdown nodes) at the ends with prescribed places; 0: no end is prescribed, or it is fixed at a segment
    !> boundary.
