@@ -150,16 +150,16 @@ contains
 
       !> Adds the forces of contact spans, and checks their nodes.
       subroutine add_spans()
-         real(wp) :: totals(3, size(problem%model%contact)), moment, push, gap, normal(2), bend, local(3), &
-            & x(2), angle, density, tau, counted(2)
+         real(wp) :: totals(3, size(problem%model%contact), size(problem%model%obstacle)), moment, push, gap, &
+            & normal(2), bend, local(3), x(2), angle, density, tau, counted(2)
          type(rolled_t) :: roll
          type(lying_t) :: kept
          type(profile_t) :: profile
          real(wp), allocatable :: gaps(:), place(:, :)
          integer :: c, e, i, mesh_node
          call span_totals(problem, state, middle, totals, moment)
-         total = total + [sum(totals(1, :)), sum(totals(2, :)), moment]
-         accuracy%reaction = max(accuracy%reaction, maxval(abs(totals(3, :))))
+         total = total + [sum(totals(1, :, :)), sum(totals(2, :, :)), moment]
+         accuracy%reaction = max(accuracy%reaction, maxval(abs(sum(totals(3, :, :), 2))))
          do c = 1, problem%candidates%n
             if (problem%candidates%contact_span(c) == 0) cycle
             push = end_force(problem, state, c)

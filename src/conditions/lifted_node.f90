@@ -10,6 +10,9 @@
 !> Without a force v = 2 - sqrt(3) and C = (2 sqrt(3) - 3) r m^2; without a couple v = 1 and m = -3 F/(4 r). A couple, however
 !> small, lifts a finite length against any pressing force: no node inside a line contact transmits a couple to the obstacle.
 !>
+!> A joint at which the curvature of the obstacle jumps by D acts like the couple C = EI D, of either sign: the line contact lifts
+!> over m + n = sqrt(2 sqrt(3) C/r), n on the side where the obstacle bends less towards the rod.
+!>
 !> At the end node of a line contact, which the couple presses onto the obstacle, w = r x^3 (l - x)/(24 EI), with x from the new end
 !> of the line: the slope at the node is negligible, and the moment there is -r l^2/4.
 module lifted_node
@@ -21,7 +24,7 @@ module lifted_node
    use breakpoint_forces, only: breakpoint_force, breakpoint_couple
    implicit none
    private
-   public :: inside_line, lifted_beside, lifted_at_mirror, stays_down
+   public :: inside_line, lifted_beside, lifted_at_mirror, stays_down, holding_density
 
 contains
 
@@ -54,6 +57,17 @@ contains
       length = lifted_lengths(breakpoint_couple(problem, state, candidate) * track_sense(problem, state, candidate, &
          & node_track(problem, state, candidate)), breakpoint_force(problem, state, candidate), 0.5_wp * sum(density))
    end function lifted_beside
+
+   !> Density of the obstacle's force from which a couple on a line contact lifts a negligible length, or a height below rounding:
+   !> m <= line_share of the rod segment, or (21 - 12 sqrt(3))/8 C^2/(r EI) <= rounding_gap. The gap is largest at x = n.
+   pure real(wp) function holding_density(problem, element, couple) result(density)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: element        !! element of the line contact on which the couple acts
+      real(wp), intent(in) :: couple        !! of either sign
+      density = min(abs(couple) / ((2.0_wp * sqrt(3.0_wp) - 3.0_wp) * (line_share * &
+         & problem%layout%rod_segment(problem%rod_segment(element))%length)**2), &
+         & (21.0_wp - 12.0_wp * sqrt(3.0_wp)) / 8.0_wp * couple**2 * problem%compliance(element)%bending / rounding_gap(problem))
+   end function holding_density
 
    !> Length of local uplift beside a node with fixed rotation, as at a symmetry plane, whose mirror image has the same force. Huge
    !> if the obstacle does not press.

@@ -2,12 +2,13 @@
 module line_pressure
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, element_load, candidate_offset, node_position
+   use rod_state, only: state_t, element_load, node_position
    use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle, bend_at, &
-      & track_joints, ge_end, density_samples
-   use obstacle_track, only: track_t, jump_between
+      & track_joints, find_joints, ge_end, density_samples
+   use obstacle_track, only: track_t
    use rod_load, only: ge_load_t, line_at
    use contact_spans, only: contact_span_t
+   use lifted_node, only: holding_density
    use state_transfer, only: find_point
    use golden_section, only: golden_section_t
    implicit none
@@ -117,37 +118,43 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line            !! line contact in the present state
-      real(wp), intent(out) :: least               !! least density; -huge(least): the direction of the track jumps, so that no rod
-      !! can follow the track
+      real(wp), intent(out) :: least               !! least density; where the track's curvature jumps, less what would hold the rod
       real(wp), intent(out) :: where               !! coordinate along the rod segment
       integer, intent(out) :: side                 !! place of the least density: -1 first end, 0 inside, 1 last end of the line
       type(pressure_t) :: pressure
       integer :: e, i
-      side = 0
-      do e = line%element(1), line%element(2)
-         if (.not. bends_at_once(problem, state, e)) cycle
-         least = -huge(least)
-         where = state%geometry%element(e)%s(1) + problem%origin(e)
-         return
-      end do
       pressure = sample_line(problem, state, line)
       i = minloc(pressure%density, 1)
       least = pressure%density(i)
       where = pressure%at(i)
+      side = 0
       if (i == 1) side = -1
       if (i == size(pressure%at)) side = 1
-   end subroutine least_pressure
+      do e = line%element(1), line%element(2)
+         call look_at_joints(e)
+      end do
 
-   !> True if the track of an element changes its direction by a jump, which would require an infinite contact force.
-   logical function bends_at_once(problem, state, e)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e                     !! element of a line contact
-      associate (c => problem%conforms(e), list => problem%candidates)
-         bends_at_once = jump_between(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), &
-            & node_track(problem, state, c), node_track(problem, state, list%neighbour(2, c)))
-      end associate
-   end function bends_at_once
+   contains
+
+      subroutine look_at_joints(e)
+         integer, intent(in) :: e
+         real(wp), allocatable :: share(:), couple(:)
+         real(wp) :: at, density
+         integer :: i
+         call find_joints(problem, state, e, share, couple)
+         do i = 1, size(share)
+            if (.not. abs(couple(i)) > 0.0_wp) cycle
+            associate (s => state%geometry%element(e)%s + problem%origin(e))
+               at = s(1) + share(i) * (s(2) - s(1))
+            end associate
+            density = density_at(problem, state, line, at) - holding_density(problem, e, couple(i))
+            if (density >= least) cycle
+            least = density
+            where = at
+            side = 0
+         end do
+      end subroutine look_at_joints
+   end subroutine least_pressure
 
    !> Density that the obstacle's force would have if the rod followed the track at a point contact: r = m'' with m = EI (curvature
    !> of the track less the rod's own), and the contributions of the normal force and of transverse loads. > 0: pressing, a line

@@ -20,6 +20,7 @@ module deck_to_model
    use read_releases, only: read_release_cards
    use read_ties, only: read_tie_cards, order_ties
    use read_obstacles, only: read_foundation_law_cards, read_obstacle_cards
+   use wall_pieces, only: join_walls
    use read_contact, only: read_contact_cards, read_soil_cards, choose_contact_points
    use read_monitors, only: read_monitor_cards, read_contact_print_cards
    use read_steps, only: read_step_cards
@@ -57,6 +58,8 @@ contains
       if (deck%diagnostics%n == 0) call touch_by_leaders(model)
       if (deck%diagnostics%n == 0) call check_ground_candidates(deck, model)
       if (deck%diagnostics%n == 0) call check_placed(deck, model)
+      ! From here on contacts are not in the order of the cards.
+      if (deck%diagnostics%n == 0) call join_walls(model)
       call check_not_empty(deck, model, steps_optional)
       diagnostics = deck%diagnostics
    end subroutine read_deck

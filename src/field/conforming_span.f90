@@ -11,7 +11,7 @@ module conforming_span
    use reference_curve, only: curve_abscissa, curve_length, curve_bend
    use gauss_tableau, only: max_stages, stage_basis
    use small_dense, only: solve_small
-   use obstacle_track, only: track_t, track_foot, track_ahead, across_joint, joint_shares
+   use obstacle_track, only: track_t, track_foot, track_ahead, across_joint, joints_between
    use rod_load, only: ge_load_t
    use ge_element, only: ge_columns
    use ge_fields, only: ge_end_forces
@@ -23,8 +23,8 @@ module conforming_span
    private
    public :: evaluate_conforming, lying_t, conforming_forces, conforming_displacement, conforming_change, conforming_resultant, &
       & conforming_track, track_below, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, &
-      & flat_excess, rolled_t, rolled, excess_curvature, excess_rate, node_track, track_joints, track_sense, rod_angle, bend_at, &
-      & ge_end, density_samples
+      & flat_excess, rolled_t, rolled, excess_curvature, excess_rate, node_track, track_joints, find_joints, track_sense, &
+      & rod_angle, bend_at, ge_end, density_samples
 
    !> Bound of (relative curvature times structure's size) below which a point contact is osculating; smaller values are rounding or
    !> residuals of Newton's method.
@@ -72,11 +72,22 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                     !! conforming element
       real(wp), allocatable :: share(:)
-      associate (c => problem%conforms(e), list => problem%candidates)
-         share = joint_shares(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), &
-            & node_track(problem, state, c), node_track(problem, state, list%neighbour(2, c)))
-      end associate
+      call find_joints(problem, state, e, share)
    end function track_joints
+
+   !> As track_joints, with the couples that would hold the rod to the track where the track's curvature jumps.
+   pure subroutine find_joints(problem, state, e, share, couple)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: e                     !! conforming element
+      real(wp), allocatable, intent(out) :: share(:)
+      real(wp), allocatable, intent(out), optional :: couple(:) !! (joints) jump of the rod's moment, of either sign
+      associate (c => problem%conforms(e), list => problem%candidates)
+         call joints_between(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), &
+            & node_track(problem, state, c), node_track(problem, state, list%neighbour(2, c)), share, couple)
+      end associate
+      if (present(couple)) couple = couple / problem%compliance(e)%bending
+   end subroutine find_joints
 
    !> Element in which quantities of the rod at a candidate are evaluated: the element after the candidate, at the end of a segment
    !> the element before. If the rod is not smooth there, `which` gives the side.

@@ -1,6 +1,7 @@
 !> Candidates of contact spans, one for each node in contact, and the positions of the spans' ends in a state.
 module span_candidates
    use kinds, only: wp, pi, parallel
+   use model, only: obstacle_of
    use problem, only: problem_t
    use reference_curve, only: curve_point
    use rod_state, only: state_t
@@ -64,7 +65,8 @@ contains
                if (list%contact_span(c) == 0) then
                   list%node(c) = node_of(contact_span%rod_segment, i)
                   list%contact(c) = contact_span%contact
-                  list%obstacle(c) = problem%model%contact(contact_span%contact)%obstacle
+                  list%obstacle(c) = obstacle_of(problem%deck%contact(contact_span%contact), problem%deck%mesh%node(:, &
+                     & problem%layout%rod_segment(contact_span%rod_segment)%element(1)))
                   list%gap_offset(c) = problem%model%contact(contact_span%contact)%gap
                   list%overlap(c) = problem%overlap(contact_span%contact)
                   list%bilateral(c) = .true.

@@ -1,6 +1,7 @@
 !> Forces of obstacles on contact spans: concentrated forces at touchdown points, densities along line contacts, resultants.
 module span_forces
    use kinds, only: wp
+   use model, only: obstacle_of
    use problem, only: problem_t
    use rod_layout, only: segment_element
    use rod_state, only: state_t, candidate_gap, node_position, element_load
@@ -24,7 +25,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: middle(2)
-      real(wp), intent(out) :: total(:, :)      !! (3, contacts)
+      real(wp), intent(out) :: total(:, :, :)   !! (3, contacts, obstacles)
       real(wp), intent(out) :: moment
       real(wp) :: x(2), force(3), turn, push, gap, normal(2), bend
       type(rolled_t) :: roll
@@ -37,7 +38,7 @@ contains
          call candidate_gap(problem, state, c, gap, normal, bend)
          roll = rolled(problem, state, c)
          x = node_position(state, problem%candidates%node(c)) + roll%arm - middle
-         associate (sums => total(:, problem%candidates%contact(c)))
+         associate (sums => total(:, problem%candidates%contact(c), problem%candidates%obstacle(c)))
             if (abs(roll%way) > 0.0_wp) normal = roll%normal
             force = push * [normal, 1.0_wp]
             if (problem%candidates%moves(c)) force(1:2) = cut_force(problem, state, c)
@@ -47,8 +48,12 @@ contains
             if (e == 0) cycle
             if (problem%conforms(e) == 0) cycle
             call line_force(problem, state, e, middle, force, turn)
-            sums = sums + force
             moment = moment + turn
+         end associate
+         ! Of two pieces of a wall the first one has the node at which they meet.
+         associate (sums => total(:, problem%candidates%contact(c), obstacle_of(problem%deck%contact(problem%candidates% &
+            & contact(c)), problem%deck%mesh%node(:, problem%layout%rod_segment(problem%rod_segment(e))%element(1)))))
+            sums = sums + force
          end associate
       end do
    end subroutine span_totals

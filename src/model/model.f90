@@ -12,7 +12,7 @@ module model
    implicit none
    private
    public :: model_t, mesh_t, curve_t, path_t, imperfection_t, section_t, node_set_t, load_t, law_t, contact_t
-   public :: tie_t, joint_spring_t, release_t, contact_print_t
+   public :: tie_t, joint_spring_t, release_t, contact_print_t, contact_part_t, obstacle_of
    public :: monitor_t, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t
    public :: family_ul2, family_ge
    public :: shape_none, shape_sine, shape_cosine, shape_clamped, shape_nodal
@@ -134,6 +134,12 @@ module model
       real(wp), allocatable :: penetration(:), force(:) !! rising; force per unit area
    end type law_t
 
+   !> Contact of the deck with one of the obstacles of a wall.
+   type :: contact_part_t
+      integer :: obstacle = 0
+      integer, allocatable :: node(:)           !! node indices
+   end type contact_part_t
+
    !> Candidates for contact with one obstacle.
    type :: contact_t
       integer :: obstacle = 0
@@ -145,6 +151,7 @@ module model
       logical :: spans = .false.                !! contact spans are used at present; false: contact at nodes, or with a foundation
       character(:), allocatable :: needs        !! property that is missing for contact along the rod, if contact acts at nodes
       !! although the deck does not request this; not allocated: none
+      type(contact_part_t), allocatable :: part(:) !! wall of several obstacles (wall_pieces): its pieces; not allocated: one
    end type contact_t
 
    !> A column of the listing: beginning or end of a contact region with an obstacle.
@@ -294,6 +301,20 @@ contains
       if (.not. allocated(model%joint_spring)) allocate (model%joint_spring(0))
       if (.not. allocated(model%release)) allocate (model%release(0))
    end subroutine complete_joints
+
+   !> Obstacle of a contact at an element, which of several is the one whose candidates both nodes are.
+   pure integer function obstacle_of(contact, node) result(obstacle)
+      type(contact_t), intent(in) :: contact
+      integer, intent(in) :: node(2)            !! of an element, in the deck's numbers
+      integer :: i
+      obstacle = contact%obstacle
+      if (.not. allocated(contact%part)) return
+      do i = 1, size(contact%part)
+         associate (part => contact%part(i))
+            if (any(part%node == node(1)) .and. any(part%node == node(2))) obstacle = part%obstacle
+         end associate
+      end do
+   end function obstacle_of
 
    !> Supports of the deck: without those of relative motions.
    pure function supports(model) result(fixed)

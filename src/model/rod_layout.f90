@@ -5,7 +5,7 @@
 !> acts on a point of the rod.
 module rod_layout
    use kinds, only: wp
-   use model, only: model_t
+   use model, only: obstacle_of, model_t
    use element_families, only: conforms
    use reference_curve, only: curve_goes_on
    implicit none
@@ -159,7 +159,15 @@ contains
                if (.not. model%obstacle(contact%obstacle)%at_nodes) &
                   & covered(1:) = member(mesh%node(1, :)) .and. member(mesh%node(2, :))
                do i = 1, size(contact%node)
-                  if (.not. all(covered(beside(:, contact%node(i))))) breakpoint(contact%node(i)) = .true.
+                  associate (node => contact%node(i), e => beside(:, contact%node(i)))
+                     if (.not. all(covered(e))) then
+                        breakpoint(node) = .true.
+                     else if (allocated(contact%part)) then
+                        ! Forces are told of each piece of a wall.
+                        if (obstacle_of(contact, mesh%node(:, e(1))) /= obstacle_of(contact, mesh%node(:, e(2)))) &
+                           & breakpoint(node) = .true.
+                     end if
+                  end associate
                end do
             end associate
          end do

@@ -35,9 +35,9 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: obstacle
       integer, intent(in) :: component           !! 1: x, 2: y, 3: normal forces
-      real(wp) :: pushed(3, size(problem%model%contact)), moment
+      real(wp) :: pushed(3, size(problem%model%contact), size(problem%model%obstacle)), moment
       call span_totals(problem, state, [0.0_wp, 0.0_wp], pushed, moment)
-      total = sum(pushed(component, :), mask=problem%model%contact%obstacle == obstacle)
+      total = sum(pushed(component, :, obstacle))
    end function span_force_sum
 
    !> Derivative of span_force_sum along the path, by the load factor, as one difference along the path tangent. The derivatives of

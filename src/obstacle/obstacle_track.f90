@@ -6,6 +6,9 @@
 !>   d(sigma) = (1 - k d) ds,   curvature k / (1 - k d),   its derivatives by sigma by the chain rule,
 !> so sigma = s - d * (turn of the surface to the left). d must be smaller than the radius of every turn to the left, otherwise the
 !> track does not exist.
+!>
+!> The track's curvature may jump at joints of arcs and straight pieces. A rod that follows the track beyond such a joint would need
+!> a couple of EI times the jump there, which no one-sided obstacle exerts; it bridges the joint, see lifted_node.
 module obstacle_track
    use kinds, only: wp, pi
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle
@@ -13,7 +16,7 @@ module obstacle_track
       & first_derivatives
    implicit none
    private
-   public :: jump_between, joint_shares, track_t, track_foot, track_at, across_joint, track_ahead, track_between
+   public :: joints_between, joint_distance, track_t, track_foot, track_at, across_joint, track_ahead, track_between
 
    !> A point of the track.
    type :: track_t
@@ -25,6 +28,8 @@ module obstacle_track
       real(wp) :: curvature_rate = 0.0_wp    !! first derivative of the curvature by sigma
       real(wp) :: curvature_second = 0.0_wp  !! second derivative of the curvature by sigma
       integer :: piece = 0                   !! piece of a curve, as in foot_t
+      real(wp) :: averaged = 0.0_wp          !! argument `near` of track_at: mean curvature of an interval less that of its piece
+      !! (track_between)
    end type track_t
 
    real(wp), parameter :: at_joint = 1.0e-6_wp !! part of an interval of the track: an end this close to a joint is at the joint
@@ -59,13 +64,14 @@ contains
    !>
    !> On curves the search starts on the piece of `near` and passes to a neighbour only if the curvature does not jump (quintic
    !> pieces); otherwise the piece is continued beyond its end, straight or circular, so that nothing jumps within Newton's method.
+   !> Of an interval with a jump (track_between) only the curvature is that of the piece; place and direction are the track's.
    pure type(track_t) function track_at(obstacle, offset, sigma, near) result(track)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
       real(wp), intent(in) :: sigma
-      type(track_t), intent(in) :: near   !! only its piece is used
+      type(track_t), intent(in) :: near   !! a point of the piece, see track_between
+      type(track_t) :: on
       real(wp) :: angle
-      integer :: i
       select case (obstacle%kind)
       case (obstacle_line)
          track = on_line(obstacle, offset, sigma)
@@ -73,23 +79,38 @@ contains
          angle = circle_sense(obstacle) * sigma / track_radius(obstacle, offset)
          track = on_circle(obstacle, offset, sigma, [cos(angle), sin(angle)])
       case default
-         i = near%piece
-         associate (n => size(obstacle%curve%piece), closed => obstacle%curve%closed)
-            do while (i > 0 .or. closed)
-               if (sigma >= piece_start(obstacle, offset, i)) exit
-               if (jumps_behind(obstacle, i - 1)) exit
-               i = i - 1
-            end do
-            do while (i <= n .or. closed)
-               if (sigma <= piece_start(obstacle, offset, i + 1)) exit
-               if (jumps_behind(obstacle, i)) exit
-               i = i + 1
-            end do
-         end associate
-         track = on_piece(obstacle, offset, i, piece_parameter(obstacle, offset, i, sigma))
-         track%sigma = sigma
+         track = walk_to(obstacle, offset, sigma, near%piece, .false.)
+         if (.not. abs(near%averaged) > 0.0_wp) return
+         on = walk_to(obstacle, offset, sigma, near%piece, .true.)
+         track%place = on%place
+         track%tangent = on%tangent
+         track%curvature = track%curvature + near%averaged
       end select
    end function track_at
+
+   !> Point of a curve's track at arc length sigma, found by passing from piece to piece.
+   pure type(track_t) function walk_to(obstacle, offset, sigma, from, everywhere) result(track)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset, sigma
+      integer, intent(in) :: from         !! number of the first piece
+      logical, intent(in) :: everywhere   !! false: not to a piece whose curvature differs; the last piece is continued instead
+      integer :: i
+      i = from
+      associate (n => size(obstacle%curve%piece), closed => obstacle%curve%closed)
+         do while (i > 0 .or. closed)
+            if (sigma >= piece_start(obstacle, offset, i)) exit
+            if (jumps_behind(obstacle, i - 1) .and. .not. everywhere) exit
+            i = i - 1
+         end do
+         do while (i <= n .or. closed)
+            if (sigma <= piece_start(obstacle, offset, i + 1)) exit
+            if (jumps_behind(obstacle, i) .and. .not. everywhere) exit
+            i = i + 1
+         end do
+      end associate
+      track = on_piece(obstacle, offset, i, piece_parameter(obstacle, offset, i, sigma))
+      track%sigma = sigma
+   end function walk_to
 
    !> Signed arc length from one point of the track to another; on circles and closed curves the shorter way round.
    pure real(wp) function track_ahead(obstacle, offset, from, to) result(ahead)
@@ -142,47 +163,32 @@ contains
       jumps = obstacle%curve%jumps(piece_of(obstacle, number))
    end function jumps_behind
 
-   !> A point on the piece that contains the track interval between two given points, for the argument `near` of track_at: end
-   !> points at a joint may belong to either piece.
+   !> A point on the piece that contains the middle of the track interval between two given points, for the argument `near` of
+   !> track_at: end points at a joint may belong to either piece. If the curvature jumps inside the interval, that of the piece is
+   !> shifted so that the interval turns by its true angle. The curvature, and with it the moment of a rod along the interval, is
+   !> then a continuous function of the end points, also where one of them passes the joint.
    pure type(track_t) function track_between(obstacle, offset, first, last) result(between)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
       type(track_t), intent(in) :: first, last
-      real(wp) :: middle
+      real(wp) :: middle, joint
       type(track_t) :: other
+      real(wp) :: ends(2)
       integer :: i
       between = first
       other = same_round(obstacle, offset, last, first)
       if (first%piece == other%piece) return
       middle = 0.5_wp * (first%sigma + other%sigma)
-      i = min(first%piece, other%piece)
-      do while (i < max(first%piece, other%piece))
-         if (middle <= piece_start(obstacle, offset, i + 1)) exit
-         i = i + 1
-      end do
-      between%piece = i
-   end function track_between
-
-   !> True if the track's curvature jumps between two of its points. A rod cannot follow the track there, because its moment would
-   !> jump.
-   pure logical function jump_between(obstacle, offset, first, last)
-      type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
-      type(track_t), intent(in) :: first, last   !! in either order
-      type(track_t) :: other
-      real(wp) :: ends(2), joint, margin
-      integer :: i
-      jump_between = .false.
-      other = same_round(obstacle, offset, last, first)
-      if (first%piece == other%piece) return
       ends = [min(first%sigma, other%sigma), max(first%sigma, other%sigma)]
-      margin = at_joint * (ends(2) - ends(1))
-      do i = min(first%piece, other%piece), max(first%piece, other%piece) - 1
-         if (.not. jumps_behind(obstacle, i)) cycle
-         joint = piece_start(obstacle, offset, i + 1)
-         jump_between = jump_between .or. (joint > ends(1) + margin .and. joint < ends(2) - margin)
+      between%piece = min(first%piece, other%piece)
+      do i = min(first%piece, other%piece) + 1, max(first%piece, other%piece)
+         joint = piece_start(obstacle, offset, i)
+         if (middle > joint) between%piece = i
+         if (.not. (ends(1) < joint .and. joint < ends(2))) cycle
+         between%averaged = between%averaged + jump_at(obstacle, offset, i) * &
+            & ((ends(2) - joint) / (ends(2) - ends(1)) - merge(1.0_wp, 0.0_wp, middle > joint))
       end do
-   end function jump_between
+   end function track_between
 
    !> A track point as a point of the piece (or straight continuation) beyond the nearer joint with a jump of curvature; the point
    !> itself if no such joint is within reach.
@@ -213,19 +219,54 @@ contains
 
    !> Joints inside an interval of the track, as increasing fractions of the interval's length from its first point; joints at the
    !> ends are left out.
-   pure function joint_shares(obstacle, offset, first, last) result(share)
+   pure subroutine joints_between(obstacle, offset, first, last, share, jump)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset
       type(track_t), intent(in) :: first, last   !! in either order
-      real(wp), allocatable :: share(:)
+      real(wp), allocatable, intent(out) :: share(:)
+      real(wp), allocatable, intent(out), optional :: jump(:) !! (joints) jump of the track's curvature in the sense of the track
       type(track_t) :: other
+      integer, allocatable :: behind(:)          ! piece behind each joint
       integer :: i
       other = same_round(obstacle, offset, last, first)
-      share = [((piece_start(obstacle, offset, i) - first%sigma) / (other%sigma - first%sigma), &
-         & i=min(first%piece, other%piece) + 1, max(first%piece, other%piece))]
+      behind = [(i, i=min(first%piece, other%piece) + 1, max(first%piece, other%piece))]
+      share = [((piece_start(obstacle, offset, behind(i)) - first%sigma) / (other%sigma - first%sigma), i=1, size(behind))]
+      behind = pack(behind, share > at_joint .and. share < 1.0_wp - at_joint)
       share = pack(share, share > at_joint .and. share < 1.0_wp - at_joint)
-      if (first%piece > other%piece) share = share(size(share):1:-1)
-   end function joint_shares
+      if (first%piece > other%piece) then
+         behind = behind(size(behind):1:-1)
+         share = share(size(share):1:-1)
+      end if
+      if (present(jump)) jump = [(jump_at(obstacle, offset, behind(i)), i=1, size(behind))]
+   end subroutine joints_between
+
+   !> Jump of the track's curvature where a piece begins, 0 within the rounding of splines.
+   pure real(wp) function jump_at(obstacle, offset, number) result(jump)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      integer, intent(in) :: number       !! of the piece, in any round
+      type(track_t) :: before, behind
+      jump = 0.0_wp
+      if (.not. jumps_behind(obstacle, number - 1)) return
+      before = on_piece(obstacle, offset, number - 1, merge(1.0_wp, 0.0_wp, piece_of(obstacle, number - 1) > 0))
+      behind = on_piece(obstacle, offset, number, 0.0_wp)
+      jump = behind%curvature - before%curvature
+   end function jump_at
+
+   !> Distance along the track from one of its points to the nearest joint with a jump of curvature; huge if there is none on the
+   !> point's piece.
+   pure real(wp) function joint_distance(obstacle, offset, track) result(distance)
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: offset
+      type(track_t), intent(in) :: track
+      integer :: i
+      distance = huge(distance)
+      if (.not. allocated(obstacle%curve%piece)) return
+      do i = track%piece, track%piece + 1
+         if (.not. obstacle%curve%closed .and. (i < 1 .or. i > size(obstacle%curve%piece) + 1)) cycle
+         if (jumps_behind(obstacle, i - 1)) distance = min(distance, abs(piece_start(obstacle, offset, i) - track%sigma))
+      end do
+   end function joint_distance
 
    pure type(track_t) function on_line(obstacle, offset, sigma) result(track)
       type(obstacle_t), intent(in) :: obstacle

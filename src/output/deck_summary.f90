@@ -53,7 +53,7 @@ contains
       call write_sections()
       do i = 1, size(model%obstacle)
          text = obstacle_text(model%obstacle(i))
-         if (.not. any(model%contact%obstacle == i)) text = text//'; no *CONTACT names it, rods go through it'
+         if (.not. is_touched(i)) text = text//'; no *CONTACT names it, rods go through it'
          call line('obstacle', text)
       end do
       do i = 1, size(model%contact)
@@ -220,10 +220,33 @@ contains
          if (obstacle%bilateral) text = text//', bilateral'
       end function obstacle_text
 
+      !> True if a contact names an obstacle.
+      pure logical function is_touched(obstacle)
+         integer, intent(in) :: obstacle
+         integer :: k
+         is_touched = any(model%contact%obstacle == obstacle)
+         do k = 1, size(model%contact)
+            if (allocated(model%contact(k)%part)) is_touched = is_touched .or. any(model%contact(k)%part%obstacle == obstacle)
+         end do
+      end function is_touched
+
+      !> Name of a contact's obstacle, or of all pieces of its wall.
+      pure function wall_text(contact) result(text)
+         type(contact_t), intent(in) :: contact
+         character(:), allocatable :: text
+         integer :: k
+         text = trim(model%obstacle(contact%obstacle)%name)
+         if (.not. allocated(contact%part)) return
+         do k = 2, size(contact%part)
+            text = text//', '//trim(model%obstacle(contact%part(k)%obstacle)%name)
+         end do
+         text = 'one wall of '//text
+      end function wall_text
+
       pure function contact_text(contact) result(text)
          type(contact_t), intent(in) :: contact
          character(:), allocatable :: text
-         text = plural(size(contact%node), 'candidate')//' for '//trim(model%obstacle(contact%obstacle)%name)
+         text = plural(size(contact%node), 'candidate')//' for '//wall_text(contact)
          if (abs(contact%gap) > 0.0_wp) text = text//', gap '//brief(contact%gap)
          if (contact%along) text = text//', points and lines anywhere along the rod'
          if (contact%distributed) text = text//', all along the elements'

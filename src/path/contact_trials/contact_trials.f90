@@ -60,7 +60,8 @@ contains
       type(doubt_t), allocatable :: doubt(:)
       type(trial_t), allocatable :: valid(:)
       type(contact_span_t), allocatable :: before(:)
-      integer :: k, best
+      real(wp), allocatable :: near(:)
+      integer :: k, j, best
       strip = find_strips(problem%layout)
       here = new_change_place(problem, run, max(abs(run%last_load), first_load(step)), zero)
       if (here%at_change) then
@@ -81,10 +82,17 @@ contains
          call go_back(run%last%state%load_factor, first)
       end if
       before = present_contact_spans(problem, run%last%state)
-      ! The former contacts are widened by `nearby`: a new contact beside a former one is a part of it, so that the former contact
-      ! divides.
+      ! The former contacts are widened by `nearby`, at most to the middle between two: a new contact beside a former one is a part
+      ! of it, so that the former contact divides.
+      near = [(nearby * problem%layout%rod_segment(before(k)%rod_segment)%length, k=1, size(before))]
       do k = 1, size(before)
-         before(k)%at = before(k)%at + [-nearby, nearby] * problem%layout%rod_segment(before(k)%rod_segment)%length
+         do j = 1, size(before)
+            if (before(j)%rod_segment /= before(k)%rod_segment .or. before(j)%at(1) <= before(k)%at(2)) cycle
+            near([j, k]) = min(near([j, k]), 0.5_wp * (before(j)%at(1) - before(k)%at(2)))
+         end do
+      end do
+      do k = 1, size(before)
+         before(k)%at = before(k)%at + [-near(k), near(k)]
       end do
       call tell_differences(problem, run, before, 0.0_wp * problem%layout%rod_segment%length, spread(0.0_wp, 1, &
          & size(problem%deck%contact)), first)
@@ -247,8 +255,8 @@ contains
          integer, intent(in) :: j
          type(neighbour_t), allocatable :: found(:)
          associate (on => strip(doubt(j)%strip))
-            found = neighbours_at(set, doubt(j), on, min(length * on%length(), part_of_segment * minval(on%start(2:) - &
-               & on%start(:size(on%start) - 1))), nearby * on%length())
+            found = neighbours_at(set, doubt(j), on, min(length * on%length(), doubt(j)%room, part_of_segment * &
+               & minval(on%start(2:) - on%start(:size(on%start) - 1))), nearby * on%length())
          end associate
       end function at_place
    end function neighbours_together

@@ -3,10 +3,12 @@
 module doubts
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t
    use contact_spans, only: contact_span_t
    use span_candidates, only: present_contact_spans, touch_place
    use line_pressure, only: pressure_t, sample_line
+   use conforming_span, only: node_track
+   use rod_state, only: state_t, candidate_offset
+   use obstacle_track, only: joint_distance
    use test_kinds, only: span_test_t, test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, &
       & test_crossing, test_slope, test_leaving, test_couple
    use rod_strips, only: strip_t, on_strips, strip_place, coincide
@@ -43,6 +45,10 @@ contains
             case (test_force, test_curvature, test_slope, test_leaving, test_couple)
                at = touch_place(problem, state, test%candidate)
                call strip_place(strip, now(test%contact_span)%rod_segment, at, doubt(k)%strip, doubt(k)%at)
+               ! Beside a joint of the obstacle a point contact spreads up to the joint.
+               if (test%kind == test_curvature) doubt(k)%room = joint_distance(problem%model%obstacle(problem%candidates% &
+                  & obstacle(test%candidate)), -candidate_offset(problem, state, problem%candidates, test%candidate), &
+                  & node_track(problem, state, test%candidate))
             case (test_pressure)
                call strip_place(strip, now(test%contact_span)%rod_segment, test%at, doubt(k)%strip, doubt(k)%at)
                doubt(k)%width = 0.5_wp * pulled_length(problem, state, now(test%contact_span), test%at)

@@ -59,6 +59,7 @@ module neighbours
       integer :: strip = 0
       real(wp) :: at = 0.0_wp                !! coordinate along the strip
       real(wp) :: width = 0.0_wp             !! half the length of a zone in which the test fails, 0: a point
+      real(wp) :: room = huge(1.0_wp)        !! longest new contact or free span: distance to a joint of the obstacle
    end type doubt_t
 
    !> A contact set to be tried, with up to two ends of contacts whose places are prescribed.
@@ -121,7 +122,7 @@ contains
          if (resolved) return
          least = least_line
          if (any(one%edit == [edit_part, edit_leave])) least = merge(least_gap, 0.0_wp, size(one%set) > size(set))
-         resolved = length_of_new(one%length) >= least * near
+         resolved = length_of_new(one%length) >= least * min(near, doubt%room)
       end function resolved
 
       !> Adds all edits with one length of a new contact or free span.

@@ -27,7 +27,7 @@ contains
       integer, intent(in) :: number            !! points recorded before this one: decides whether fields are stored
       character(*), intent(in) :: label        !! points with a label always have fields
       type(point_t) :: point
-      real(wp), allocatable :: shares(:), totals(:, :), pushed(:, :)
+      real(wp), allocatable :: shares(:), totals(:, :), pushed(:, :, :)
       real(wp) :: moment
       type(kept_forces_t) :: kept
       integer :: c, e
@@ -48,17 +48,14 @@ contains
                   & count(state%grounded)
             end if
             allocate (point%reaction_total(size(problem%model%contact)), source=0.0_wp)
-            allocate (totals(3, size(problem%model%obstacle)), pushed(3, size(problem%model%contact)))
+            allocate (totals(3, size(problem%model%obstacle)))
+            allocate (pushed(3, size(problem%model%contact), size(problem%model%obstacle)))
             call foundation_totals(problem, state, totals)
             point%obstacle_force = totals(1:2, :)
             if (problem%has_spans()) then
                call span_totals(problem, state, [0.0_wp, 0.0_wp], pushed, moment)
-               do c = 1, size(problem%model%contact)
-                  associate (force => point%obstacle_force(:, problem%model%contact(c)%obstacle))
-                     force = force + pushed(1:2, c)
-                  end associate
-                  point%reaction_total(c) = pushed(3, c)
-               end do
+               point%obstacle_force = point%obstacle_force + sum(pushed(1:2, :, :), 2)
+               point%reaction_total = sum(pushed(3, :, :), 2)
             end if
             do c = 1, problem%candidates%n
                if (problem%candidates%contact_span(c) > 0) cycle
