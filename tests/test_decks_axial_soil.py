@@ -127,6 +127,18 @@ def test_lifted_off_a_bed():
     dr.assert_close(lifted(angle=0.5), lifted(), relative=1e-9)
 
 
+@pytest.mark.parametrize("k", [50, 500, 2000])
+def test_lifted_with_tolerance(k):
+    """The mesh is made for the tolerance at every point, also at the first one behind the lift of the end: a long pipe needs more
+    elements on the bed there than it had under its weight. Heights against a fine given mesh."""
+    def height(line, accuracy):
+        run = on_bed(("k = 2000\nt = 1\nEA = 5e4\nL = 30", f"k = {k}\nEA = 1000\nL = 30"), ("STIFFNESS=${k}, LIMIT=${t}", "STIFFNESS=${k}"),
+                     ("NSET=BAR\n1, 2, 20", line), ("0.5, , 1", "0.1, 1e-7, 0.1" + accuracy), ("2, 1, 1\n", "2, 1, 0.5\n2, 2, 1\n"),
+                     ("*STOP\nLOAD, ABOVE, 15\n", ""), ("*MONITOR, NAME=soil", "*MONITOR, NAME=v\n2, U2\n*MONITOR, NAME=soil"))
+        return run.column("v")[-1]
+    dr.assert_close(height("NSET=BAR\n1, 2", "\n*ACCURACY, TOLERANCE=1E-6"), height("NSET=BAR\n1, 2, 300", ""), relative=1e-6)
+
+
 def test_curved_bed():
     """Over the humps of a curved bed, with soil along the chord: meshes for two tolerances agree within the larger."""
     def valley(tolerance):
