@@ -55,6 +55,14 @@ def test_pull_out_in_any_direction():
     dr.assert_close(along[0], pulled_end(15.0), relative=1e-7)      # no node moves with the end of slip beside contact at nodes
 
 
+@pytest.mark.parametrize("load", [5.03, 5.2, 5.45, 8.0])
+def test_bars(load):
+    """Error bars contain the error, also while slip has begun on a short part next to the end."""
+    run = pull(("1, 2, 20", "1, 2, 5"), ("ABOVE, 15", f"ABOVE, {load}"))
+    end = run.only("EP")
+    assert abs(end.monitors["u"] - pulled_end(load)) <= end.monitor_errors["u"] <= 1e-6 * pulled_end(load)
+
+
 @pytest.mark.parametrize("force", ["STIFFNESS=${k}", "LAW=L"])
 def test_without_limit(force):
     """A stiffness alone, and a law of one straight line."""
