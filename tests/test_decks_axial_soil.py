@@ -151,7 +151,8 @@ def test_lifted_with_tolerance(k):
     dr.assert_close(height("NSET=BAR\n1, 2", "\n*ACCURACY, TOLERANCE=1E-6"), height("NSET=BAR\n1, 2, 300", ""), relative=1e-6)
 
 
-def slipping(k, limit, *changes, kind="GE4", elements=40, angle=0.0, points="ALONG", scale=1.0, length=6, step="0.1, 1e-7, 0.1"):
+def slipping(k, limit, *changes, kind="GE4", elements=40, angle=0.0, points="ALONG", scale=1.0, length=6, step="0.1, 1e-7, 0.1",
+             code=0):
     """A pipe of EA = 1000, EI = 1 and weight 1 that is lifted off its bed and pulled by scale (0.05, 1) at its end: displacement of the
     end along the bed and its height. The end first moves ahead; when the pipe rises, the end moves back, so that soil slips on either
     way, and the places where it begins to slip pass the touchdown point."""
@@ -160,12 +161,12 @@ def slipping(k, limit, *changes, kind="GE4", elements=40, angle=0.0, points="ALO
                  ("NSET=BAR\n1, 2, 20", f"NSET=BAR, TYPE={kind}\n1, 2" + (f", {elements}" if elements else "")),
                  ("2, 1, 1\n", f"2, 1, {scale * (0.05 * c - s)!r}\n2, 2, {scale * (0.05 * s + c)!r}\n"), ("*STOP\nLOAD, ABOVE, 15\n", ""),
                  ("0.5, , 1", step), ("*MONITOR, NAME=soil", "*MONITOR, NAME=v\n2, U2\n*MONITOR, NAME=soil"), *changes,
-                 angle=angle, points=points)
+                 angle=angle, points=points, code=code)
     u, v = run.column("u")[-1], run.column("v")[-1]
     return np.array([c * u + s * v, c * v - s * u]), run
 
 
-def integrated(k, t, scale, length=6.0, ea=1000.0, steps=2000):
+def integrated(k, t, scale, length=6.0, ea=1000.0, steps=1000):
     """The same by the differential equations: the flat part in closed form, the lifted part by Runge-Kutta steps from the touchdown
     point. Its place and the pull there follow from the moment 0 and the pull at the end."""
     across = scale
@@ -189,7 +190,7 @@ def integrated(k, t, scale, length=6.0, ea=1000.0, steps=2000):
     def misfit(unknown):
         return end(*unknown)[3:] - [0.0, 0.05 * scale]
     unknown = np.array([length - 1.9 * across, 0.05 * scale])
-    for _ in range(8):
+    for _ in range(6):
         slope = np.array([misfit(unknown + step) - misfit(unknown - step) for step in 1e-5 * np.eye(2)]).T / 2e-5
         unknown = unknown - np.linalg.solve(slope, misfit(unknown))
     assert abs(misfit(unknown)).max() < 1e-10
@@ -216,7 +217,8 @@ def test_slip_and_touchdown_in_any_direction():
 @pytest.mark.parametrize("k, limit, length", [(500, 0.02, 30), (2000, 0.02, 6), (2000, 0.2, 30)])
 def test_slip_passes_touchdown(k, limit, length):
     """With a mesh made for a tolerance, too. A node could not pass: thousands of iterations were needed where the two places meet."""
-    fine, _ = slipping(k, limit, kind="GE8", elements=20 * length, length=length)
+    # The given mesh has no say in bars: that of u = 0 under the weight alone is rounding, which may count as without bound.
+    fine, _ = slipping(k, limit, kind="GE8", elements=160, length=length, code=None)
     found, run = slipping(k, limit, kind="GE8", elements=0, length=length, step="0.1, 1e-7, 0.1\n*ACCURACY, TOLERANCE=1E-6")
     assert abs(found - fine).max() <= 1e-6 * abs(fine).max()
     assert int(re.search(r"Newton iterations +(\d+)", run.stdout)[1]) < 1000
@@ -292,3 +294,23 @@ def test_hot_pipe():
         assert "acts at nodes" not in run.stdout
     np.testing.assert_allclose(at[1], at[0], rtol=1e-6)
     np.testing.assert_allclose(at[2], at[0], rtol=1e-6)
+
+
+def test_hot_pipe_snaps_and_comes_back():
+    """Lifted less, the pipe jumps up. Where heat has its maximum the soil's slip turns round almost everywhere at once: corners of the
+    law appear, jump and meet. Meshes for two tolerances have the same limit points within their bars."""
+    lift = """*END STEP
+*STEP, NAME=LIFT
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=LOAD
+0.1
+*CLOAD
+1, 2, 0.3
+*END STEP
+*STEP, NAME=HEAT
+"""
+    deck = dr.changed(HOT_PIPE, ("*CLOAD\n1, 2, 0.6\n", ""), ("*END STEP\n*STEP, NAME=HEAT\n", lift), ("v, ABOVE, 3", "v, BELOW, 1"))
+    one, two = (dr.run_deck(deck.replace("TOLERANCE=1E-6", f"TOLERANCE={tolerance}")).labelled("LP") for tolerance in ("1E-5", "1E-6"))
+    assert len(one) == len(two) == 3
+    for a, b in zip(one, two):
+        assert abs(a.load_factor - b.load_factor) <= a.error + b.error <= 2e-5 * abs(b.load_factor)
