@@ -16,7 +16,6 @@ module newton_iteration
    use touchdown_points, only: move_touchdown_points
    use force_law, only: segment_unknown
    use ground_segments, only: segments_hold, settle_found
-   use ground_marks, only: is_live
    use ground_pressures, only: advance_pressures
    use increment_report, only: increment_t, effort_of
    use converged_state, only: constraint_residual, contact_holds, keep_resultants
@@ -136,7 +135,6 @@ contains
       type(control_t), intent(in) :: given
       type(state_t), intent(in) :: state
       type(newton_t), intent(inout) :: newton  !! initial values
-      integer :: m
       associate (step => problem%model%step(problem%step))
          newton%tolerance = step%tolerance
          newton%sharper = step%sharper
@@ -151,7 +149,7 @@ contains
       newton%control = given
       allocate (newton%kept(merge(problem%model%mesh%n_elements, 1, problem%moves_nodes())))
       newton%searching = any(searches(problem, state))
-      newton%told_again = .not. any([(is_live(problem, state, m), m=1, size(problem%mark))])
+      newton%told_again = size(problem%mark) == 0
       allocate (newton%corrections(0))
    end subroutine begin
 

@@ -52,15 +52,16 @@ contains
       if (.not. done) call cut_increment(problem, step, run, attempt, recorder, outcome)
    end subroutine try_recovery
 
-   !> Repeats the increment with elements that determine the contact with their foundations themselves: interface points may meet
-   !> one another, a touchdown point or an end of the rod, or jump. The mesh of the next point has nodes at their new places.
+   !> Repeats the increment beside contact spans with elements that determine the contact with their foundations themselves:
+   !> interface points may meet one another or a touchdown point, or jump. The mesh of the next point has nodes at their new places.
    subroutine release_marks(problem, run, attempt, done)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(attempt_t), intent(in) :: attempt
       logical, intent(out) :: done
       integer :: m
-      done = attempt%cuts >= cuts_before_release .and. any([(is_live(problem, run%last%state, m), m=1, size(problem%mark))])
+      done = problem%has_spans() .and. attempt%cuts >= cuts_before_release
+      if (done) done = any([(is_live(problem, run%last%state, m), m=1, size(problem%mark))])
       if (.not. done) return
       run%last%state%segment = segment_unknown
       call linearise(problem, run%last%state, run%last%state, run%last%system)
