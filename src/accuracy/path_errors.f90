@@ -14,7 +14,7 @@ module path_errors
    use displacement_functional, only: left_open
    use tangent_modes, only: bending_stiffness
    use tangent_rounding, only: path_stiffness
-   use error_bar, only: error_bar_t, error_bars_t, new_error_bar, no_error_bars
+   use error_bar, only: resolved, error_bar_t, error_bars_t, new_error_bar, no_error_bars
    use accuracy_limits, only: why_not_told
    use enriched_problem, only: enriched_problem_t
    use enriched_path, only: enriched_path_t, enriched_point_t, new_finer_path, start_point, next_point, values_beside
@@ -429,7 +429,8 @@ contains
       integer :: m, n, k
       noise = rounding + 4.0_wp * epsilon(noise) * abs(value)
       n = 1 + size(bars%monitor)
-      kind_size(:n) = value_sizes(problem, system%force_scale, abs(state%load_factor), motion_sizes(problem, state), 1.0_wp)
+      ! The part `resolved` of a size is not below the rounding of places and forces.
+      kind_size(:n) = value_sizes(problem, system%force_scale, abs(state%load_factor), motion_sizes(problem, state), resolved)
       kind_size(n + 1:) = problem%size
       if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1), kind_size(1))
       bars%load%bar = bars%load%bar + abs(shares%inside(1))

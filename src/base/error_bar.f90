@@ -12,7 +12,7 @@ module error_bar
    implicit none
    private
    public :: error_bar_t, error_bars_t, place_bar_t, new_error_bar, no_error_bars, moved_error_bar, shifted_error_bar
-   public :: largest_unseen, allowed_part, lacks_bound
+   public :: largest_unseen, resolved, allowed_part, lacks_bound
 
    !> Error estimate of one number; all components have its unit.
    type :: error_bar_t

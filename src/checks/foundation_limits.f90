@@ -6,7 +6,7 @@ module foundation_limits
    use element_families, only: collocates
    use rod_state, only: state_t
    use linear_system, only: system_t, worst_round_off
-   use ground_segments, only: stiffest
+   use ground_segments, only: stiffest, decay_length
    implicit none
    private
    public :: why_too_stiff
@@ -37,18 +37,21 @@ contains
          if (.not. collocates(problem%model%mesh%family(e))) cycle
          do i = problem%ground%first(e), problem%ground%first(e + 1) - 1
             associate (o => problem%ground%chain%obstacle(problem%ground%candidate(i)))
-               number = problem%ground%slope(o) * problem%compliance(e)%bending * state%geometry%element(e)%length**4
-               if (number / stiffest(problem%model%mesh%stages(e)) <= worst) cycle
-               worst = number / stiffest(problem%model%mesh%stages(e))
+               number = (state%geometry%element(e)%length / decay_length(problem%model%section(problem%model%mesh%section(e)), &
+                  & problem%model%obstacle(o), problem%ground%slope(o)))**4 / stiffest(problem%model%mesh%stages(e))
+               if (number <= worst) cycle
+               worst = number
                element = e
                obstacle = o
             end associate
          end do
       end do
       if (element == 0) return
-      why = 'foundation '//trim(problem%model%obstacle(obstacle)%name)//' is too stiff for element '// &
-         & to_text(problem%model%mesh%element_label(element))//': k h^4/EI is '// &
-         & rounded(worst * stiffest(problem%model%mesh%stages(element)))//', its order resolves up to '// &
-         & rounded(stiffest(problem%model%mesh%stages(element)))//'; give shorter elements,'//remedy
+      associate (along => problem%model%obstacle(obstacle)%along_rod, most => stiffest(problem%model%mesh%stages(element)))
+         why = 'foundation '//trim(problem%model%obstacle(obstacle)%name)//' is too stiff for element '// &
+            & to_text(problem%model%mesh%element_label(element))//': '//trim(merge('k h^2/EA', 'k h^4/EI', along))//' is '// &
+            & rounded(merge(sqrt(worst * most), worst * most, along))//', its order resolves up to '// &
+            & rounded(merge(sqrt(most), most, along))//'; give shorter elements,'//remedy
+      end associate
    end function why_too_stiff
 end module foundation_limits

@@ -129,8 +129,8 @@ contains
                needs = 'rods without the pressure of a *LIQUID; it acts on element '//to_text(mesh%element_label(e))
             else
                other = other_contact(e)
-               if (other > 0) needs = 'an obstacle alone on its rod, or beside linear soil; *CONTACT with '// &
-                  & trim(model%obstacle(model%contact(other)%obstacle)%name)//' acts on element '// &
+               if (other > 0) needs = 'an obstacle alone on its rod, or beside soil that pulls and presses (*AXIAL SOIL, '// &
+                  & 'BILATERAL); *CONTACT with '//trim(model%obstacle(model%contact(other)%obstacle)%name)//' acts on element '// &
                   & to_text(mesh%element_label(e))//', too, and not as contact along the rod'
             end if
             if (needs /= '') return
@@ -143,28 +143,19 @@ contains
 
    contains
 
-      !> A contact on an element that contact spans do not support; 0: none. Contact at nodes needs the deck's nodes. With a corner
-      !> of a foundation's force a node of the mesh moves, which could not pass an end of a contact span.
+      !> A contact on an element that contact spans do not support; 0: none. Contact at nodes needs the deck's nodes. A foundation
+      !> with tension acts on free rods and in line contacts alike.
       pure integer function other_contact(e) result(other)
          integer, intent(in) :: e
          do other = 1, size(model%contact)
             associate (its => model%contact(other))
                if (other == contact .or. its%along .or. model%obstacle(its%obstacle)%at_nodes) cycle
-               if (its%distributed .and. has_no_corners(its)) cycle
+               if (its%distributed .and. model%obstacle(its%obstacle)%bilateral) cycle
                if (any(its%node == model%mesh%node(1, e)) .and. any(its%node == model%mesh%node(2, e))) return
             end associate
          end do
          other = 0
       end function other_contact
-
-      !> True for a foundation whose force is linear in the displacement, on both ways.
-      pure logical function has_no_corners(its)
-         type(contact_t), intent(in) :: its
-         associate (obstacle => model%obstacle(its%obstacle))
-            has_no_corners = obstacle%bilateral
-            if (obstacle%law > 0) has_no_corners = has_no_corners .and. size(model%law(obstacle%law)%force) == 2
-         end associate
-      end function has_no_corners
    end function span_needs
 
    !> Sorts contact spans along the rod segments.

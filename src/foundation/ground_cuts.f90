@@ -5,11 +5,12 @@ module ground_cuts
    use problem, only: problem_t, same_place
    use rod_state, only: state_t
    use ground_mark, only: cut_t, mark_t
-   use ground_segments, only: has_kinks, element_cuts, gap_rounding, crosses_at, segment_at
+   use ground_segments, only: has_kinks, element_cuts, gap_rounding, crosses_at, segment_at, decay_length
    use ground_marks, only: is_live
    use remeshed_model, only: division_t
    use mesh_density, only: mesh_density_t, between, equal_shares
    use force_law, only: segment_unknown
+   use contact_spans, only: least_span => shortest
    implicit none
    private
    public :: find_cuts, inner_cuts, marked, add_marks, graded
@@ -19,8 +20,9 @@ module ground_cuts
    !> Least distance of two interface points with the same gap, or of an interface point and a segment boundary, as part of the
    !> length of a boundary layer beside the point. Shorter spans open and close with the square root of the load, or continue beyond
    !> the boundary, to which an interface point cannot move. Without interface points the elements detect such contact themselves;
-   !> the relative error of the force is the third power of this number.
-   real(wp), parameter :: shortest_of_layer = 0.1_wp
+   !> the relative error of the force is the third power of this number. The error bars do not contain the kink of soil along a rod
+   !> that has no interface point (inner_kinks), so its error must be smaller.
+   real(wp), parameter :: shortest_of_layer = 0.1_wp, shortest_along = 0.01_wp
 
 contains
 
@@ -56,7 +58,7 @@ contains
       end do
       call sort(cut)
       call add_layers(problem, state, cut)
-      call thin(problem, cut)
+      call thin(problem, state, cut)
       call add_layers(problem, state, cut)
 
    contains
@@ -103,30 +105,51 @@ contains
       end do
    end subroutine sort
 
-   !> Removes interface points that are too close for an element between them, and those due to oscillations of polynomials (same
-   !> segment of the law on both sides); moves points next to a segment boundary onto the boundary.
-   subroutine thin(problem, cut)
+   !> Removes interface points that are too close for an element between them or beside a touchdown point, and those due to
+   !> oscillations of polynomials (same segment of the law on both sides); moves points next to a segment boundary onto the
+   !> boundary.
+   subroutine thin(problem, state, cut)
       type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
       type(cut_t), allocatable, intent(inout) :: cut(:)
       logical, allocatable :: kept(:)
-      real(wp) :: beside, apart
+      real(wp) :: part, beside, apart
       integer :: i
       cut = pack(cut, cut%segment(1) /= cut%segment(2))
       allocate (kept(size(cut)), source=.true.)
       do i = 1, size(cut)
          associate (length => problem%layout%rod_segment(cut(i)%rod_segment)%length)
-            beside = max(shortest * problem%size, shortest_of_layer * maxval(cut(i)%layer))
+            part = merge(shortest_along, shortest_of_layer, &
+               & problem%deck%obstacle(problem%deck%contact(cut(i)%contact)%obstacle)%along_rod)
+            beside = max(shortest * problem%size, part * maxval(cut(i)%layer))
             cut(i)%at_end = min(cut(i)%at, length - cut(i)%at) <= beside
             if (cut(i)%at_end) cut(i)%at = merge(0.0_wp, length, cut(i)%at < 0.5_wp * length)
+            if (beside_touchdown(cut(i))) kept(i) = .false.
             if (i == 1) cycle
             if (cut(i - 1)%rod_segment /= cut(i)%rod_segment) cycle
             apart = shortest * problem%size
             if (cut(i - 1)%contact == cut(i)%contact .and. .not. abs(cut(i - 1)%level - cut(i)%level) > 0.0_wp) &
-               & apart = max(apart, shortest_of_layer * max(maxval(cut(i - 1)%layer), maxval(cut(i)%layer)))
+               & apart = max(apart, part * max(maxval(cut(i - 1)%layer), maxval(cut(i)%layer)))
             if (cut(i)%at - cut(i - 1)%at <= apart) kept(i - 1:i) = .false.
          end associate
       end do
       cut = pack(cut, kept)
+
+   contains
+
+      !> True if the span between a touchdown point and an interface point counts as closed.
+      pure logical function beside_touchdown(point) result(beside)
+         type(cut_t), intent(in) :: point
+         integer :: c
+         beside = .false.
+         do c = 1, problem%candidates%n
+            if (.not. problem%candidates%moves(c)) cycle
+            associate (e => problem%candidates%element(2, c))
+               if (problem%rod_segment(e) == point%rod_segment) beside = beside .or. abs(state%geometry%element(e)%s(1) + &
+                  & problem%origin(e) - point%at) <= least_span * problem%layout%rod_segment(point%rod_segment)%length
+            end associate
+         end do
+      end function beside_touchdown
    end subroutine thin
 
    !> Computes the lengths over which foundations bend the rod on both sides of each interface point, from the segments of the law
@@ -149,7 +172,8 @@ contains
                & cut(i)%segment(side), stiffness)
             cut(i)%layer(side) = 0.0_wp
             associate (first => problem%layout%rod_segment(cut(i)%rod_segment)%element(1), deck => problem%deck)
-               if (stiffness > 0.0_wp) cut(i)%layer(side) = (deck%section(deck%mesh%section(first))%ei / stiffness)**0.25_wp
+               if (stiffness > 0.0_wp) cut(i)%layer(side) = decay_length(deck%section(deck%mesh%section(first)), &
+                  & deck%obstacle(deck%contact(cut(i)%contact)%obstacle), stiffness)
             end associate
          end do
       end do

@@ -7,6 +7,8 @@
 !> well, but of lower order.
 module ground_segments
    use kinds, only: wp
+   use cross_section, only: section_t
+   use obstacle_types, only: obstacle_t
    use problem, only: problem_t
    use rod_state, only: state_t
    use force_law, only: law_segment, segment_slope, carries, segment_open, segment_unknown
@@ -18,7 +20,7 @@ module ground_segments
    implicit none
    private
    public :: has_kinks, follows, tell_segments, settle_found, segments_hold, element_cuts, crosses_at, segment_at
-   public :: segment_stiffness, is_cut, gap_uncertainty, followed_part, stiffest, told_gap
+   public :: segment_stiffness, is_cut, gap_uncertainty, followed_part, stiffest, decay_length, told_gap
    public :: settled_gap, gap_rounding
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! rounding of gaps and residual of Newton's method, relative to the
@@ -27,23 +29,40 @@ module ground_segments
    !! Newton's method moves this point
    real(wp), parameter :: at_node = 1.0e-6_wp !! part of an element: a crossing this close to a node is not inside the element
 
-   !> Largest k h^4/EI for which collocation with 1, 2, ... stages represents the deflection of a rod on a foundation (k: stiffness
-   !> of the foundation, h: length of the element). The deflection falls along the rod as exp(-z), z = (k/EI)^(1/4) h at 45 degrees
-   !> to the real axis. The stability function of the method, the diagonal Pade approximant of the exponential, falls with z up to
-   !> the fourth root of these values only, and a stiffer foundation gives longer waves.
+   !> Largest (h/l)^4 for which collocation with 1, 2, ... stages represents the displacement of a rod on a foundation (h: length of
+   !> the element, l: decay_length). Across the rod the displacement falls as exp(-z), z = h/l at 45 degrees to the real axis, along
+   !> the rod with real z. The stability function of the method, the diagonal Pade approximant of the exponential, falls with z up
+   !> to the fourth root of these values only, and a stiffer foundation gives longer waves.
    real(wp), parameter :: stiffest(max_stages) = [16.0_wp, 144.0_wp, 667.4_wp, 2059.0_wp, 4434.6_wp, 7682.8_wp]
 
 contains
 
-   !> Longest element with a number of stages that represents the deflection of a rod on a foundation.
-   pure real(wp) function followed_length(stiffness, bending, stages) result(length)
-      real(wp), intent(in) :: stiffness      !! [force/length^2]
-      real(wp), intent(in) :: bending        !! bending stiffness EI
-      integer, intent(in) :: stages
-      length = (stiffest(stages) * bending / stiffness)**0.25_wp
+   !> Length over which displacements of a rod decay on a foundation: (EI/k)^(1/4) across the rod, (EA/k)^(1/2) along it.
+   pure real(wp) function decay_length(section, obstacle, stiffness) result(length)
+      type(section_t), intent(in) :: section
+      type(obstacle_t), intent(in) :: obstacle
+      real(wp), intent(in) :: stiffness      !! k > 0 [force/length^2]
+      if (.not. obstacle%along_rod) then
+         length = (section%ei / stiffness)**0.25_wp
+      else if (section%inextensible) then
+         length = huge(length)
+      else
+         length = sqrt(section%ea / stiffness)
+      end if
+   end function decay_length
+
+   !> Longest element that represents the displacement of a rod on the foundation after a candidate of its chain.
+   pure real(wp) function followed_length(problem, candidate, stiffness) result(length)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: stiffness      !! > 0
+      associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, candidate))
+         length = min(stiffest(mesh%stages(e))**0.25_wp * decay_length(problem%model%section(mesh%section(e)), &
+            & problem%model%obstacle(problem%ground%chain%obstacle(candidate)), stiffness), huge(length))
+      end associate
    end function followed_length
 
-   !> Largest part of the foundations' stiffness for which no element would be too long to represent its deflection; foundations
+   !> Largest part of the foundations' stiffness for which no element would be too long to represent its displacement; foundations
    !> without corners or ends of contact do not count.
    pure real(wp) function followed_part(problem) result(part)
       type(problem_t), intent(in) :: problem
@@ -51,9 +70,9 @@ contains
       part = huge(part)
       do c = 1, problem%ground%chain%n
          if (.not. has_kinks(problem, c)) cycle
-         associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, c))
-            part = min(part, (followed_length(problem%ground%slope(problem%ground%chain%obstacle(c)), &
-               & problem%model%section(mesh%section(e))%ei, mesh%stages(e)) / (mesh%s(2, e) - mesh%s(1, e)))**4)
+         associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, c), o => problem%ground%chain%obstacle(c))
+            part = min(part, (followed_length(problem, c, problem%ground%slope(o)) / (mesh%s(2, e) - mesh%s(1, e)))**merge(2, 4, &
+               & problem%model%obstacle(o)%along_rod))
          end associate
       end do
    end function followed_part
@@ -70,8 +89,7 @@ contains
       associate (mesh => problem%model%mesh, e => problem%ground%chain%element(2, candidate))
          stiffness = segment_stiffness(problem, candidate, state%segment(candidate))
          if (state%segment(candidate) == segment_unknown) stiffness = problem%ground%slope(problem%ground%chain%obstacle(candidate))
-         if (stiffness > 0.0_wp) follows = mesh%s(2, e) - mesh%s(1, e) <= followed_length(stiffness, &
-            & problem%model%section(mesh%section(e))%ei, mesh%stages(e))
+         if (stiffness > 0.0_wp) follows = mesh%s(2, e) - mesh%s(1, e) <= followed_length(problem, candidate, stiffness)
       end associate
    end function follows
 
@@ -124,6 +142,19 @@ contains
          end do
       end associate
    end subroutine settled_gap
+
+   !> First and last place of an element too long for its foundation at which its gap has a meaning: the nodes where the foundation
+   !> acts along the rod, else the first and last stage, because the deflection at a node may be a wave.
+   pure function told_within(problem, candidate) result(ends)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: candidate
+      real(wp) :: ends(2)
+      ends = [0.0_wp, 1.0_wp]
+      if (problem%model%obstacle(problem%ground%chain%obstacle(candidate))%along_rod) return
+      associate (tableau => problem%tableau(problem%model%mesh%stages(problem%ground%chain%element(2, candidate))))
+         ends = tableau%c([1, tableau%stages])
+      end associate
+   end function told_within
 
    !> Mean gap of an element too long for its foundation, where only the integral of the force is meaningful.
    pure real(wp) function mean_gap(problem, candidate, gap)
@@ -241,7 +272,7 @@ contains
       !! corner at each place
       real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this size are ignored
       type(element_gap_t) :: gap
-      real(wp) :: place(most_crossings), wave
+      real(wp) :: place(most_crossings), wave, ends(2)
       real(wp), allocatable :: levels(:)
       logical :: mine(2), known(most_crossings)
       integer :: k, j, m, crossings
@@ -256,10 +287,8 @@ contains
          ! A gap that differs from the value by rounding only, as of a rod on its foundation without force, has no ends of contact.
          if (maxval(abs([(gap_value(problem, gap, 0.125_wp * j) - levels(k), j=0, 8)])) <= rounding) cycle
          if (.not. follows(problem, state, candidate)) then
-            associate (tableau => problem%tableau(problem%model%mesh%stages(problem%ground%chain%element(2, candidate))))
-               if ((gap_value(problem, gap, tableau%c(1)) - levels(k)) * (gap_value(problem, gap, tableau%c(tableau%stages)) - &
-                  & levels(k)) > 0.0_wp) cycle
-            end associate
+            ends = told_within(problem, candidate)
+            if ((gap_value(problem, gap, ends(1)) - levels(k)) * (gap_value(problem, gap, ends(2)) - levels(k)) > 0.0_wp) cycle
          end if
          mine = .false.
          do m = 1, size(problem%mark)
@@ -415,17 +444,19 @@ contains
          gap = told_gap(problem, state, c)
          call segment_range(problem, c, state%segment(c), low, high)
          slack = gap_uncertainty(gap, rounding)
+         ! An interface point away from its equilibrium place shifts the gap at its node.
+         marked = .false.
+         do j = 1, size(problem%mark)
+            marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
+         end do
          if (follows(problem, state, c)) then
-            ! An interface point away from its equilibrium place shifts the gap at its node.
-            marked = .false.
-            do j = 1, size(problem%mark)
-               marked = marked .or. problem%mark(j)%candidate([2, 1]) == c
-            end do
             value = with_extremes(gap, merge(1, 0, marked(1)), gap%samples - merge(1, 0, marked(2)))
          else if (carried) then
             cycle
          else
             value = [mean_gap(problem, c, gap)]
+            if (problem%model%obstacle(problem%ground%chain%obstacle(c))%along_rod) &
+               & value = [value, pack([(gap_value(problem, gap, real(j, wp)), j=0, 1)], .not. marked)]
          end if
          if (all(value >= low - slack .and. value <= high + slack)) cycle
          hold = .false.

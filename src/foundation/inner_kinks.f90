@@ -3,7 +3,7 @@
 !> A foundation that ends inside an element, or whose law has a corner there, exerts a force with the part J (x - c)+, c the place
 !> of the kink, J the slope of the gap there times the jump of the stiffness. The element integrates this force and its first
 !> moments exactly (see ge_element), but its moment is a polynomial of degree s: the error is the part of J (x - c)+^3/6 that this
-!> polynomial does not represent.
+!> polynomial does not represent. A foundation along the rod exerts no moment.
 module inner_kinks
    use kinds, only: wp
    use problem, only: problem_t
@@ -37,6 +37,7 @@ contains
       associate (chain => problem%ground%chain)
          do c = 1, chain%n
             if (chain%element(2, c) == 0 .or. state%segment(c) /= segment_unknown) cycle
+            if (problem%model%obstacle(chain%obstacle(c))%along_rod) cycle
             call element_cuts(problem, state, c, rounding, n, tau, level)
             if (n == 0) cycle
             gap = told_gap(problem, state, c)

@@ -40,6 +40,7 @@ contains
       type(state_t), intent(in), optional :: state
       real(wp), allocatable :: at(:), middle(:)
       real(wp) :: from, layer(2), all, free
+      logical :: parted                              ! there are interface points inside the span that is divided
       integer :: k
       associate (whole => base%layout%rod_segment(rod_segment))
          if (.not. whole%free) then
@@ -63,29 +64,32 @@ contains
          from = 0.0_wp
          do k = 1, size(contact_span)
             if (contact_span(k)%rod_segment /= rod_segment) cycle
-            call divide_free(contact_span(k)%at(1))
-            if (contact_span(k)%line) call divide(contact_span(k)%at(2), contact_span(k)%contact)
+            call divide_span(contact_span(k)%at(1), 0)
+            if (contact_span(k)%line) call divide_span(contact_span(k)%at(2), contact_span(k)%contact)
          end do
-         call divide_free(whole%length)
+         call divide_span(whole%length, 0)
       end associate
 
    contains
 
-      !> Divides a free span, with nodes at the interface points of foundations.
-      subroutine divide_free(to)
+      !> Divides a span, with nodes at the interface points of foundations inside.
+      subroutine divide_span(to, contact)
          real(wp), intent(in) :: to
+         integer, intent(in) :: contact              ! as in `divide`
          integer :: i
          layer = [layer_at(from), 0.0_wp]
+         parted = .false.
          do i = 1, size(cut)
             if (cut(i)%rod_segment /= rod_segment .or. cut(i)%at <= from .or. cut(i)%at >= to) cycle
+            parted = .true.
             layer(2) = cut(i)%layer(1)
-            call divide(cut(i)%at, 0)
+            call divide(cut(i)%at, contact)
             layer(1) = cut(i)%layer(2)
          end do
          layer(2) = layer_at(to)
-         call divide(to, 0)
+         call divide(to, contact)
          layer = 0.0_wp
-      end subroutine divide_free
+      end subroutine divide_span
 
       !> Boundary layer length of a foundation whose contact ends next to an end of the segment; 0: none.
       pure real(wp) function layer_at(end)
@@ -128,9 +132,17 @@ contains
             return
          end if
          wanted = deck_elements(base, rod_segment, to) - deck_elements(base, rod_segment, from)
-         least = least_free
+         least = merge(1, least_free, parted)
+         if (contact == 0) then
+            wanted = wanted * all / max(free, tiny(free))
+         else
+            least = merge(1, least_conforming, parted)
+            if (is_perfect(base, rod_segment) .and. .not. founded(base, rod_segment)) &
+               & wanted = merge(0.0_wp, 0.25_wp, on_straight(base, contact)) * wanted
+         end if
+         wanted = min(wanted, (to - from) / (finest * base%size))
          if (any(cut%rod_segment == rod_segment)) then
-            n = max(1, ceiling(wanted - whole_number))
+            n = max(least, ceiling(wanted - whole_number))
             deck%at = base%layout%rod_segment(rod_segment)%at
             deck%elements = spread(1.0_wp, 1, size(deck%at) - 1)
             associate (nodes => graded(deck, from, to, n, layer, stages))
@@ -139,14 +151,7 @@ contains
             from = to
             return
          end if
-         if (contact == 0) then
-            wanted = wanted * all / max(free, tiny(free))
-         else
-            least = least_conforming
-            if (is_perfect(base, rod_segment) .and. .not. founded(base, rod_segment)) &
-               & wanted = merge(0.0_wp, 0.25_wp, on_straight(base, contact)) * wanted
-         end if
-         n = max(least, nint(min(wanted, (to - from) / (finest * base%size))))
+         n = max(least, nint(wanted))
          if (present(state)) n = max(n, count(middle > from .and. middle < to))
          at = [at, [(from + (to - from) * i / n, i=1, n - 1)], to]
          from = to

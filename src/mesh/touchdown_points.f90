@@ -13,7 +13,8 @@ module touchdown_points
    use breakpoint_forces, only: at_breakpoint, breakpoint_force
    use state_transfer, only: carry_to, move_nodes
    use span_candidates, only: touch_place
-   use ground_marks, only: mark_step
+   use ground_marks, only: mark_step, is_live
+   use force_law, only: segment_unknown
    use ground_following, only: keep_to_ground, keep_layers
    implicit none
    private
@@ -217,8 +218,35 @@ contains
       mark = [(mark_step(problem, before, state, m), m=1, size(mark))]
       if (size(mark) > 0) call keep_to_ground(problem, before, state)
       distance = touchdown_steps(problem, before, state)
+      do m = 1, size(mark)
+         if (.not. is_live(problem, state, m)) cycle
+         ! Every element may then contain the point; at convergence the others get their segments back (settle_found).
+         if (passes_touchdown(problem, state, m, distance, mark(m))) state%segment = segment_unknown
+      end do
       call shift_touchdown_points(problem, state, distance, travelled, mark)
    end subroutine move_touchdown_points
+
+   !> True if an interface point would come too close to a touchdown point, or pass it: the point where a foundation's law has a
+   !> corner may move from a free span into a line contact, but a node cannot.
+   pure logical function passes_touchdown(problem, state, m, distance, way) result(passes)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: m              !! interface point
+      real(wp), intent(in) :: distance(:)   !! (candidates) distances of the touchdown points from their places
+      real(wp), intent(in) :: way           !! distance of the interface point from its place
+      real(wp) :: apart
+      integer :: c
+      passes = .false.
+      associate (list => problem%candidates, own => problem%ground%chain%element(2, problem%mark(m)%candidate(2)))
+         do c = 1, list%n
+            if (.not. list%moves(c) .or. list%held(c)) cycle
+            if (problem%rod_segment(list%element(2, c)) /= problem%rod_segment(own)) cycle
+            apart = state%geometry%element(list%element(2, c))%s(1) + problem%origin(list%element(2, c)) - &
+               & state%geometry%element(own)%s(1) - problem%origin(own)
+            passes = passes .or. (way - distance(c)) * sign(1.0_wp, apart) > most * abs(apart)
+         end do
+      end associate
+   end function passes_touchdown
 
    !> Distances of all touchdown points from their positions in an iterate, with the slopes of the previous iterate `before`.
    function touchdown_steps(problem, before, state) result(distance)
@@ -312,8 +340,11 @@ contains
       part = 0.0_wp
       goes = 0.0_wp
       leads = .false.
-      leads(problem%mark%node) = .true.
-      if (present(mark)) goes(problem%mark%node) = mark
+      do i = 1, size(problem%mark)
+         if (.not. is_live(problem, state, i)) cycle
+         leads(problem%mark(i)%node) = .true.
+         if (present(mark)) goes(problem%mark(i)%node) = mark(i)
+      end do
       do c = 1, problem%candidates%n
          if (.not. problem%candidates%moves(c)) cycle
          leads(problem%candidates%node(c)) = .true.

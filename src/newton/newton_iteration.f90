@@ -215,6 +215,11 @@ contains
       newton%largest = largest_move(from, state)
       if (problem%moves_nodes()) then
          call move_touchdown_points(problem, from, state, newton%gone)
+         if (.not. newton%searching) then
+            ! An interface point may have met a touchdown point.
+            newton%searching = any(searches(problem, state))
+            if (newton%searching) call begin_search(newton)
+         end if
          ! Touchdown points that are far off move by about a tenth of a span in each iteration as long as the span is much too long,
          ! because its moment falls with the square of its length. The iteration limit counts from the last such movement.
          if (newton%seeking .and. newton%gone > far) newton%last_change = newton%number
@@ -281,12 +286,10 @@ contains
       end if
       newton%refactor = .true.
       if (.not. settled) then
-         ! Residuals of the previous equations are not comparable.
          newton%searching = .true.
-         newton%last_change = newton%number
+         call begin_search(newton)
          call assemble(problem, state, newton%origin, system)
          report%residual = residual_of(problem, state, system)
-         newton%best = huge(newton%best)
          return
       end if
       if (.not. newton%frozen) then
@@ -299,6 +302,13 @@ contains
       report%effort = report%effort + effort_of(newton%corrections, &
          & max(sqrt(newton%tolerance) * largest_move(newton%origin, state), rounding_gap(problem)))
    end subroutine finish
+
+   !> Forgets the residuals of other equations when foundation elements begin to determine their contact themselves.
+   pure subroutine begin_search(newton)
+      type(newton_t), intent(inout) :: newton
+      newton%last_change = newton%number
+      newton%best = huge(newton%best)
+   end subroutine begin_search
 
    !> Stops a diverging iteration, and factors a new tangent if necessary.
    subroutine renew_tangent(problem, state, system, newton, report)

@@ -28,7 +28,7 @@ module ground_mark
       !! interface points
       real(wp) :: level = 0.0_wp             !! gap at the corner
       integer :: segment(2) = segment_unknown !! segments of the law before and after the point
-      real(wp) :: layer(2) = 0.0_wp          !! boundary layer length (EI/k)^(1/4) on the foundation before and after the point; 0:
-      !! no foundation force
+      real(wp) :: layer(2) = 0.0_wp          !! length over which displacements decay on the foundation before and after the
+      !! point (decay_length); 0: no foundation force
    end type cut_t
 end module ground_mark

@@ -133,7 +133,7 @@ def idle_pieces(results: Path, point: int, shape: Shape, regions: list | None = 
     if contact is None:
         return []
     pressing = presses(contact)[point - 1]
-    return sorted({piece for number in range(1, len(contact.points) + 1) if not pressing[number - 1]
+    return sorted({piece for number in _with_surface(results) if not pressing[number - 1]
                    for piece in _from_regions(contact, number, point, shape, regions)[0]})
 
 
@@ -148,16 +148,23 @@ def contact_pieces(results: Path, point: int, shape: Shape, regions: list | None
         if len(reaction) != len(contact.candidates):
             raise ResultsError(f"/fields/reaction has {len(reaction)} values for {len(contact.candidates)} candidates")
     pieces, spots = set(), []
-    for number, points in enumerate(contact.points, start=1):
+    for number in _with_surface(results):
         if not presses(contact)[point - 1, number - 1]:
             continue
-        if reaction is not None and points == "nodes":
+        if reaction is not None and contact.points[number - 1] == "nodes":
             more, single = _from_reactions(contact, number, reaction, shape)
         else:
             more, single = _from_regions(contact, number, point, shape, regions)
         pieces |= set(more)
         spots += single
     return sorted(pieces), np.array(spots).reshape(-1, 2)
+
+
+def _with_surface(results: Path) -> list[int]:
+    """Numbers of the contacts with something that can be touched: soil along a rod holds it everywhere and has no surface."""
+    soil = {name for name, obstacle in results.obstacles.items() if obstacle.kind == "soil"}
+    names = results.contact.obstacles or ("",) * len(results.contact.points)
+    return [number for number, name in enumerate(names, start=1) if name not in soil]
 
 
 def _from_reactions(contact: Contact, number: int, reaction: np.ndarray, shape: Shape):

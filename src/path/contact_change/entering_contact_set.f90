@@ -13,6 +13,7 @@ module entering_contact_set
    use path_events, only: event_t, test_values_t, new_test_values, detect_events, value_events, event_stop
    use path_point, only: path_point_t, point_at, evaluate_tests
    use trial_request, only: request_t
+   use mesh_transfer, only: refine_point
    use path_state, only: path_state_t, copy_path_state, path_tangent_of, forget_mesh
    use path_acceptance, only: arrival_t, accept
    use error_report, only: bars_at_point
@@ -28,7 +29,8 @@ module entering_contact_set
 
 contains
 
-   !> Moves the run to the next contact set, whose known equilibrium is recorded as a point of the path.
+   !> Moves the run to the next contact set, whose known equilibrium is recorded as a point of the path, on a mesh as fine as the
+   !> deck's tolerance demands.
    subroutine go_to_next(problem, step, run, next, recorder, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
@@ -37,25 +39,44 @@ contains
       class(recorder_t), intent(inout) :: recorder
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
+      type(problem_t) :: before
+      type(path_state_t) :: start
       type(arrival_t) :: arrival
-      type(request_t) :: none                    ! no other trial is possible here
-      logical :: known
-      run = bound_for(problem, run, next)
-      call copy_problem(next%problem, problem)
-      call stop_before(problem, step, run, next)
+      type(request_t) :: request
+      logical :: known, done
+      call copy_problem(problem, before)
+      call copy_path_state(run, start)
       known = allocated(next%tangent%u)
-      if (.not. known) then
-         next%tangent = run%last%tangent
-         if (.not. is_there(run, next)) next%tangent = path_tangent_of(problem, run, next%path_point_t)
-      end if
       arrival%report = next%report
       arrival%label = next%label
       arrival%times = next%times
       arrival%bracketed = .not. next%located
       arrival%divides = next%divides
-      if (next%test > 0) call bars_at_point(problem, step, run, next%path_point_t, next%label, .false., next%test, &
-         & arrival%bars)
-      call accept(problem, step, run, next%path_point_t, arrival, recorder, none, finished, outcome)
+      arrival%tries = 0
+      do
+         run = bound_for(before, start, next)
+         if (arrival%tries > 0) run%mesh%refinement = start%mesh%refinement
+         call copy_problem(next%problem, problem)
+         call stop_before(problem, step, run, next)
+         if (.not. known) then
+            next%tangent = run%last%tangent
+            if (.not. is_there(run, next)) next%tangent = path_tangent_of(problem, run, next%path_point_t)
+         end if
+         if (next%test > 0) call bars_at_point(problem, step, run, next%path_point_t, next%label, .false., next%test, &
+            & arrival%bars)
+         call accept(problem, step, run, next%path_point_t, arrival, recorder, request, finished, outcome)
+         if (.not. request%remeshes()) exit
+         start%mesh%refinement = run%mesh%refinement
+         arrival%tries = arrival%tries + 1
+         done = .false.
+         if (allocated(request%density)) call refine_point(problem, run, next%path_point_t, request%density, done)
+         if (done) then
+            call copy_problem(problem, next%problem)
+         else
+            ! No other mesh has an equilibrium: the present one is accepted.
+            arrival%tries = huge(arrival%tries) - 1
+         end if
+      end do
       if (finished .or. allocated(outcome%why) .or. known) return
       ! The path up to this point belongs to another set; its mesh records are discarded.
       call forget_mesh(run)

@@ -1,6 +1,6 @@
-!> Remedies if an increment has failed, in this order: a contact change just ahead, the mesh before the last coarsening, a mesh
-!> twice as fine, a corner of the path, a shorter increment. A remedy is skipped if its condition is not met. Each remedy returns
-!> `done` if no other is to be tried now, because it succeeded or the run ends.
+!> Remedies if an increment has failed, in this order: released interface points, a contact change just ahead, the mesh before the
+!> last coarsening, a mesh twice as fine, a corner of the path, a shorter increment. A remedy is skipped if its condition is not
+!> met. Each remedy returns `done` if no other is to be tried now, because it succeeded or the run ends.
 module step_recovery
    use kinds, only: wp
    use model, only: step_t
@@ -10,6 +10,9 @@ module step_recovery
    use path_state, only: path_state_t, point_on_mesh_t
    use step_control, only: smallest
    use path_outcome, only: outcome_t
+   use bordered_system, only: linearise
+   use force_law, only: segment_unknown
+   use ground_marks, only: is_live
    use span_changes, only: pass_change
    use span_mesh, only: step_back, ask_for_twice
    use attempt, only: attempt_t, note_change, ended
@@ -22,6 +25,7 @@ module step_recovery
    public :: try_recovery
 
    integer, parameter :: max_cuts = 40          !! failed attempts at one increment; no input deck changes from 20 to 80
+   integer, parameter :: cuts_before_release = 2 !! failed attempts after which interface points are released
    integer, parameter :: cuts_before_corner = 2 !! failed attempts after which a corner of the path is searched for
    integer, parameter :: cuts_before_change = 3 !! failed attempts after which a contact change ahead is searched for
    integer, parameter :: cuts_before_mesh = 6   !! failed attempts, or increments to other paths, after which the mesh is suspected
@@ -40,12 +44,28 @@ contains
       call count_up(counter_rejected)
       attempt%cuts = attempt%cuts + 1
       if (attempt%astray) attempt%failures = attempt%failures + 1
-      call go_past_change(problem, step, run, attempt, recorder, done, outcome)
+      call release_marks(problem, run, attempt, done)
+      if (.not. done) call go_past_change(problem, step, run, attempt, recorder, done, outcome)
       if (.not. done) call go_back_to_finer_mesh(problem, run, attempt, done)
       if (.not. done) call double_mesh(problem, step, run, attempt, done)
       if (.not. done) call go_around_corner(problem, step, run, attempt, recorder, done, outcome)
       if (.not. done) call cut_increment(problem, step, run, attempt, recorder, outcome)
    end subroutine try_recovery
+
+   !> Repeats the increment beside contact spans with elements that determine the contact with their foundations themselves:
+   !> interface points may meet one another or a touchdown point, or jump. The mesh of the next point has nodes at their new places.
+   subroutine release_marks(problem, run, attempt, done)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(inout) :: run
+      type(attempt_t), intent(in) :: attempt
+      logical, intent(out) :: done
+      integer :: m
+      done = problem%has_spans() .and. attempt%cuts >= cuts_before_release
+      if (done) done = any([(is_live(problem, run%last%state, m), m=1, size(problem%mark))])
+      if (.not. done) return
+      run%last%state%segment = segment_unknown
+      call linearise(problem, run%last%state, run%last%state, run%last%system)
+   end subroutine release_marks
 
    !> Searches for a change of contact spans just ahead and makes it.
    subroutine go_past_change(problem, step, run, attempt, recorder, done, outcome)

@@ -1,31 +1,23 @@
 !> Remeshes a run: for another contact set, for spans that have grown, or for the error tolerance.
 module span_mesh
    use kinds, only: wp
-   use model, only: method_load, method_displacement
    use problem, only: problem_t, copy_problem
-   use rod_state, only: state_t, is_stress_free
-   use linear_system, only: new_system
-   use bordered_system, only: linearise
+   use rod_state, only: state_t
    use contact_spans, only: contact_span_t
    use span_start, only: prepare_spans
    use span_problem, only: new_span_problem
    use span_division, only: present_demand, lasting_demand, outgrown
    use span_candidates, only: present_contact_spans
-   use mesh_change, only: carry_over
+   use mesh_transfer, only: stand_on, rebalance, move_to_mesh
    use mesh_density, only: mesh_density_t
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
    use ground_segments, only: tell_segments
    use state_transfer, only: carried, carried_field
-   use path_control, only: control_t, is_arc_length, metric
-   use resting_contact, only: find_fastest, stay_in_place
-   use flat_points, only: turn_flattest
-   use path_continuity, only: path_tangent_t, path_tangent_at, normal_plane, angle_between, largest_turn
-   use path_point, only: path_point_t, point_at, move_to, evaluate_tests
+   use path_continuity, only: path_tangent_t
+   use path_point, only: path_point_t, point_at
    use trial_request, only: request_t
    use path_state, only: path_state_t, copy_path_state, point_on_mesh_t, forget_mesh, rest_of_mesh
-   use corrector, only: increment_t, correct
-   use mesh_request, only: stays_within
    use timing, only: count_up, counter_remeshed
    implicit none
    private
@@ -233,102 +225,6 @@ contains
       end do
    end subroutine ask_for_twice
 
-   !> Transfers the run's point to another mesh with the same contact set; nothing changes if no equilibrium is found.
-   subroutine stand_on(next, problem, run, done)
-      type(problem_t), intent(in) :: next
-      type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run
-      logical, intent(out) :: done
-      type(problem_t) :: kept
-      type(path_state_t) :: before
-      call copy_problem(problem, kept)
-      call copy_path_state(run, before)
-      call move_to_mesh(next, problem, run)
-      call rebalance(problem, run, done)
-      if (done) return
-      call copy_problem(kept, problem)
-      call copy_path_state(before, run)
-   end subroutine stand_on
-
-   !> Finds the equilibrium of the run's point on the mesh to which it was transferred.
-   subroutine rebalance(problem, run, done)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run              !! unchanged without success
-      logical, intent(out) :: done
-      type(path_point_t) :: better
-      type(control_t) :: hold
-      type(increment_t) :: report
-      logical :: behind_flat
-      done = run%last%system%ok
-      if (.not. done) return
-      behind_flat = .false.
-      better = run%last
-      if (.not. (run%fresh .or. is_stress_free(run%last%state))) then
-         ! The quantity prescribed by load or displacement control is fixed; otherwise the plane normal to the path, which works at
-         ! limit points as well.
-         hold = normal_plane(problem, run%last%state, run%last%tangent)
-         if (any(run%control%method == [method_load, method_displacement])) hold = run%control
-         hold%increment = 0.0_wp
-         call bring_to_balance()
-         ! A mesh error larger than all displacements so far is impossible: the result is another equilibrium.
-         if (done) done = stays_within(problem, run%last%state, better%state, run%motion)
-         if (.not. done) return
-      end if
-      associate (before => run%last%tangent, pivots => run%last%test_values%negative_pivots, system => better%system)
-         better%tangent = path_tangent_at(problem, system, before%u, before%load)
-         ! If the displacements of a coarse mesh differ so much that they do not give the sense of the path, the rate of the load
-         ! does: this rate changes sign together with the stability.
-         if (system%negative_pivots == pivots .and. better%tangent%load * before%load < 0.0_wp) then
-            if (angle_between(problem, before%u, better%tangent%u) > largest_turn) &
-               & better%tangent = path_tangent_at(problem, system, 0.0_wp * before%u, before%load)
-         end if
-         ! A mesh change that changes both direction and stability of the path is rejected.
-         if (.not. run%fresh .and. system%negative_pivots /= pivots) &
-            & done = angle_between(problem, before%u, better%tangent%u) <= largest_turn
-      end associate
-      if (.not. done) return
-      run%mesh%change_behind = behind_flat
-      call evaluate_tests(problem, better)
-      associate (old => run%last%test_values, new => better%test_values)
-         ! Pivots without force-free line contacts do not depend on the mesh.
-         new%weak = old%weak
-         new%free_pivots = old%free_pivots
-         ! Events between the two meshes must be reported once: begin or end of contact with a foundation, bifurcation, limit point.
-         ! Just after a contact change there is no followed path on which the load's rate could have changed sign.
-         new%grounded = old%grounded
-         if (.not. run%fresh) new%negative_pivots = old%negative_pivots
-         if (.not. run%fresh .and. run%arc_length > run%since_change%at .and. new%load_rate * old%load_rate < 0.0_wp) &
-            & new%load_rate = old%load_rate
-      end associate
-      run%last = better
-
-   contains
-
-      !> Fixes the touchdown point that moves fastest, if any: near a limit point the end of a line contact may move far while the
-      !> rest hardly moves, and the plane normal to the path has no equilibrium on a mesh with a lower limit load.
-      subroutine bring_to_balance()
-         integer :: fastest
-         real(wp) :: rate
-         fastest = 0
-         if (is_arc_length(run%control%method)) call find_fastest(problem, run%last, fastest, rate)
-         done = .false.
-         ! A change by the structure's size corresponds to a change by the whole displacement.
-         if (fastest > 0) then
-            if (rate * abs(hold%tangent_load) * sqrt(metric(problem, run%last%state%u, run%last%state%u)) > problem%size) &
-               & call stay_in_place(problem, run, fastest, better, done)
-         end if
-         if (done) return
-         better%state = run%last%state
-         call correct(problem, run%last%state, hold, .true., better%state, better%system, report)
-         done = better%system%ok .and. report%converged
-         if (done) return
-         better%state = run%last%state
-         call turn_flattest(problem, run%last%state, hold, better%state, done)
-         behind_flat = done
-         if (done) call move_to(problem, better%state, better)
-      end subroutine bring_to_balance
-   end subroutine rebalance
-
    !> Transfers the run to the mesh of another contact set.
    subroutine mesh_for_spans(problem, run, contact_span)
       type(problem_t), intent(inout) :: problem
@@ -337,15 +233,4 @@ contains
       call move_to_mesh(new_span_problem(problem, contact_span), problem, run)
    end subroutine mesh_for_spans
 
-   !> Transfers the run to the mesh of another problem.
-   subroutine move_to_mesh(next, problem, run)
-      type(problem_t), intent(in) :: next
-      type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run
-      call carry_over(problem, next, run%last%state, run%last%tangent%u)
-      call forget_mesh(run)
-      call copy_problem(next, problem)
-      run%last%system = new_system(problem)
-      call linearise(problem, run%last%state, run%last%state, run%last%system)
-   end subroutine move_to_mesh
 end module span_mesh
