@@ -580,7 +580,7 @@ contains
          & problem%model%obstacle(problem%candidates%obstacle(problem%conforms(e))), tau, track, force)
    end subroutine conforming_track
 
-   !> Track and force P at a place of a rod that is to lie down there; neither place nor forces need fit the track.
+   !> Track and force P where a rod comes into line contact: the trial place and end forces need not satisfy contact yet.
    pure subroutine track_below(problem, state, e, place, angle, resultant, track, force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
