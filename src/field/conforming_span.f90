@@ -33,7 +33,7 @@ module conforming_span
    integer, parameter :: density_samples = 4 !! number of equal parts of an element, or of its smooth parts, at whose ends the
    !! density of the contact force is sampled
 
-   !> A conforming element in one state, kept for its further places.
+   !> Dense output of a conforming element in one state, stored to evaluate several places.
    type :: lying_t
       private
       integer :: element = 0          !! 0: undefined

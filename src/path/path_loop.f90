@@ -179,7 +179,7 @@ contains
          if (standing%kind == on_step) call set_frame()
       end subroutine step_again
 
-      !> Follows what comes as the changed deck says.
+      !> Replaces the steps by those of the changed deck.
       subroutine renew_steps()
          if (standing%changed) call change_steps(standing%steps, problem)
          if (standing%changed) call take_steps(standing%steps, perfect%step)
