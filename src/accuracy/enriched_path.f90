@@ -90,7 +90,7 @@ contains
       point%ok = point%system%ok
    end subroutine start_point
 
-   !> Moves from a point, or from the start, to the point at the control's increment.
+   !> Solves the enriched problem for the next point of the path, one increment of the control from `point`.
    subroutine next_point(path, increment, point)
       type(enriched_path_t), intent(in) :: path
       real(wp), intent(in) :: increment

@@ -98,7 +98,7 @@ contains
          & track_sense(problem, state, c, node_track(problem, state, c), side)
    end function rise
 
-   !> Test of the relative curvature of a point contact, or of one side of a support with fixed rotation.
+   !> Test of the relative curvature (excess_curvature, > 0: valid) of a point contact, or of one side of a clamped support.
    type(span_test_t) function curvature(problem, state, c, side) result(test)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -33,7 +33,7 @@ module conforming_span
    integer, parameter :: density_samples = 4 !! number of equal parts of an element, or of its smooth parts, at whose ends the
    !! density of the contact force is sampled
 
-   !> A conforming element in one state, kept for its further places.
+   !> Dense output of a conforming element in one state, stored to evaluate several places.
    type :: lying_t
       private
       integer :: element = 0          !! 0: undefined
@@ -591,7 +591,7 @@ contains
          & problem%model%obstacle(problem%candidates%obstacle(problem%conforms(e))), tau, track, force)
    end subroutine conforming_track
 
-   !> Track and force P at a place of a rod that is to lie down there; neither place nor forces need fit the track.
+   !> Track and force P where a rod comes into line contact: the trial place and end forces need not satisfy contact yet.
    pure subroutine track_below(problem, state, e, place, angle, resultant, track, force)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

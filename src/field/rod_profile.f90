@@ -417,7 +417,7 @@ contains
       rate(1:2) = rate(1:2) + load_change * load%strain_rate * d + profile%stretch * rate(3) * [-d(2), d(1)]
    end function profile_rate
 
-   !> Upper bound of the error of a position: the larger of the Hermite correction there and the remaining error.
+   !> Upper bound of the error of a position: the larger of the Hermite correction and the error after it.
    pure real(wp) function profile_doubt(profile, tau) result(doubt)
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau

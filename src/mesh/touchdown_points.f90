@@ -351,7 +351,7 @@ contains
          goes(problem%candidates%node(c)) = distance(c)
       end do
       if (.not. any(abs(goes) > 0.0_wp)) return
-      ! An iterate that has diverged has no places.
+      ! If the iteration has diverged, the nodes have no admissible positions.
       if (.not. all(abs(goes) < sqrt(huge(part)))) then
          part = huge(part)
          return

@@ -49,7 +49,7 @@ contains
       type(problem_t), intent(inout) :: problem
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(out) :: outcome
-      type(standing_t), intent(inout) :: standing !! restart: the checkpoint, or the point from which the run goes on
+      type(standing_t), intent(inout) :: standing !! restart: the checkpoint, or the point where the run continues
       type(path_state_t) :: run
       type(attempt_t) :: attempt
       type(archive_t), target :: frame
@@ -128,7 +128,7 @@ contains
 
       !> Follows the branches and limit curves of a step after its path.
       subroutine finish_step()
-         type(step_t) :: former                     !! the step up to the point from which the run goes on
+         type(step_t) :: former                     !! the step up to the point where the run continues
          if (standing%kind /= on_curve) then
             former = step
             if (standing%branch > n_branches .and. standing%branch <= n_branches + size(step%branch)) call renew_steps()
@@ -179,7 +179,7 @@ contains
          if (standing%kind == on_step) call set_frame()
       end subroutine step_again
 
-      !> Follows what comes as the changed deck says.
+      !> Replaces the steps by those of the changed deck.
       subroutine renew_steps()
          if (standing%changed) call change_steps(standing%steps, problem)
          if (standing%changed) call take_steps(standing%steps, perfect%step)

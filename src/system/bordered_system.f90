@@ -134,7 +134,7 @@ contains
          call solve_constrained(system, force, held, x)
          x = first + x
       end do
-      ! A solution that consists of artificial extension only is zero.
+      ! If only the artificial extension differs from rounding, the solution is zero.
       if (is_rounding(3) .and. is_rounding(1) .and. is_rounding(2)) x = 0.0_wp
 
    contains

@@ -22,7 +22,7 @@ module state_functional
    private
    public :: functional_t, inner_place_t, section_place_t, new_functional, new_load_functional
 
-   !> A place inside an element at which a number takes displacements and rotation from the element's polynomial.
+   !> A place inside an element on whose displacements and rotation, given by the element's polynomial, a number depends.
    type :: inner_place_t
       integer :: element = 0
       real(wp) :: tau = 0.0_wp                   !! position in the element, 0 to 1

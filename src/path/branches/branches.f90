@@ -29,7 +29,7 @@ contains
 
    !> Follows all branches of a step. Failures are appended to outcome%trouble, and the other branches are still followed.
    subroutine follow_branches(former, step, own, numbered, before, standing, recorder, outcome)
-      type(step_t), intent(in) :: former             !! the step up to the point from which the run goes on
+      type(step_t), intent(in) :: former             !! the step up to the point where the run continues
       type(step_t), intent(in) :: step
       type(critical_points_t), intent(inout), target :: own !! critical points of the step's own path
       integer, intent(inout) :: numbered             !! number of branches in the results so far

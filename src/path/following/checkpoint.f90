@@ -46,7 +46,7 @@ module checkpoint
 
 contains
 
-   !> Row at which a path must pause, because the run goes on from there with other steps; 0: none.
+   !> Row at which a path must pause, because other steps continue the run from there; 0: none.
    pure integer function pause(standing, branch)
       class(standing_t), intent(in) :: standing
       integer, intent(in) :: branch              !! number of the path's branch; 0: the path of the steps
@@ -124,7 +124,7 @@ contains
       if (standing%changed) call change_path(standing, problem, run, attempt)
    end subroutine take_standing
 
-   !> Clears the reasons why a run ended, when it goes on.
+   !> Clears the reasons why a run ended, before it is continued.
    subroutine clear_end(outcome)
       type(outcome_t), intent(inout) :: outcome
       if (allocated(outcome%why)) deallocate (outcome%why)
@@ -136,7 +136,7 @@ contains
       outcome%dead_end = .false.
    end subroutine clear_end
 
-   !> At the point up to which the run was made again: goes on from there with the steps of the changed deck.
+   !> Continues with the steps of the changed deck, at the point up to which the run was repeated.
    subroutine go_on_from_point(standing, problem, run, attempt, outcome)
       type(standing_t), intent(inout) :: standing
       type(problem_t), intent(inout) :: problem
@@ -153,7 +153,7 @@ contains
       if (standing%changed) call change_path(standing, problem, run, attempt)
    end subroutine go_on_from_point
 
-   !> Goes on with the steps of the changed deck from the last accepted point of a path.
+   !> Continues a path from its last accepted point with the steps of the changed deck.
    subroutine change_path(standing, problem, run, attempt)
       type(standing_t), intent(in) :: standing
       type(problem_t), intent(inout) :: problem

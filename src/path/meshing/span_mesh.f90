@@ -76,7 +76,7 @@ contains
       call copy_problem(asked, here)
       here%demand = taken_along(problem, run%last%state, asked%demand)
       cut = find_cuts(problem, trial%state)
-      ! At an unloaded start the ends that contact will have under load are unknown; the mesh is made at the trial.
+      ! An unloaded start has no contact ends yet: the new mesh is built from the trial state, not from the start.
       if (settled .and. run%fresh) call remesh_trial(asked, problem, run, trial, .false., taken)
       if (.not. taken .and. (problem%has_spans() .or. request%at_last_point .or. marked(problem, trial%state, &
          & cut))) call stand_here()

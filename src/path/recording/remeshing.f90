@@ -65,7 +65,7 @@ contains
       if (.not. allocated(bars) .or. .not. asked > 0.0_wp .or. tries > most_meshes) return
       if (tries == 0) call request%begin_increment()
       if (tries > 0 .and. .not. request%at_last_point) then
-         ! The trial's mesh lacks nodes at interface points: the mesh is made at the last point instead.
+         ! If the trial's mesh lacks nodes at interface points, the new mesh is built at the last accepted point.
          request%at_last_point = .not. marked(problem, place, find_cuts(problem, place))
          if (request%at_last_point) then
             request%density = problem%demand
