@@ -73,7 +73,8 @@ def read_short(filename: str, wanted: set[str]) -> Results:
             path, monitors = _shortened(path, n_points), _shortened(monitors, n_points)
             short = Results(**_in_units({"path": path, "monitors": monitors, "errors": {}}, read_units(file)), filename=filename, group="",
                             n_points=n_points, mesh=None, contact=None, obstacles={}, field_points=np.zeros(0, int), field_names=(),
-                            critical=_critical({"critical": {**parts["critical"], "monitor": parts["critical/monitor"]}}, path, monitors),
+                            critical=_critical({"critical": {**parts["critical"], "monitor": parts["critical/monitor"]}}
+                                               if "critical" in file else {}, path, monitors),
                             program=text(file.attrs["program"]), version=text(file.attrs["version"]), title="", created="", status="", deck="")
         except (OSError, RuntimeError, ValueError, KeyError, TypeError, AttributeError) as problem:
             raise ResultsError(f"{filename}: damaged: {one_line(problem)}") from problem
