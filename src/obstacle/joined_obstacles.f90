@@ -47,7 +47,11 @@ contains
    pure type(obstacle_t) function with_surface(obstacle, wall) result(new)
       type(obstacle_t), intent(in) :: obstacle, wall
       new = obstacle
-      if (wall%kind == obstacle_line) return
+      if (wall%kind == obstacle_line) then
+         ! Lengths along both lines count from one origin.
+         new%point = wall%point
+         return
+      end if
       if (obstacle%kind == obstacle_line) then
          new = wall
          new%name = obstacle%name

@@ -53,8 +53,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
-      real(wp), dimension(system%n) :: load, answer, force
-      real(wp) :: work
+      real(wp), dimension(system%n) :: load, answer, force, shrinking
+      real(wp) :: work, stretch(2, system%rigidity%n)
       integer :: axis, node
       is_rounding = .false.
       do axis = 1, 2
@@ -63,9 +63,10 @@ contains
             load(dof(problem, node, axis)) = problem%weight(node)
          end do
          where (system%fixed) load = 0.0_wp
-         call solve_effective(system, load, answer)
+         call solve_effective(system, load, answer, stretch)
          call apply_tangent(problem, state, system, answer, force, work)
-         force = load - force - spring_forces(system%factor, answer)
+         call shrinking_forces(system%rigidity, stretch, shrinking)
+         force = merge(0.0_wp, load + shrinking - force - spring_forces(system%factor, answer), system%fixed)
          if (.not. abs(dot_product(answer, force)) <= 0.5_wp * abs(work)) is_rounding = .true.
       end do
    end function is_rounding

@@ -1,6 +1,6 @@
-!> Replaces contact sets that are wrong or cannot be continued: the set of the last change if it was wrong from its beginning, or
-!> the present set where no increment converges or no set was found. Neighbours of the set are tried first
-!> (contact_trials); if none is valid, contact at many nodes gives the set (contact_in_doubt).
+!> Continues with another contact set: with that which trials found at a located change, or with a neighbour of the present set
+!> where no increment converges or no set was found at a change. If no neighbour is valid (contact_trials), contact at many nodes
+!> gives the set (contact_in_doubt).
 module set_mending
    use kinds, only: wp
    use model, only: step_t
@@ -21,7 +21,7 @@ module set_mending
 
 contains
 
-   !> Searches for another contact set if no increment converges or no rule gives the next set, and continues with it.
+   !> Searches for another contact set if no increment converges or no set was found at a change, and continues with it.
    subroutine find_other_set(problem, step, run, reach, recorder, changed, finished, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step

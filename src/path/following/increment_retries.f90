@@ -40,7 +40,7 @@ contains
       if (.not. done) attempt%meshes = huge(attempt%meshes) - 1
    end subroutine retry_refined
 
-   !> Determines contact from the nodes, as the last resort if no increment succeeds with the contact spans; tried once at each
+   !> Finds another contact set by trials or else from contact at nodes, if no increment succeeds with the present set; once at each
    !> place. attempt%changed is true if this gives another contact set; otherwise the set is unchanged.
    subroutine retry_by_nodes(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
