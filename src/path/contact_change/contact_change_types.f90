@@ -13,7 +13,7 @@ module contact_change_types
    implicit none
    private
    public :: step_interval_t, change_t, new_interval
-   public :: change_none, change_missed, change_located, change_opening, change_vanishing
+   public :: change_none, change_missed, change_located, change_vanishing
    public :: place_within, place_here, place_ahead
 
    ! Kinds of the first change on an increment, and how each is located:
@@ -21,9 +21,7 @@ module contact_change_types
    integer, parameter :: change_missed = 1  !! a test fails at the end, but its zero was not found
    integer, parameter :: change_located = 2 !! a test is zero; trials give the next set (contact_trials): located by a
    !! bracket, or at an osculating contact by Newton's method with prescribed relative curvature (flat_points)
-   integer, parameter :: change_opening = 3 !! the force of a line contact is zero, and the line lifts off: also located by a
-   !! bracket; local laws of the opening (span_opening)
-   integer, parameter :: change_vanishing = 4 !! a free span closes: located at the onset of the set without the span
+   integer, parameter :: change_vanishing = 3 !! a free span closes: located at the onset of the set without the span
    !! (vanishing_span)
 
    ! Places of a change.
@@ -51,7 +49,7 @@ module contact_change_types
       logical :: divides = .false.                !! a part of the lost contact remains on both sides
       type(path_point_t) :: point                 !! place of the change, with the present set
       type(increment_t) :: report                 !! corrector's report at the place
-      type(next_t) :: next                        !! next set, if a free span opens or closes
+      type(next_t) :: next                        !! next set, if a free span closes
       type(error_bars_t), allocatable :: bars     !! error bars of the place, if known
    end type change_t
 

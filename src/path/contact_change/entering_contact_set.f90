@@ -1,16 +1,14 @@
 !> Moves the run past a change of its contact spans, to the state where the equilibrium with the next set is known.
 module entering_contact_set
    use kinds, only: wp
-   use model, only: step_t, method_load
+   use model, only: step_t
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use contact_change_types, only: step_interval_t, change_t
    use next_spans, only: next_t, copy_next, holds
-   use span_opening, only: open_line
    use state_transfer, only: carried, carried_field
-   use path_control, only: control_t, displacement_between, can_be_held, holding_value
+   use path_control, only: displacement_between, can_be_held, holding_value
    use path_continuity, only: path_tangent_at, between
-   use path_events, only: event_t, test_values_t, new_test_values, detect_events, value_events, event_stop
+   use path_events, only: event_t, test_values_t, new_test_values, value_events, event_stop
    use path_point, only: path_point_t, point_at, evaluate_tests
    use trial_request, only: request_t
    use mesh_transfer, only: refine_point
@@ -18,14 +16,11 @@ module entering_contact_set
    use path_acceptance, only: arrival_t, accept
    use error_report, only: bars_at_point
    use path_outcome, only: outcome_t
-   use corrector, only: increment_t, correct
+   use corrector, only: correct
    use path_record, only: recorder_t
    implicit none
    private
-   public :: go_to_next, adopt, passes_value, come_nearer, bound_for
-
-   real(wp), parameter :: nearer_by = 0.8_wp  !! factor on the distance to an opened span; half of it may leave no span that a mesh
-   !! resolves
+   public :: go_to_next, adopt, passes_value, bound_for
 
 contains
 
@@ -149,47 +144,6 @@ contains
       if (try > most) return
       if (holds(there)) call copy_next(there, next)
    end subroutine stop_before
-
-   !> Moves the known equilibrium of a free span, which opens at the run's point but is known at the interval's end only, towards
-   !> the run's point: the distance is shortened until no event lies between the two.
-   subroutine come_nearer(problem, step, run, interval, change)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run          !! the run at the place of the change
-      type(step_interval_t), intent(in) :: interval        !! part of the increment from the place of the change to its end
-      type(change_t), intent(inout) :: change
-      type(next_t) :: nearer
-      type(path_point_t) :: here
-      type(control_t) :: control
-      type(increment_t) :: report
-      type(path_state_t) :: on
-      type(event_t), allocatable :: events(:)
-      real(wp) :: part
-      logical :: found
-      change%next%report = change%report
-      control%method = method_load
-      part = 1.0_wp
-      do
-         associate (next => change%next)
-            on = bound_for(problem, run, next)
-            next%tangent = path_tangent_of(next%problem, on, next%path_point_t)
-            call detect_events(next%problem, step, on%last%test_values, new_test_values(next%problem, next%state, next%system, &
-               & next%tangent%load), on%last%state, next%state, events)
-         end associate
-         if (size(events) == 0) return
-         part = nearer_by * part
-         here%state = between(problem, run%last%state, interval%to%state, run%last%tangent, interval%to%tangent, part)
-         here%system = run%last%system
-         control%increment = here%state%load_factor - run%last%state%load_factor
-         call correct(problem, run%last%state, control, .true., here%state, here%system, report)
-         if (.not. report%converged) return
-         call open_line(problem, run%last%state, here%state, change%tests(change%which), interval%scale, run%spans_begun + 1, &
-            & nearer, found)
-         if (.not. found) return
-         nearer%report = report
-         call copy_next(nearer, change%next)
-      end do
-   end subroutine come_nearer
 
    !> The run at its present point, but on the mesh of the next set, with the path tangent towards the known equilibrium of this
    !> set.

@@ -8,14 +8,14 @@ module span_changes
    use test_kinds, only: span_test_t, any_crosses, any_fails, test_words, test_gap, test_force, test_crossing, test_length
    use reachability, only: turns
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
-      & change_opening, change_vanishing, place_within, place_here, place_ahead
+      & change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t, copy_next, tests_of
    use span_events, only: find_change
    use minima_of_tests, only: look_between
    use simultaneous_tests, only: coming_next, zero_too
    use span_candidates, only: present_contact_spans
    use predicted_contact_set, only: lies_elsewhere
-   use entering_contact_set, only: go_to_next, come_nearer, bound_for
+   use entering_contact_set, only: go_to_next, bound_for
    use remeshing, only: ask_for_mesh
    use span_mesh, only: ask_for_twice
    use set_mending, only: begin_located
@@ -70,8 +70,6 @@ contains
          call pass_vanishing(problem, step, run, interval, change, recorder, request, finished, outcome)
       case (change_located)
          call pass_located(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
-      case (change_opening)
-         call pass_opening(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       end select
       if (.not. request%set_changed) return
       run%since_change%at = run%arc_length
@@ -176,14 +174,19 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(path_state_t) :: there
       type(next_t) :: first, next, without
+      type(span_test_t), allocatable :: zero(:)
       integer :: regions(2)                      ! numbers of contact regions before and after the change
       logical :: found, vanishes
       change%label = label_of(problem, change%tests(change%which))
       call copy_path_state(run, there)
       call forget_mesh(there)
       there%last = change%point
-      call try_sets(problem, step, there, first, next, found, [change%tests(change%which), zero_too(change%tests, change%which, &
-         & interval%after%value < interval%before%value)])
+      zero = [change%tests(change%which), zero_too(change%tests, change%which, interval%after%value < interval%before%value)]
+      if (interval%stuck .or. change%where == place_ahead) then
+         call try_sets(problem, step, there, first, next, found, zero)
+      else
+         call try_sets(problem, step, there, first, next, found, zero, interval%to%state)
+      end if
       if (found .and. change%label == '  ') then
          regions = [size(find_span_regions(problem, change%point%state)), size(find_span_regions(first%problem, first%state))]
          change%divides = regions(2) > regions(1) .and. first%divides
@@ -216,28 +219,6 @@ contains
          request%no_set = no_set_at(problem, change)
       end if
    end subroutine pass_by_trial
-
-   !> Makes the change at which a free span opens in a line contact; the next set is known. If contact remains on both sides, the
-   !> contact region divides.
-   subroutine pass_opening(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(in) :: interval
-      integer, intent(in) :: tries
-      type(change_t), intent(inout) :: change
-      class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request
-      logical, intent(out) :: finished
-      type(outcome_t), intent(inout) :: outcome
-      change%divides = size(find_span_regions(change%next%problem, change%next%state)) > &
-         & size(find_span_regions(problem, change%point%state))
-      if (change%divides) change%label = 'C-'
-      call record_change(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
-      if (.not. request%set_changed .or. finished .or. allocated(outcome%why)) return
-      call come_nearer(problem, step, run, interval, change)
-      call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
-   end subroutine pass_opening
 
    !> Requests a finer mesh if the error of the load at which a length vanishes exceeds the tolerance.
    subroutine ask_at_onset(problem, step, run, without, tries, outcome, request)

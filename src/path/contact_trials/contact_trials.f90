@@ -24,7 +24,8 @@ module contact_trials
    use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, divides, no_test
    use doubts, only: doubts_of, all_doubts
    use set_trial, only: solve_neighbour
-   use set_validity, only: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, step_ahead, farthest
+   use set_validity, only: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, load_changes, &
+      & step_ahead, farthest
    use step_off, only: step_by, failing
    implicit none
    private
@@ -39,14 +40,13 @@ module contact_trials
    real(wp), parameter :: most_of_strip = 0.25_wp !! longest of these lengths / length of the strip
 
    real(wp), parameter :: farther = 10.0_wp       !! factor between the distances at which several sets are compared
-   real(wp), parameter :: least_change = 1.0e-6_wp !! change of the load factor that an increment can make / first increment
    integer, parameter :: most_edits = 2           !! edits by which a set differs from the present one
    integer, parameter :: most_failed = 8          !! sets whose neighbours are tried, too: those of the likeliest edits
 
 contains
 
    !> Finds the contact set with which the path continues from the run's point, and the first equilibrium of this set.
-   subroutine try_sets(problem, step, run, first, next, found, zero)
+   subroutine try_sets(problem, step, run, first, next, found, zero, beyond)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step            !! its first increment is a scale of load changes
       type(path_state_t), intent(in) :: run
@@ -55,6 +55,7 @@ contains
       logical, intent(out) :: found
       type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the run's point, if the change is located there:
       !! the first set that is valid is taken, and begins at this point
+      type(state_t), intent(in), optional :: beyond !! equilibrium of the present set further along the path
       type(change_place_t) :: here
       type(strip_t), allocatable :: strip(:)
       type(doubt_t), allocatable :: doubt(:)
@@ -63,9 +64,9 @@ contains
       real(wp), allocatable :: near(:)
       integer :: k, j, best
       strip = find_strips(problem%layout)
-      here = new_change_place(problem, run, max(abs(run%last_load), first_load(step)), zero)
+      here = new_change_place(problem, run, max(abs(run%last_load), first_load(step)), zero, beyond)
       if (here%at_change) then
-         doubt = doubts_of(problem, here%state, strip, zero)
+         doubt = doubts_of(problem, here%state, strip, zero, here%system%force_scale, beyond)
       else
          doubt = places_in_doubt(here, strip)
       end if
@@ -114,8 +115,7 @@ contains
       length = first_length(valid(1)%length)
       do
          length = growth * length
-         if (.not. valid(1)%sized .or. length > most_of_strip .or. abs(valid(1)%set%state%load_factor - here%state%load_factor) > &
-            & least_change * here%least_load) return
+         if (.not. valid(1)%sized .or. length > most_of_strip .or. load_changes(here, valid(1)%set)) return
          call look_at(run, here, strip, doubt, [length], larger)
          if (size(larger) == 0) return
          if (.not. same_kind(larger(1)%set%problem, valid(1)%set%problem)) return
@@ -133,12 +133,13 @@ contains
       type(system_t) :: system
       type(span_test_t), allocatable :: tests(:)
       integer :: k
-      doubt = doubts_of(here%problem, here%state, strip, failing(tests_of(here%next_t)))
+      doubt = doubts_of(here%problem, here%state, strip, failing(tests_of(here%next_t)), here%system%force_scale)
       do k = 1, size(step_ahead) / 2
          if (size(doubt) > 0) return
          system = here%system
          call step_by(here%next_t, here%tangent, step_ahead(k), ahead, system, tests)
-         if (allocated(tests)) doubt = doubts_of(here%problem, ahead, strip, failing(tests))
+         if (allocated(tests)) doubt = doubts_of(here%problem, ahead, strip, failing(tests), &
+            & system%force_scale)
       end do
       if (size(doubt) == 0) doubt = all_doubts(here%problem, here%state, strip)
    end function places_in_doubt
@@ -161,7 +162,7 @@ contains
          do k = 1, size(from)
             if (edits == 1) call edit(run, here, strip, from(k), doubt, length, valid, failed)
             if (edits > 1) call edit(run, here, strip, from(k), doubts_of(from(k)%set%problem, from(k)%fails_at, strip, &
-               & from(k)%fails), length, valid, failed)
+               & from(k)%fails, from(k)%set%system%force_scale), length, valid, failed)
             if (here%at_change .and. size(valid) > 0) return
          end do
          if (size(valid) > 0) return

@@ -10,7 +10,7 @@ module doubts
    use rod_state, only: state_t, candidate_offset
    use obstacle_track, only: joint_distance
    use test_kinds, only: span_test_t, test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, &
-      & test_crossing, test_slope, test_leaving, test_couple
+      & test_crossing, test_slope, test_leaving, test_couple, test_slack
    use rod_strips, only: strip_t, on_strips, strip_place, coincide
    use neighbours, only: doubt_t
    implicit none
@@ -21,16 +21,20 @@ contains
 
    !> Places along the rod strips to which the given tests of a state belong. A contact at a boundary of rod segments has tests on
    !> both sides, but it is one place.
-   function doubts_of(problem, state, strip, tests) result(doubt)
+   function doubts_of(problem, state, strip, tests, scale, beyond) result(doubt)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(strip_t), intent(in) :: strip(:)
       type(span_test_t), intent(in) :: tests(:)  !! the failing tests
+      real(wp), intent(in) :: scale              !! scale of forces
+      type(state_t), intent(in), optional :: beyond !! equilibrium of the same set further along the path
       type(doubt_t), allocatable :: doubt(:)
       type(contact_span_t), allocatable :: now(:)
+      type(doubt_t), allocatable :: zones(:)
       integer :: k
       real(wp) :: at
       now = present_contact_spans(problem, state)
+      allocate (zones(0))
       allocate (doubt(size(tests)))
       do k = 1, size(tests)
          associate (test => tests(k))
@@ -50,8 +54,7 @@ contains
                   & obstacle(test%candidate)), -candidate_offset(problem, state, problem%candidates, test%candidate), &
                   & node_track(problem, state, test%candidate))
             case (test_pressure)
-               call strip_place(strip, now(test%contact_span)%rod_segment, test%at, doubt(k)%strip, doubt(k)%at)
-               doubt(k)%width = 0.5_wp * pulled_length(problem, state, now(test%contact_span), test%at)
+               zones = [zones, pulled_zones(problem, state, strip, now(test%contact_span), scale, beyond)]
             case (test_length)
                call strip_place(strip, test%rod_segment, test%at, doubt(k)%strip, doubt(k)%at)
             case (test_crossing)
@@ -60,6 +63,7 @@ contains
             end select
          end associate
       end do
+      doubt = [pack(doubt, tests%kind /= test_pressure), zones]
       doubt = pack(doubt, [(.not. any(same_place(doubt(:k - 1), doubt(k))), k=1, size(doubt))])
 
    contains
@@ -88,25 +92,59 @@ contains
       end do
    end function all_doubts
 
-   !> Length of the zone of tensile contact force around a place of a line contact.
-   real(wp) function pulled_length(problem, state, line, at) result(length)
+   !> Zones of a line contact without compressive force, in the order of their least forces: each surrounds a local minimum of the
+   !> density of force.
+   function pulled_zones(problem, state, strip, line, scale, beyond) result(zone)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(strip_t), intent(in) :: strip(:)
       type(contact_span_t), intent(in) :: line   !! line contact with its ends in the present state
-      real(wp), intent(in) :: at                 !! coordinate along the rod segment
+      real(wp), intent(in) :: scale              !! scale of forces
+      type(state_t), intent(in), optional :: beyond !! equilibrium further along the path, where the zones have tensile force
+      type(doubt_t), allocatable :: zone(:)
+      type(contact_span_t), allocatable :: now(:)
       type(pressure_t) :: pressure
-      integer :: first, last
+      logical, allocatable :: least(:)
+      real(wp), allocatable :: at(:)             ! coordinates along the rod segment
+      integer :: i, k, n
       pressure = sample_line(problem, state, line)
-      first = minloc(abs(pressure%at - at), 1)
-      last = first
-      do while (first > 1)
-         if (pressure%density(first) >= 0.0_wp) exit
-         first = first - 1
+      n = size(pressure%at)
+      least = pressure%density <= [pressure%density(1), pressure%density(:n - 1)] .and. pressure%density < &
+         & [pressure%density(2:), huge(scale)] .and. pressure%density <= test_slack(test_pressure) * scale / problem%size
+      allocate (zone(count(least)), at(count(least)))
+      do i = 1, size(zone)
+         k = minloc(pressure%density, 1, mask=least)
+         least(k) = .false.
+         at(i) = pressure%at(k)
+         zone(i)%kind = test_pressure
+         call strip_place(strip, line%rod_segment, at(i), zone(i)%strip, zone(i)%at)
       end do
-      do while (last < size(pressure%at))
-         if (pressure%density(last) >= 0.0_wp) exit
-         last = last + 1
-      end do
-      length = pressure%at(last) - pressure%at(first)
-   end function pulled_length
+      if (present(beyond)) then
+         now = present_contact_spans(problem, beyond)
+         k = findloc(now%number, line%number, 1)
+         ! The zone moves with the ends of the line contact.
+         at = now(k)%at(1) + (at - line%at(1)) * (now(k)%at(2) - now(k)%at(1)) / (line%at(2) - line%at(1))
+         pressure = sample_line(problem, beyond, now(k))
+      end if
+      zone%width = [(0.5_wp * pulled_length(at(i)), i=1, size(zone))]
+
+   contains
+
+      !> Length of the zone of tensile force around a place.
+      real(wp) function pulled_length(at) result(length)
+         real(wp), intent(in) :: at
+         integer :: first, last
+         first = minloc(abs(pressure%at - at), 1)
+         last = first
+         do while (first > 1)
+            if (pressure%density(first) >= 0.0_wp) exit
+            first = first - 1
+         end do
+         do while (last < size(pressure%at))
+            if (pressure%density(last) >= 0.0_wp) exit
+            last = last + 1
+         end do
+         length = pressure%at(last) - pressure%at(first)
+      end function pulled_length
+   end function pulled_zones
 end module doubts

@@ -78,6 +78,10 @@ module neighbours
    real(wp), parameter :: least_line = 0.1_wp !! line contact whose pressure is resolved
    real(wp), parameter :: least_gap = 0.2_wp  !! free span between two point contacts whose gap is resolved
    real(wp), parameter :: behind = 0.1_wp     !! first guess for a free span across a boundary: length behind / before the boundary
+   real(wp), parameter :: turned = 2.0_wp - sqrt(3.0_wp) !! ratio of the lengths on both sides of a node that a couple lifts from a
+   !! uniformly pressed line contact
+   real(wp), parameter :: parts(2, 3) = reshape([1.0_wp, 1.0_wp, 1.0_wp, turned, turned, 1.0_wp], [2, 3]) !! parts of an opening
+   !! span on both sides of a node that a force or a couple lifts
    real(wp), parameter :: at_load(3) = [1.0_wp, 4.0_wp, 16.0_wp]  !! sizes as `zones` at segment boundaries, as multiples of the
    !! least size of a new span
 
@@ -114,13 +118,15 @@ contains
    contains
 
       !> False if the mesh does not resolve what is new: the pressure of a very short line contact, or the gap of a short free span
-      !> between two points, which is smaller than its slack. A point contact may leave a boundary by any distance.
+      !> between two points, which is smaller than its slack. A point contact may leave a boundary by any distance, and a line contact
+      !> may open over any length.
       pure logical function resolved(one)
          type(neighbour_t), intent(in) :: one
          real(wp) :: least
          resolved = size(length_of_new) == 1 .or. maxval(one%held) == 0
          if (resolved) return
          least = least_line
+         if (any(one%edit == [edit_open, edit_end_off, edit_rise])) least = 0.0_wp
          if (any(one%edit == [edit_part, edit_leave])) least = merge(least_gap, 0.0_wp, size(one%set) > size(set))
          resolved = length_of_new(one%length) >= least * min(near, doubt%room)
       end function resolved
@@ -242,7 +248,7 @@ contains
       type(strip_t), intent(in) :: strip
       real(wp), intent(in) :: e, near
       type(neighbour_t), allocatable, intent(inout) :: all(:)
-      real(wp) :: ends(2), g, zone, middle
+      real(wp) :: ends(2), g, zone, middle, sizes(size(zones) + 1)
       integer :: i
       ends = strip%ends()
       zone = max(width, e)
@@ -256,12 +262,13 @@ contains
             & call add(all, edit_ends, begun(shrunk(set, k, a), set(k)%contact, set(k)%rod_segment, b))
          if (a > ends(1)) call add(all, edit_ends, shrunk(set, k, a))
          if (b < ends(2)) call add(all, edit_ends, shrunk(set, k, b))
-         do i = 1, size(zones)
-            g = zones(i) * zone
+         sizes = [zones * zone, e]
+         do i = 1, size(sizes)
+            g = sizes(i)
             if (a < s - g .and. s + g < b) call add(all, edit_open, opened(set, k, s - g, s + g), [k, size(set) + 1], [2, 1])
             if (b - a <= g) cycle
-            call end_off(1, a + g, a > ends(1))
-            call end_off(2, b - g, b < ends(2))
+            if (s - a <= max(2.0_wp * zone, near)) call end_off(1, a + g, a <= ends(1))
+            if (b - s <= max(2.0_wp * zone, near)) call end_off(2, b - g, b >= ends(2))
          end do
          do i = 1, size(strip%start)
             if (strip%start(i) > ends(1) .and. strip%start(i) < ends(2)) call at_boundary(strip%start(i))
@@ -270,19 +277,15 @@ contains
 
    contains
 
-      !> Moves an end of the line to `to`; a point contact remains at the former end, unless the rod ends there.
-      subroutine end_off(side, to, remains)
+      !> Moves an end of the line to `to`; a point contact remains at the former end. At the end of the rod none may remain.
+      subroutine end_off(side, to, rod_ends)
          integer, intent(in) :: side
          real(wp), intent(in) :: to
-         logical, intent(in) :: remains
+         logical, intent(in) :: rod_ends
          type(contact_span_t), allocatable :: new(:)
          new = end_moved(set, k, side, to)
-         if (remains) then
-            call add(all, edit_end_off, begun(new, set(k)%contact, set(k)%rod_segment, set(k)%at(side)), [k, size(set) + 1], &
-               & [side, 1])
-         else
-            call add(all, edit_end_off, new, [k, 0], [side, side])
-         end if
+         if (rod_ends) call add(all, edit_end_off, new, [k, 0], [side, side])
+         call add(all, edit_end_off, begun(new, set(k)%contact, set(k)%rod_segment, set(k)%at(side)), [k, size(set) + 1], [side, 1])
       end subroutine end_off
 
       !> Edits of the line contact at a segment boundary: its end comes to the boundary, passes the boundary, or leaves a free span
@@ -290,7 +293,7 @@ contains
       subroutine at_boundary(s)
          real(wp), intent(in) :: s
          type(contact_span_t), allocatable :: new(:)
-         integer :: side, way, j
+         integer :: side, way, j, i
          real(wp) :: g
          if (s < set(k)%at(1) - near .or. s > set(k)%at(2) + near) return
          do side = 1, 2
@@ -314,8 +317,10 @@ contains
          end do
          do j = 1, size(at_load)
             g = at_load(j) * e
-            if (set(k)%at(1) < s - g .and. s + g < set(k)%at(2)) &
-               & call add(all, edit_open, opened(set, k, s - g, s + g), [k, size(set) + 1], [2, 1])
+            do i = 1, size(parts, 2)
+               if (set(k)%at(1) < s - parts(1, i) * g .and. s + parts(2, i) * g < set(k)%at(2)) &
+                  & call add(all, edit_open, opened(set, k, s - parts(1, i) * g, s + parts(2, i) * g), [k, size(set) + 1], [2, 1])
+            end do
          end do
       end subroutine at_boundary
    end subroutine edit_line

@@ -9,7 +9,7 @@ module set_trial
    use rod_state, only: state_t
    use contact_spans, only: contact_span_t
    use contact_set_edits, only: numbered
-   use span_candidates, only: touch_place
+   use span_candidates, only: touch_place, present_contact_spans
    use touchdown_points, only: carry_forces
    use state_transfer, only: carried_field
    use path_control, only: control_t, metric
@@ -43,6 +43,7 @@ contains
       type(next_t), intent(out) :: next          !! its system is factored at its state
       logical, intent(out) :: found
       type(contact_span_t), allocatable :: contact_span(:)
+      type(control_t) :: plane
       integer :: ends(2)
       logical :: free
       call on_segments(strip, problem%covered, neighbour%set, contact_span, found)
@@ -50,19 +51,19 @@ contains
       next = new_next(problem, state, numbered(contact_span, max(run%spans_begun, maxval([0, contact_span%number]))))
       call carry_forces(problem, state, next%problem, next%state)
       if (all(neighbour%held == 0)) then
-         ! Where the path is smooth, the path of the new set crosses the plane normal to the path as well, even at a limit point.
-         if (here%kink) then
+         call settle(next, found, plane_at(here, next))
+         if (.not. found .and. first .and. allocated(here%beyond)) then
+            ! Without forces at the change a free span has no definite equilibrium.
+            next = new_next(problem, here%beyond, moved_beyond(here, next%problem%contact_span))
             call settle(next, found)
-         else
-            call settle(next, found, plane_at(here, next))
          end if
          if (found .and. first .and. here%at_change .and. neighbour%edit == edit_add) call release(next, here%spans_begun + 1, free)
       else
          ends = held_ends(next, strip, neighbour)
          found = any(ends > 0)
          if (.not. found) return
-         call solve_sized(next%problem, ends, next%system, plane_at(here, next), difference * along_path(here), &
-            & next%state, found)
+         plane = plane_at(here, next)
+         call solve_sized(next%problem, ends, next%system, plane, difference * distance_at(here, plane), next%state, found)
       end if
       if (.not. found) return
       call linearise(next%problem, next%state, next%state, next%system)
@@ -70,31 +71,55 @@ contains
       found = next%system%ok .and. max(next%system%force_residual, next%system%defect_residual) <= unbalanced
    end subroutine solve_neighbour
 
-   !> Plane normal to the path tangent of the run's point, on the mesh of another set.
+   !> Contact spans of a neighbour whose ends are moved along with the ends of the present spans, to the equilibrium beyond the
+   !> change.
+   function moved_beyond(here, contact_span) result(moved)
+      type(change_place_t), intent(in) :: here
+      type(contact_span_t), intent(in) :: contact_span(:)
+      type(contact_span_t), allocatable :: moved(:), before(:), after(:)
+      integer :: k, i, j, end
+      before = present_contact_spans(here%problem, here%state)
+      after = present_contact_spans(here%problem, here%beyond)
+      moved = contact_span
+      do k = 1, size(moved)
+         do i = 1, 2
+            do j = 1, size(before)
+               if (before(j)%rod_segment /= moved(k)%rod_segment .or. before(j)%contact /= moved(k)%contact) cycle
+               end = findloc(abs(before(j)%at - contact_span(k)%at(i)) <= 0.0_wp, .true., 1)
+               if (end > 0) moved(k)%at(i) = after(j)%at(end)
+            end do
+         end do
+      end do
+   end function moved_beyond
+
+   !> Plane in which the equilibrium of another set is sought: normal to the path tangent at the run's point where the path is
+   !> smooth. At a kink the tangent says nothing of the path of the other set, and the load is the unknown.
    function plane_at(here, next) result(plane)
       type(change_place_t), intent(in) :: here
       type(next_t), intent(in) :: next
       type(control_t) :: plane
       type(path_tangent_t) :: heading
-      heading%u = carried_field(here%problem, here%state, here%tangent%u, next%problem, next%state)
-      heading%load = here%tangent%load
-      plane = normal_plane(next%problem, next%state, heading)
+      plane%method = method_load
+      if (.not. here%kink) then
+         heading%u = carried_field(here%problem, here%state, here%tangent%u, next%problem, next%state)
+         heading%load = here%tangent%load
+         plane = normal_plane(next%problem, next%state, heading)
+      end if
       ! Rounding is measured by the whole displacement or load.
       plane%whole = next%state%load_factor
       if (plane%method /= method_load) plane%whole = sqrt(metric(next%problem, next%state%u, next%state%u))
    end function plane_at
 
-   !> Distance along the path tangent at the run's point over which the load factor changes by a typical increment, or the whole
-   !> displacement if that is shorter.
-   real(wp) function along_path(here) result(distance)
+   !> Distance normal to this plane over which the load factor changes by a typical increment, or the whole displacement if that is
+   !> shorter.
+   real(wp) function distance_at(here, plane) result(distance)
       type(change_place_t), intent(in) :: here
-      type(control_t) :: plane
-      plane = normal_plane(here%problem, here%state, here%tangent)
+      type(control_t), intent(in) :: plane
       distance = here%least_load
       if (plane%method == method_load) return
       distance = sqrt(metric(here%problem, here%state%u, here%state%u))
       if (distance * abs(plane%tangent_load) > here%least_load) distance = here%least_load / abs(plane%tangent_load)
-   end function along_path
+   end function distance_at
 
    !> Candidates (touchdown nodes) at the ends with prescribed places; 0: no end is prescribed, or it is fixed at a segment
    !> boundary.

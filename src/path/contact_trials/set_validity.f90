@@ -19,13 +19,15 @@ module set_validity
    use path_control, only: displacement_between, metric
    use path_point, only: path_point_t
    use path_state, only: path_state_t
-   use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_vanishing
+   use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
+      & test_vanishing, test_couple
    use next_spans, only: next_t, copy_next, tests_of
-   use reachability, only: leads_to_next
+   use reachability, only: leads_to_next, far
    use step_off, only: tangent_along, along, step_by, failing
    implicit none
    private
-   public :: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, step_ahead, farthest
+   public :: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, load_changes, &
+      & step_ahead, farthest
 
    ! Displacement as a share of the structure's size:
    real(wp), parameter :: another = 3.0e-3_wp     !! an equilibrium farther from the run's point is on another path
@@ -35,6 +37,8 @@ module set_validity
    real(wp), parameter :: farthest = 0.2_wp  !! largest distance over which several sets are compared, and largest relative change
    !! of the load factor from the run's point to another set
 
+   real(wp), parameter :: least_change = 1.0e-6_wp !! change of the load factor that an increment can make / first increment
+
    !> The run's point, from which another contact set is sought.
    type, extends(next_t) :: change_place_t
       real(wp) :: least_load = 0.0_wp             !! least reference value for changes of the load factor
@@ -43,6 +47,7 @@ module set_validity
       logical :: pivots_tell = .true.             !! false: the stiffness of the present set is singular here
       type(span_test_t) :: zero                   !! the test that is zero at the located change
       integer :: spans_begun = 0                  !! last number given to a contact span
+      type(state_t), allocatable :: beyond        !! equilibrium of the present set beyond the change, where a test fails
    end type change_place_t
 
    !> A contact set that is tried, with an equilibrium.
@@ -62,37 +67,49 @@ module set_validity
 contains
 
    !> The run's point as the place of a change of contact.
-   function new_change_place(problem, run, least_load, zero) result(here)
+   function new_change_place(problem, run, least_load, zero, beyond) result(here)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       real(wp), intent(in) :: least_load
       type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the run's point, if the change is located there
+      type(state_t), intent(in), optional :: beyond !! equilibrium further along the path
       type(change_place_t) :: here
       here%problem = problem
       here%path_point_t = run%last
       here%least_load = least_load
       here%at_change = present(zero)
       here%spans_begun = run%spans_begun
+      if (present(beyond)) here%beyond = beyond
       if (.not. here%at_change) return
       here%zero = zero(1)
-      here%kink = any(zero(1)%kind == [test_gap, test_force, test_vanishing])
+      here%kink = any(zero(1)%kind == [test_gap, test_force, test_vanishing, test_couple])
       ! The place of an osculating contact is undetermined.
       here%pivots_tell = zero(1)%kind /= test_curvature
    end function new_change_place
 
-   !> True if an equilibrium is near enough to the run's point to be on the same path, by displacements and load factor.
+   !> True if an equilibrium is near enough to be on the same path, by displacements and load factor: to the run's point, or to the
+   !> equilibrium of the present set beyond the change.
    logical function is_near(here, next)
       type(change_place_t), intent(in) :: here
       type(next_t), intent(in) :: next
-      real(wp), allocatable :: u(:, :)
-      real(wp) :: change, whole
-      u = displacement_between(next%problem, carried(here%problem, here%state, next%problem), next%state)
-      change = maxval(abs(u(1:2, :)))
-      whole = maxval(abs(here%state%u(1:2, :)))
-      is_near = change <= another * next%problem%size .and. &
-         & abs(next%state%load_factor - here%state%load_factor) <= farthest * max(abs(here%state%load_factor), here%least_load)
-      ! Nothing may be displaced before the first change of contact.
-      if (whole > rounding_gap(here%problem)) is_near = is_near .and. change <= farthest * whole
+      is_near = is_near_to(here%state)
+      if (.not. is_near .and. allocated(here%beyond)) is_near = is_near_to(here%beyond)
+
+   contains
+
+      logical function is_near_to(state) result(near)
+         type(state_t), intent(in) :: state      !! equilibrium of the present set
+         real(wp), allocatable :: u(:, :)
+         real(wp) :: change, whole, reach
+         u = displacement_between(next%problem, carried(here%problem, state, next%problem), next%state)
+         reach = farthest * max(abs(state%load_factor), here%least_load)
+         if (here%at_change) reach = max(reach, far * here%least_load)
+         change = maxval(abs(u(1:2, :)))
+         whole = maxval(abs(state%u(1:2, :)))
+         near = change <= another * next%problem%size .and. abs(next%state%load_factor - state%load_factor) <= reach
+         ! Nothing may be displaced before the first change of contact.
+         if (whole > rounding_gap(here%problem)) near = near .and. change <= farthest * whole
+      end function is_near_to
    end function is_near
 
    !> Finds out whether a set is valid, and in which sense the path continues with it.
@@ -122,7 +139,7 @@ contains
             end if
             tests = tests_of(set)
             least = worst(tests)
-            if (decides .and. .not. any_fails(tests) .and. gaps_are_open(set%problem, tests, trial%edit)) then
+            if (decides .and. .not. any_fails(tests) .and. gaps_are_open(here, set, tests, trial%edit)) then
                if (.not. (here%at_change .or. leads_to_next(here%problem, run, set))) cycle
                trial%valid = .true.
                trial%there = set%path_point_t
@@ -133,7 +150,7 @@ contains
                call step_by(set, set%tangent, step_ahead(k), there%state, there%system, tests)
                if (.not. allocated(tests)) exit
                if (decides) then
-                  if (.not. (any_fails(tests) .or. gaps_are_open(there%problem, tests, trial%edit))) exit
+                  if (.not. (any_fails(tests) .or. gaps_are_open(here, there, tests, trial%edit))) exit
                end if
                if (.not. any_fails(tests)) then
                   if (.not. complement_grows(here, trial, there)) exit
@@ -196,16 +213,34 @@ contains
 
    !> True if no gap of a free span beside a contact has the wrong sign. The gap of a span that just opened is smaller than the
    !> slack of its test, but larger than rounding: between two points of contact the rod may lie along a straight obstacle without
-   !> force.
-   pure logical function gaps_are_open(problem, tests, edit) result(open)
-      type(problem_t), intent(in) :: problem
+   !> force. The gap may be as small as rounding if the load has changed since the contact force in the span's place became tensile,
+   !> because gap and contact force are complementary.
+   logical function gaps_are_open(here, next, tests, edit) result(open)
+      type(change_place_t), intent(in) :: here
+      type(next_t), intent(in) :: next
       type(span_test_t), intent(in) :: tests(:)
       integer, intent(in) :: edit                 !! the edit that made the set (neighbours)
       real(wp) :: least
-      least = -rounding_gap(problem)
-      if (any(edit == [edit_part, edit_open, edit_end_off, edit_rise])) least = -least
-      open = .not. any(tests%kind == test_vanishing .and. tests%value * problem%size < least)
+      least = -rounding_gap(next%problem)
+      if (any(edit == [edit_part, edit_open, edit_end_off, edit_rise])) then
+         if (.not. (lifts_off(here) .and. load_changes(here, next))) least = -least
+      end if
+      open = .not. any(tests%kind == test_vanishing .and. tests%value * next%problem%size < least)
    end function gaps_are_open
+
+   !> True if a contact force of a line is zero at a located change.
+   pure logical function lifts_off(here)
+      type(change_place_t), intent(in) :: here
+      lifts_off = here%at_change
+      if (lifts_off) lifts_off = any(here%zero%kind == [test_force, test_pressure, test_couple])
+   end function lifts_off
+
+   !> True if the load factor differs from that of the run's point by more than the smallest increment.
+   pure logical function load_changes(here, next)
+      type(change_place_t), intent(in) :: here
+      type(next_t), intent(in) :: next
+      load_changes = abs(next%state%load_factor - here%state%load_factor) > least_change * here%least_load
+   end function load_changes
 
    !> Least value of the tests as a multiple of its slack; 0 if none is negative.
    pure real(wp) function worst(tests)

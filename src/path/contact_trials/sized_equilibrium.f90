@@ -111,14 +111,12 @@ contains
       !> One iteration.
       subroutine improve(done)
          logical, intent(out) :: done           !! true: moves and errors are small
-         real(wp) :: move(n), changed(n), effect(n), whole
+         real(wp) :: move(n), changed(n), remaining(n), whole, size_of_move
          integer :: i
          done = .false.
-         ! Unknowns are measured by their effects, so that only combinations of them can be neutral.
-         effect = max(norm2(slope, 2), tiny(whole))
-         call solve_least(transpose(slope / spread(effect, 2, n)), -error, neutral, move, ok)
+         call solve(error, move)
          if (.not. ok) return
-         move = move / effect
+         size_of_move = norm2(move / unit)
          ! An equilibrium so far away is none of this path.
          ok = abs(move(n)) <= farthest * along
          if (.not. ok) return
@@ -131,6 +129,11 @@ contains
             if (all(abs(move) <= unit)) exit
             if (ok) then
                if (maxval(abs(changed)) <= maxval(abs(error))) exit
+               ! Errors of different touchdown points differ by powers of the prescribed length; they may grow if the remaining move
+               ! becomes shorter (natural monotonicity, Deuflhard 1974).
+               call solve(changed, remaining)
+               if (.not. ok) return
+               if (norm2(remaining / unit) <= size_of_move) exit
             end if
             whole = shorter * whole
             move = shorter * move
@@ -145,6 +148,17 @@ contains
          ! Errors in directions that are not moved must be small, too.
          done = whole >= 1.0_wp .and. maxval(abs(move) / unit) <= small .and. maxval(abs(error)) <= settled * first
       end subroutine improve
+
+      !> Solves for the move that removes the given errors. Unknowns are measured by their effects, so that only combinations of
+      !> them can be neutral.
+      subroutine solve(error, move)
+         real(wp), intent(in) :: error(:)
+         real(wp), intent(out) :: move(:)
+         real(wp) :: effect(n)
+         effect = max(norm2(slope, 2), tiny(effect))
+         call solve_least(transpose(slope / spread(effect, 2, n)), -error, neutral, move, ok)
+         move = move / effect
+      end subroutine solve
 
       !> Finds the equilibrium after a change of the unknowns; the distance along the path comes last.
       subroutine go_by(change, from, to, error)

@@ -6,20 +6,18 @@ module predicted_contact_set
    use problem, only: problem_t
    use state_transfer, only: find_point
    use span_regions, only: beginning_region
-   use test_kinds, only: span_test_t, test_gap, test_force, test_pressure, test_couple
+   use test_kinds, only: span_test_t, test_gap
    use span_tests, only: run_span_tests
-   use contact_change_types, only: step_interval_t, change_t, change_missed, change_opening
-   use span_opening, only: open_line
+   use contact_change_types, only: step_interval_t, change_t
    use simultaneous_tests, only: beginning_together
    use contact_spans, only: contact_span_t
    use span_candidates, only: present_contact_spans
    use beginning_contacts, only: begin_contacts
    use next_spans, only: next_t
-   use reachability, only: leads_to_next
    use path_control, only: control_t, path_length
    use path_continuity, only: largest_distance
    use path_point, only: path_point_t
-   use path_state, only: path_state_t, copy_path_state, path_tangent_of
+   use path_state, only: path_state_t, path_tangent_of
    use corrector, only: increment_t, correct
    use error_report, only: bars_at_contact_start
    implicit none
@@ -28,43 +26,21 @@ module predicted_contact_set
 
 contains
 
-   !> Completes a located change: finds the next contact set if a line contact opens, and the contacts that begin if a gap closes.
+   !> Completes a located change at which a gap closes: finds the contacts that begin.
    subroutine look_beyond(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
       type(change_t), intent(inout) :: change    !! in: of kind change_located
-      type(path_state_t) :: there
       real(wp) :: tau
-      logical :: found
-      associate (next => change%next, test => change%tests(change%which))
-         if (opens_line(problem, test)) then
-            ! At the zero of the test the new span has no length and undetermined ends; its ends are determined slightly further on.
-            call open_line(problem, change%point%state, interval%to%state, interval%after(change%which), interval%scale, &
-               & run%spans_begun + &
-               & 1, next, &
-               & found)
-            if (found .and. opens_inside(problem, test)) then
-               ! The load grows with the sixth power of the length of such a span: the path has no corner, and no eigenvalue changes
-               ! its sign. If the load soon has a limit point, the state at the interval's end may lie on another path.
-               call copy_path_state(run, there)
-               there%last = change%point
-               found = next%system%negative_pivots == change%point%system%negative_pivots
-               if (found) found = leads_to_next(problem, there, next)
-            end if
-            change%kind = merge(change_opening, change_missed, found)
-            return
-         end if
+      if (change%tests(change%which)%kind /= test_gap) return
+      if (.not. lies_elsewhere(present_contact_spans(problem, change%point%state), change%tests(change%which))) &
+         & call begin_sharply(problem, step, run, interval, change)
+      associate (test => change%tests(change%which))
+         run%onset%region = beginning_region(problem, change%point%state, test%contact, test%rod_segment, test%at)
+         call find_point(problem, change%point%state, test%rod_segment, test%at, run%onset%element, tau)
       end associate
-      if (change%tests(change%which)%kind == test_gap) then
-         if (.not. lies_elsewhere(present_contact_spans(problem, change%point%state), change%tests(change%which))) &
-            & call begin_sharply(problem, step, run, interval, change)
-         associate (test => change%tests(change%which))
-            run%onset%region = beginning_region(problem, change%point%state, test%contact, test%rod_segment, test%at)
-            call find_point(problem, change%point%state, test%rod_segment, test%at, run%onset%element, tau)
-         end associate
-      end if
    end subroutine look_beyond
 
    !> Improves the place where contact begins: the gap inside a free span is only as accurate as the element polynomials. With a
@@ -114,23 +90,4 @@ contains
          & now%at(2) >= test%at)
    end function lies_elsewhere
 
-   !> True if a line contact remains on both sides of the opening span, so that two spans may open symmetrically.
-   pure logical function opens_inside(problem, test) result(inside)
-      type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test
-      integer :: c
-      inside = test%kind == test_pressure
-      if (.not. inside .or. .not. abs(test%sense) > 0.0_wp) return
-      c = problem%contact_span(test%contact_span)%candidate(merge(1, 2, test%sense < 0.0_wp))
-      inside = .not. problem%candidates%moves(c)
-   end function opens_inside
-
-   !> True if a line contact lifts off inside, or at an end that is fixed at a segment boundary.
-   pure logical function opens_line(problem, test)
-      type(problem_t), intent(in) :: problem
-      type(span_test_t), intent(in) :: test
-      opens_line = test%kind == test_pressure .or. test%kind == test_couple
-      if (test%kind == test_force) opens_line = problem%contact_span(test%contact_span)%line .and. &
-         & .not. problem%candidates%moves(test%candidate)
-   end function opens_line
 end module predicted_contact_set
