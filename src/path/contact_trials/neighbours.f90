@@ -118,8 +118,8 @@ contains
    contains
 
       !> False if the mesh does not resolve what is new: the pressure of a very short line contact, or the gap of a short free span
-      !> between two points, which is smaller than its slack. A point contact may leave a boundary by any distance, and a line contact
-      !> may open over any length.
+      !> between two points, which is smaller than its slack. A point contact may leave a boundary by any distance, and a line
+      !> contact may open over any length.
       pure logical function resolved(one)
          type(neighbour_t), intent(in) :: one
          real(wp) :: least
@@ -264,6 +264,8 @@ contains
          if (b < ends(2)) call add(all, edit_ends, shrunk(set, k, b))
          sizes = [zones * zone, e]
          do i = 1, size(sizes)
+            ! A line contact that is tensile all along lifts off as a whole.
+            if (2.0_wp * width >= b - a) exit
             g = sizes(i)
             if (a < s - g .and. s + g < b) call add(all, edit_open, opened(set, k, s - g, s + g), [k, size(set) + 1], [2, 1])
             if (b - a <= g) cycle
