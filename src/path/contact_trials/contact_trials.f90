@@ -24,8 +24,8 @@ module contact_trials
    use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, divides, no_test
    use doubts, only: doubts_of, all_doubts
    use set_trial, only: solve_neighbour
-   use set_validity, only: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, is_definite, &
-      & load_changes, step_ahead, farthest
+   use set_validity, only: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, load_changes, &
+      & step_ahead, farthest
    use step_off, only: step_by, failing
    implicit none
    private
@@ -199,16 +199,9 @@ contains
             trial%edit = merge(neighbour(k)%edit, from%edit, from%edits == 0)
             trial%length = neighbour(k)%length
             call verify(run, here, trial)
-            if (trial%valid .and. here%at_change) then
-               if (is_definite(here, trial)) then
-                  deallocate (valid)
-                  allocate (valid(0))
-                  call append(valid, trial)
-                  return
-               end if
-               if (size(valid) == 0) call append(valid, trial)
-            else if (trial%valid) then
+            if (trial%valid) then
                call append(valid, trial)
+               if (here%at_change) return
             else if (allocated(trial%fails) .and. size(failed) < most_failed) then
                if (.not. is_among(trial, failed)) call append(failed, trial)
             end if

@@ -26,8 +26,8 @@ module set_validity
    use step_off, only: tangent_along, along, step_by, failing
    implicit none
    private
-   public :: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, is_definite, &
-      & load_changes, step_ahead, farthest
+   public :: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, load_changes, &
+      & step_ahead, farthest
 
    ! Displacement as a share of the structure's size:
    real(wp), parameter :: another = 3.0e-3_wp     !! an equilibrium farther from the run's point is on another path
@@ -234,15 +234,6 @@ contains
       lifts_off = here%at_change
       if (lifts_off) lifts_off = any(here%zero%kind == [test_force, test_pressure, test_couple])
    end function lifts_off
-
-   !> False if a valid set may be one of several at a located change: where a line contact lifts off that nothing presses, a span of
-   !> any length is open within the slack of the tests.
-   pure logical function is_definite(here, trial)
-      type(change_place_t), intent(in) :: here
-      type(trial_t), intent(in) :: trial
-      is_definite = .not. (lifts_off(here) .and. trial%sized)
-      if (.not. is_definite) is_definite = load_changes(here, trial%set)
-   end function is_definite
 
    !> True if the load factor differs from that of the run's point by more than the smallest increment.
    pure logical function load_changes(here, next)
