@@ -2,7 +2,7 @@
 !> same, and >= 0 while the set is valid. At their zeros contact begins, ends, spreads or splits.
 !>
 !> Modules of a contact change, in order: tests; first test that vanishes on an increment (span_events); place of the zero
-!> (span_location, vanishing_span, predicted_contact_set); record (span_changes); next contact set (contact_trials); first
+!> (span_location, vanishing_span, beginning_place); record (span_changes); next contact set (contact_trials); first
 !> point with the next set (entering_contact_set).
 module span_tests
    use kinds, only: wp

@@ -1,13 +1,14 @@
-!> Failures inside an increment at whose ends all tests pass. The force of a point contact may become zero and then positive again:
-!> while the contact set is unchanged the force is smooth along the path, and the cubic with its values and slopes at both ends
-!> shows the minimum. A touchdown point may also move further than its slopes at both ends allow: contact was lost at one place and
-!> gained at another, with the same contact set at both ends.
+!> Failures inside an increment at whose ends all tests pass. The force of a point contact, or the gap of a free span, may become
+!> zero and then positive again: while the contact set is unchanged both are smooth along the path, and the cubic with the values
+!> and slopes at both ends shows the minimum. A touchdown point may also move further than its slopes at both ends allow: contact
+!> was lost at one place and gained at another, with the same contact set at both ends.
 module minima_of_tests
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use test_kinds, only: span_test_t, test_force, test_slack
+   use test_kinds, only: span_test_t, test_force, test_gap, test_slack
+   use free_span_gap, only: gap_at
    use span_tests, only: run_span_tests
    use contact_change_types, only: step_interval_t
    use tangent_step, only: states_along
@@ -65,7 +66,7 @@ contains
       run%slopes%here = slopes_at(problem, run%last, run_span_tests(problem, run%last%state, scale), scale)
    end subroutine note_slopes
 
-   !> Slopes of force tests by arc length (0 for other kinds), followed by the slopes of the positions of all candidates.
+   !> Slopes of force and gap tests by arc length (0 for other kinds), followed by the slopes of the positions of all candidates.
    function slopes_at(problem, point, tests, scale) result(slope)
       type(problem_t), intent(in) :: problem
       type(path_point_t), intent(in) :: point
@@ -75,6 +76,7 @@ contains
       type(state_t) :: here, ahead
       type(span_test_t), allocatable :: first(:), last(:)
       real(wp) :: step, length
+      integer :: k
       slope = 0.0_wp
       if (.not. point%system%ok) return
       call states_along(problem, point%system, point%state, point%tangent%load, here, ahead, step)
@@ -83,6 +85,11 @@ contains
       first = run_span_tests(problem, here, scale, only=0)
       last = run_span_tests(problem, ahead, scale, only=0)
       where (tests%kind == test_force) slope(:size(tests)) = last%value - first%value
+      do k = 1, size(tests)
+         ! Where the gap is least it does not change with the place.
+         if (tests(k)%kind == test_gap) slope(k) = (gap_at(problem, ahead, tests(k)%contact, tests(k)%rod_segment, tests(k)%at) - &
+            & gap_at(problem, here, tests(k)%contact, tests(k)%rod_segment, tests(k)%at)) / problem%size
+      end do
       slope(size(tests) + 1:) = touchdown_steps(problem, point%state, ahead) - touchdown_steps(problem, point%state, here)
       slope = slope / length
    end function slopes_at
@@ -108,7 +115,7 @@ contains
       end do
    end function jumps
 
-   !> True if the force of a point contact is compressive at both ends of an increment, but not in between.
+   !> True if the force of a point contact is compressive at both ends of an increment, or a gap is open, but not in between.
    pure logical function dips(problem, interval, slope, length, which)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
@@ -119,9 +126,11 @@ contains
       dips = .false.
       do k = 1, size(interval%after)
          associate (before => interval%before(k), after => interval%after(k))
+            if (all(after%kind /= [test_force, test_gap])) cycle
             ! At segment boundaries forces have discontinuous slopes.
-            if (after%kind /= test_force) cycle
-            if (.not. problem%candidates%moves(after%candidate)) cycle
+            if (after%kind == test_force) then
+               if (.not. problem%candidates%moves(after%candidate)) cycle
+            end if
             if (before%value <= test_slack(after%kind)) cycle
             if (k /= which .and. after%value <= test_slack(after%kind)) cycle
             dips = dips .or. least_of_cubic([before%value, after%value], length * slope(k, :)) < &

@@ -14,7 +14,7 @@ module span_changes
    use minima_of_tests, only: look_between
    use simultaneous_tests, only: coming_next, zero_too
    use span_candidates, only: present_contact_spans
-   use predicted_contact_set, only: lies_elsewhere
+   use beginning_place, only: lies_elsewhere
    use entering_contact_set, only: go_to_next, bound_for
    use remeshing, only: ask_for_mesh
    use span_mesh, only: ask_for_twice

@@ -10,7 +10,7 @@ module span_events
       & place_ahead
    use next_spans, only: next_t, copy_next
    use span_location, only: locate_test_zero, locate_flat_point
-   use predicted_contact_set, only: look_beyond
+   use beginning_place, only: complete_beginning
    use reachability, only: turns, reach_of
    use vanishing_span, only: locate_vanishing, is_gone, closes
    use path_state, only: path_state_t
@@ -28,7 +28,7 @@ contains
       type(step_interval_t), intent(inout) :: interval      !! shortened if a change is located before others
       type(change_t), intent(out) :: change
       call find_first(problem, step, run, interval, change)
-      if (change%kind == change_located) call look_beyond(problem, step, run, interval, change)
+      if (change%kind == change_located) call complete_beginning(problem, step, run, interval, change)
    end subroutine find_change
 
    !> Finds the first contact change and its place. If another test fails at the place of a located change, the zero of the failing

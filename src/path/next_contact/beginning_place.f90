@@ -1,6 +1,5 @@
-!> Locates a contact change with the predicted next contact set, before the run accepts this set: the place where a contact begins,
-!> and a free span that opens inside a line contact.
-module predicted_contact_set
+!> Place of a change at which a gap closes: it is located once more with the new contact, whose node is as accurate as nodal values.
+module beginning_place
    use kinds, only: wp
    use model, only: step_t, method_load
    use problem, only: problem_t
@@ -22,12 +21,12 @@ module predicted_contact_set
    use error_report, only: bars_at_contact_start
    implicit none
    private
-   public :: look_beyond, lies_elsewhere
+   public :: complete_beginning, lies_elsewhere
 
 contains
 
    !> Completes a located change at which a gap closes: finds the contacts that begin.
-   subroutine look_beyond(problem, step, run, interval, change)
+   subroutine complete_beginning(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -41,7 +40,7 @@ contains
          run%onset%region = beginning_region(problem, change%point%state, test%contact, test%rod_segment, test%at)
          call find_point(problem, change%point%state, test%rod_segment, test%at, run%onset%element, tau)
       end associate
-   end subroutine look_beyond
+   end subroutine complete_beginning
 
    !> Improves the place where contact begins: the gap inside a free span is only as accurate as the element polynomials. With a
    !> node at the new contact the place is as accurate as nodal values.
@@ -90,4 +89,4 @@ contains
          & now%at(2) >= test%at)
    end function lies_elsewhere
 
-end module predicted_contact_set
+end module beginning_place
