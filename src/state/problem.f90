@@ -28,7 +28,8 @@ module problem
    use ground_coupling, only: coupling_t, new_coupling
    implicit none
    private
-   public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, touching_gap, same_place, dof, copy_problem
+   public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, touching_gap, same_place, dof, copy_problem, &
+      & carried_unknowns, carried_by
    public :: mesh_sampled, mesh_of_marks, mesh_of_spans
 
    ! Kinds of meshes, by the points of the rod that mesh nodes follow.
@@ -241,7 +242,7 @@ contains
       real(wp) :: softest
       associate (model => problem%model)
          call complete_joints(model)
-         problem%ties = new_tie_pattern(model%tie, model%mesh%n_nodes)
+         problem%ties = new_tie_pattern(model%tie, carriers(model))
          problem%numbering = new_numbering(model%mesh, any(model%fixed, 1), &
             & coupled_pairs(model%mesh, problem%ties, model%joint_spring))
          do i = 1, max_stages
@@ -290,6 +291,38 @@ contains
       problem%force_floor = 1.0e-12_wp * softest / problem%size**2
       if (problem%deck_mesh) problem%overlap = contact_overlaps(problem)
    end subroutine derive_problem
+
+   !> Node that carries the obstacle which a node may touch; 0: none.
+   pure function carriers(model) result(carrier)
+      type(model_t), intent(in) :: model
+      integer :: carrier(model%mesh%n_nodes)
+      integer :: c
+      carrier = 0
+      do c = 1, size(model%contact)
+         associate (by => model%obstacle(model%contact(c)%obstacle)%carrier)
+            if (by > 0) carrier(model%contact(c)%node) = by
+         end associate
+      end do
+   end function carriers
+
+   !> Node that carries the obstacle on which a conforming element lies; 0 for other elements.
+   pure integer function carried_by(problem, e) result(carrier)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: e
+      carrier = 0
+      if (problem%conforms(e) > 0) carrier = problem%model%obstacle(problem%candidates%obstacle(problem%conforms(e)))%carrier
+   end function carried_by
+
+   !> Unknowns of nodes that carry obstacles, the border of the band.
+   pure function carried_unknowns(problem) result(unknown)
+      type(problem_t), intent(in) :: problem
+      integer, allocatable :: unknown(:)
+      integer :: node
+      allocate (unknown(0))
+      do node = 1, problem%model%mesh%n_nodes
+         if (any(problem%ties%carrier == node)) unknown = [unknown, dof(problem, node, 1), dof(problem, node, 2)]
+      end do
+   end function carried_unknowns
 
    !> True if no foundation without tension has an initial gap to any candidate of a list.
    pure logical function rests(problem, list, home)
