@@ -11,8 +11,8 @@ module band_matrix
    public :: band_t, factor_t, new_band, clear_band, add_entry, band_sum, band_times, row_product, add_row, factorise, &
       & solve_factored, spring_forces, factor_symmetric
 
-   !> Lower band storage of LAPACK: a(1 + i - j, j) = A(i, j), j <= i <= j + kd. The matrix is the sum of the band and of the rows and
-   !> columns of the border.
+   !> Lower band storage of LAPACK: a(1 + i - j, j) = A(i, j), j <= i <= j + kd. The matrix is the sum of the band and of the rows
+   !> and columns of the border.
    type :: band_t
       integer :: n = 0, kd = 0
       real(wp), allocatable :: a(:, :)   !! (kd + 1, n)

@@ -118,8 +118,8 @@ contains
          all_of = nodes
          do j = 1, size(nodes)
             associate (of => pattern%of(pattern%first(nodes(j)):pattern%first(nodes(j) + 1) - 1))
-            all_of = [all_of, pack(of, [(all(pattern%carrier /= of(k)), k=1, size(of))])]
-         end associate
+               all_of = [all_of, pack(of, [(all(pattern%carrier /= of(k)), k=1, size(of))])]
+            end associate
          end do
       end function members
 

@@ -131,8 +131,8 @@ contains
       stiffness = -force * arm(tie%component)
    end function tie_swing
 
-   !> Increments of a node's displacements and rotation in node axes. For a tied node: increments of its displacements and rotation in global
-   !> axes, from the unknowns of the nodes that the tie refers to.
+   !> Increments of a node's displacements and rotation in node axes. For a tied node: increments in global axes, from the unknowns
+   !> of the nodes that the tie refers to.
    pure function node_unknowns(problem, block, node, x) result(du)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: block(:, :, :)     !! from set_blocks

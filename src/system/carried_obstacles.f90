@@ -109,8 +109,8 @@ contains
       end associate
    end function in_unknowns
 
-   !> Adds the loads on conforming elements to the forces on the nodes that carry their obstacles. Forces along the track are those of
-   !> the elements; a dead load and a pressure act on the whole.
+   !> Adds the loads on conforming elements to the forces on the nodes that carry their obstacles. The elements have forces along
+   !> the track only; dead loads and pressures act on the whole.
    subroutine add_carried_loads(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
