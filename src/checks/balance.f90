@@ -95,7 +95,7 @@ contains
       call measure_contact(problem, state, at, scale, middle, accuracy, total, left)
       if (problem%ground%chain%n > 0) call add_foundations()
       if (problem%has_spans()) call add_spans()
-      if (any(problem%ties%carrier > 0)) call add_carried()
+      if (size(problem%ties%carrier) > 0) call add_carried()
       call add_joints()
       accuracy%force = scale
       call note_worst(accuracy%force_balance, beyond(norm2(total(1:2)), noise) / scale, at)
@@ -108,8 +108,8 @@ contains
 
    contains
 
-      !> Adds the forces on the nodes that carry obstacles, opposite to those of the obstacles. Moments have no part in the balance of
-      !> a body that does not turn.
+      !> Adds the forces on the nodes that carry obstacles, opposite to those of the obstacles. Couples on these bodies are of no
+      !> account, as the bodies do not turn.
       subroutine add_carried()
          real(wp) :: totals(3, size(problem%model%contact), size(problem%model%obstacle)), moment, gap, normal(2), bend, force(2)
          integer :: c, o, i

@@ -160,7 +160,7 @@ contains
          type(contact_t), intent(in) :: contact
          real(wp), parameter :: rounded = 1.0e-10_wp       ! decks give ten digits or more
          real(wp) :: gap, normal(2), bend
-         integer :: i, k
+         integer :: i
          associate (own => model%obstacle(contact%obstacle)%carrier, obstacle => model%obstacle(contact%obstacle))
             do i = 1, size(contact%node)
                associate (node => contact%node(i))
@@ -175,14 +175,6 @@ contains
                         trim(obstacle%name)//', which a node carries and could not move: leave it out')
                      return
                   end if
-                  do k = 1, size(model%contact)
-                     associate (other => model%obstacle(model%contact(k)%obstacle))
-                        if (other%carrier == 0 .or. other%carrier == own .or. .not. any(model%contact(k)%node == node)) cycle
-                        call deck%wrong('NSET', node_words(model%mesh, node)//' is a candidate of '//trim(other%name)// &
-                           ', too, which another node carries: one node touches obstacles of one carrier')
-                        return
-                     end associate
-                  end do
                end associate
             end do
          end associate

@@ -17,8 +17,8 @@ module tie_pattern
       logical, allocatable :: follows(:)    !! (nodes) true: some component follows others
       integer, allocatable :: first(:)      !! (nodes + 1) first position of each node's list in `of`
       integer, allocatable :: of(:)         !! list of a node that follows others: the node itself and all nodes that it follows; of
-      !! a node that may touch a carried obstacle: the node that carries it; other nodes have an empty list
-      integer, allocatable :: carrier(:)    !! (nodes) node that carries the obstacle that the node may touch, 0: none
+      !! a node that may touch carried obstacles: the nodes that carry them; other nodes have an empty list
+      integer, allocatable :: carrier(:)    !! nodes that carry obstacles
    contains
       procedure :: has_blocks
    end type tie_pattern_t
@@ -33,16 +33,18 @@ contains
    end function has_blocks
 
    !> Pattern of ties that have been checked and ordered (see tie_t).
-   function new_tie_pattern(tie, carrier) result(pattern)
+   function new_tie_pattern(tie, carrier, touching) result(pattern)
       type(tie_t), intent(in) :: tie(:)
-      integer, intent(in) :: carrier(:)     !! (nodes) as in tie_pattern_t; 0 for tied nodes
+      integer, intent(in) :: carrier(:)     !! nodes that carry obstacles
+      logical, intent(in) :: touching(:, :) !! (carrier, nodes) true: the node may touch an obstacle of this carrier; false for tied
+      !! nodes
       type(tie_pattern_t) :: pattern
       type :: list_t
          integer, allocatable :: node(:)
       end type list_t
       type(list_t), allocatable :: list(:)  ! (ties) list of the tied node, at the first tie of the node
-      integer :: at(size(carrier)), i, k, n, n_nodes
-      n_nodes = size(carrier)
+      integer :: at(size(touching, 2)), i, k, n, n_nodes
+      n_nodes = size(touching, 2)
       pattern%carrier = carrier
       allocate (pattern%tied(3, n_nodes), source=.false.)
       allocate (list(size(tie)))
@@ -64,13 +66,13 @@ contains
       do i = 1, n_nodes
          pattern%first(i) = n + 1
          if (at(i) > 0) n = n + size(list(at(i))%node)
-         if (carrier(i) > 0) n = n + 1
+         n = n + count(touching(:, i))
       end do
       pattern%first(n_nodes + 1) = n + 1
       allocate (pattern%of(n))
       do i = 1, n_nodes
          if (at(i) > 0) pattern%of(pattern%first(i):pattern%first(i + 1) - 1) = list(at(i))%node
-         if (carrier(i) > 0) pattern%of(pattern%first(i)) = carrier(i)
+         if (any(touching(:, i))) pattern%of(pattern%first(i):pattern%first(i + 1) - 1) = pack(carrier, touching(:, i))
       end do
 
    contains
@@ -80,9 +82,8 @@ contains
          integer, intent(in) :: to, node
          integer, allocatable :: more(:)
          integer :: j
-         more = [node]
          if (at(node) > 0) more = list(at(node))%node
-         if (carrier(node) > 0) more = [node, carrier(node)]
+         if (at(node) == 0) more = [node, pack(carrier, touching(:, node))]
          do j = 1, size(more)
             if (.not. any(list(to)%node == more(j))) list(to)%node = [list(to)%node, more(j)]
          end do

@@ -57,7 +57,7 @@ contains
       do k = 1, size(of%element)
          associate (node => problem%model%mesh%node(:, of%element(k)))
             near(node) = .true.
-            near(pack(problem%ties%carrier(node), problem%ties%carrier(node) > 0)) = .true.
+            near(problem%ties%carrier) = near(problem%ties%carrier) .or. any(problem%ties%has_blocks(node))
          end associate
       end do
       moved = here

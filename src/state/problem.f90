@@ -242,7 +242,7 @@ contains
       real(wp) :: softest
       associate (model => problem%model)
          call complete_joints(model)
-         problem%ties = new_tie_pattern(model%tie, carriers(model))
+         problem%ties = new_tie_pattern(model%tie, carriers(model), touching(model, carriers(model)))
          problem%numbering = new_numbering(model%mesh, any(model%fixed, 1), &
             & coupled_pairs(model%mesh, problem%ties, model%joint_spring))
          do i = 1, max_stages
@@ -292,18 +292,32 @@ contains
       if (problem%deck_mesh) problem%overlap = contact_overlaps(problem)
    end subroutine derive_problem
 
-   !> Node that carries the obstacle which a node may touch; 0: none.
+   !> Nodes that carry obstacles, each once.
    pure function carriers(model) result(carrier)
       type(model_t), intent(in) :: model
-      integer :: carrier(model%mesh%n_nodes)
-      integer :: c
-      carrier = 0
-      do c = 1, size(model%contact)
-         associate (by => model%obstacle(model%contact(c)%obstacle)%carrier)
-            if (by > 0) carrier(model%contact(c)%node) = by
+      integer, allocatable :: carrier(:)
+      integer :: o
+      allocate (carrier(0))
+      do o = 1, size(model%obstacle)
+         associate (own => model%obstacle(o)%carrier)
+            if (own > 0 .and. .not. any(carrier == own)) carrier = [carrier, own]
          end associate
       end do
    end function carriers
+
+   !> Marks the nodes that may touch obstacles of each carrier.
+   pure function touching(model, carrier)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: carrier(:)
+      logical :: touching(size(carrier), model%mesh%n_nodes)
+      integer :: c, k
+      touching = .false.
+      do c = 1, size(model%contact)
+         do k = 1, size(carrier)
+            if (model%obstacle(model%contact(c)%obstacle)%carrier == carrier(k)) touching(k, model%contact(c)%node) = .true.
+         end do
+      end do
+   end function touching
 
    !> Node that carries the obstacle on which a conforming element lies; 0 for other elements.
    pure integer function carried_by(problem, e) result(carrier)
@@ -317,10 +331,12 @@ contains
    pure function carried_unknowns(problem) result(unknown)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: unknown(:)
-      integer :: node
+      integer :: k
       allocate (unknown(0))
-      do node = 1, problem%model%mesh%n_nodes
-         if (any(problem%ties%carrier == node)) unknown = [unknown, dof(problem, node, 1), dof(problem, node, 2)]
+      do k = 1, size(problem%ties%carrier)
+         associate (node => problem%ties%carrier(k))
+            unknown = [unknown, dof(problem, node, 1), dof(problem, node, 2)]
+         end associate
       end do
    end function carried_unknowns
 

@@ -57,11 +57,11 @@ contains
             if (.not. problem%ties%follows(of)) then
                to = first(node) - 1 + findloc(list(first(node):first(node + 1) - 1), of, 1)
                block(component, :, to) = block(component, :, to) + factor * own_row(of, part)
-               if (.not. problem%ties%has_blocks(of)) return
-               ! The node that is followed goes along with the node that carries the obstacle which it touches.
-               row = matmul(own_row(of, part), block(:, :, first(of)))
-               to = first(node) - 1 + findloc(list(first(node):first(node + 1) - 1), list(first(of)), 1)
-               block(component, :, to) = block(component, :, to) + factor * row
+               ! The node that is followed goes along with the nodes that carry the obstacles which it touches.
+               do b = first(of), first(of + 1) - 1
+                  to = first(node) - 1 + findloc(list(first(node):first(node + 1) - 1), list(b), 1)
+                  block(component, :, to) = block(component, :, to) + factor * matmul(own_row(of, part), block(:, :, b))
+               end do
                return
             end if
             do b = first(of), first(of + 1) - 1

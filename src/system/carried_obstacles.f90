@@ -28,10 +28,10 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system  !! in: with constraints and node axes
       integer :: c, node
-      do node = 1, size(problem%ties%carrier)
-         if (problem%ties%carrier(node) == 0) cycle
-         system%tie_block(:, :, problem%ties%first(node)) = 0.0_wp
-         system%slip_block(:, :, problem%ties%first(node)) = 0.0_wp
+      do node = 1, size(problem%ties%follows)
+         if (problem%ties%follows(node)) cycle
+         system%tie_block(:, :, problem%ties%first(node):problem%ties%first(node + 1) - 1) = 0.0_wp
+         system%slip_block(:, :, problem%ties%first(node):problem%ties%first(node + 1) - 1) = 0.0_wp
       end do
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
@@ -47,16 +47,17 @@ contains
       integer, intent(in) :: candidate
       type(system_t), intent(inout) :: system
       real(wp) :: motion(3, 3), slip(3, 3), n(2), other(2), det
-      integer :: i, k
-      associate (node => problem%candidates%node(candidate), fixed => problem%model%fixed)
+      integer :: i, k, block
+      associate (node => problem%candidates%node(candidate), fixed => problem%model%fixed, ties => problem%ties, &
+         & carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
          n = system%normal(:, candidate)
          motion = 0.0_wp
          if (.not. any(fixed(1:2, node))) then
             motion(1, 1) = 1.0_wp
             motion(2, 2) = 1.0_wp
-            k = second_contact(problem, state, candidate)
+            k = second_contact(problem, state, system, candidate)
             if (k > 0) then
-               ! The gap to an obstacle that stays is unchanged, too.
+               ! The gap to the other obstacle is unchanged, too.
                other = system%normal(:, k)
                det = n(1) * other(2) - n(2) * other(1)
                do i = 1, 2
@@ -75,21 +76,24 @@ contains
             slip(3, :) = -system%bend(candidate) * (n(2) * slip(1, :) - n(1) * slip(2, :))
             motion(3, :) = slip(3, :)
          end if
-         system%tie_block(:, :, problem%ties%first(node)) = in_unknowns(system, node, motion)
-         system%slip_block(:, :, problem%ties%first(node)) = in_unknowns(system, node, slip)
+         block = ties%first(node) - 1 + findloc(ties%of(ties%first(node):ties%first(node + 1) - 1), carrier, 1)
+         system%tie_block(:, :, block) = in_unknowns(system, node, motion)
+         system%slip_block(:, :, block) = in_unknowns(system, node, slip)
       end associate
    end subroutine set_blocks_of
 
-   !> Second contact that eliminates an unknown of a candidate's node, with an obstacle that the same node does not carry; 0: none.
-   pure integer function second_contact(problem, state, candidate) result(second)
+   !> Second contact of a candidate's node, with an obstacle of another carrier or of none; 0: none.
+   pure integer function second_contact(problem, state, system, candidate) result(second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
       second = candidate
       do
          second = problem%candidates%twin(second)
          if (second == candidate) exit
-         if (state%active(second) .and. problem%model%obstacle(problem%candidates%obstacle(second))%carrier == 0) return
+         if (state%active(second) .and. problem%model%obstacle(problem%candidates%obstacle(second))%carrier /= &
+            & problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier .and. .not. system%soft(second)) return
       end do
       second = 0
    end function second_contact

@@ -143,8 +143,8 @@ contains
             call join([tie%node, tie%of, merge(tie%turner, tie%node, tie%turner > 0)])
          end associate
       end do
-      do c = 1, size(problem%ties%carrier)
-         if (problem%ties%carrier(c) > 0) call join([c, problem%ties%carrier(c)])
+      do c = 1, size(problem%ties%follows)
+         if (problem%ties%has_blocks(c)) call join([c, problem%ties%of(problem%ties%first(c):problem%ties%first(c + 1) - 1)])
       end do
       allocate (place(size(group)))
       n = 0
