@@ -508,3 +508,55 @@ def test_corner_of_a_slope_and_a_plate():
     for name in ("ux", "uy", "slope"):
         dr.assert_close(pressed[name], alone[name], absolute=1e-9)
     assert pressed["slope"] > 0.1
+
+
+WEDGE = """*HEADING
+A bar on a roller pushes a wedge up its guide
+*NODE
+1, 0, 0
+2, 1, 0
+9, 2, 0
+*LINE, ELSET=BAR, NSET=BAR
+1, 2, 4
+*BEAM SECTION, ELSET=BAR, SECTION=STIFFNESS
+100., 1.
+*BOUNDARY
+1, ENCASTRE
+2, 2
+9, 1
+9, 6
+*NSET, NSET=TIP
+2
+*SPRING
+9, 2, 40.
+*OBSTACLE, NAME=WEDGE, TYPE=LINE, NODE=9
+{ends}
+*CONTACT, OBSTACLE=WEDGE, NSET={set}
+*MONITOR, NAME=bar
+2, U1
+*MONITOR, NAME=wedge
+9, U2
+*MONITOR, NAME=force, OBSTACLE=WEDGE
+RN
+*STEP
+*STATIC, METHOD=LOAD
+5.
+*CLOAD
+2, 1, 1
+*STOP
+LOAD, ABOVE, 20
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("touching", ["TIP", "BAR"])
+@pytest.mark.parametrize("slope", [60.0, 110.0])
+def test_wedge(slope, touching):
+    """The wedge moves by -u tan(slope), u the displacement of the tip: P = u (EA/L + k tan(slope)^2), exactly, for any u."""
+    t = math.radians(slope)
+    ends = f"{1.0 - math.cos(t)!r}, {-math.sin(t)!r}, {1.0 + math.cos(t)!r}, {math.sin(t)!r}"
+    run = dr.run_deck(WEDGE.format(ends=ends, set=touching))
+    u = run.column("load_factor") / (100.0 + 40.0 * math.tan(t)**2)
+    dr.assert_close(run.column("bar"), u, absolute=1e-12)
+    dr.assert_close(run.column("wedge"), -u * math.tan(t), absolute=1e-12)
+    dr.assert_close(run.column("force"), 40.0 * u * abs(math.tan(t) / math.cos(t)), absolute=1e-9)
