@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import deck_runner as dr
+import test_decks_rolled_rings as rolled
 
 # A cantilever and a wall on a spring ----------------------------------------------------------------------------------
 
@@ -77,7 +78,7 @@ def test_a_free_wall_is_told():
 
 # A ring between plates ------------------------------------------------------------------------------------------------
 
-RISE = math.sqrt(math.pi) * math.gamma(0.75) / (2.0 * math.gamma(1.25))    # integral of sin^(1/2) over a right angle
+RISE = rolled.RISE
 
 PRESS = """*HEADING
 Half of a ring between two plates, both carried by nodes, the lower one on a spring
@@ -132,6 +133,19 @@ def test_ring_between_plates_under_a_force(section):
         dr.assert_close(point.monitors["low"], load / 8.0, relative=1e-9)
         dr.assert_close(point.monitors["force"], load, relative=1e-9)
     assert not run.labelled("LP") and not run.labelled("BP")
+
+
+def test_whole_ring_that_may_roll():
+    """Clamped at one place of the floor, about which it rolls: no more than the clamp's half, and no bifurcation of it."""
+    text = dr.changed(rolled.ring(end=0.7), ("NAME=HIGH, TYPE=LINE", "NAME=HIGH, TYPE=LINE, NODE=9"), ("*ARC", "9, 0, 0\n*ARC"),
+                      ("1, ENCASTRE\n", "1, ENCASTRE\n9, XSYMM\n"), ("*STEP", "*MONITOR, NAME=v\n9, U2, -1\n*STEP"))
+    before, rest = text.split("*OBSTACLE MOTION")
+    text = before.replace("METHOD=LOAD\n0.02", "METHOD=CYLINDRICAL\n0.2") + "*CLOAD\n9, 2, -1\n" + rest[rest.index("*STOP"):]
+    run = dr.run_deck(dr.changed(text, ("LOAD, ABOVE, 0.7", "LOAD, ABOVE, 22"), ("LOAD, 0.5, 0.7", "LOAD, 5, 15")))
+    for point, load in zip(run.labelled("UZ"), (5.0, 15.0)):
+        dr.assert_close(point.monitors["v"], 2.0 * (1.0 - RISE / math.sqrt(load)), absolute=1e-6)
+    dr.assert_close(run.load("C+"), (RISE / (1.0 - rolled.FLAT))**2, relative=1e-6)
+    assert not run.labelled("BP")
 
 
 # An arch under a platen -----------------------------------------------------------------------------------------------
