@@ -465,13 +465,74 @@ def test_a_place_on_the_disc_ends_the_step():
     assert lying.start < 0.65 < lying.end
 
 
-@pytest.mark.parametrize("pressure", [0.0, -3.0])
-def test_newtons_method_has_the_tangent(pressure):
-    """It takes no more iterations than beside a disc that the step moves, apart from one where its first guess is worse."""
-    carried = dr.run_deck(disc(pressure=pressure))
+# A strip that a disc presses into --------------------------------------------------------------------------------------
+
+BRIDGE = """*HEADING
+A strip clamped at both ends, into which a force presses a disc on springs, under a dead load and a pressure
+*NODE
+1, 0, 0
+2, 1, 0
+9, 0.4, 1
+*LINE, ELSET=STRIP, NSET=STRIP, TYPE=GE8
+1, 2
+*BEAM SECTION, ELSET=STRIP, SECTION=STIFFNESS
+2000., 1.
+*BOUNDARY
+1, ENCASTRE
+2, ENCASTRE
+9, 6
+*SPRING
+9, 1, 300.
+*OBSTACLE, NAME=DISC, TYPE=CIRCLE, SIDE=OUTSIDE{node}
+0.4, -1., 1.
+*CONTACT, OBSTACLE=DISC, NSET=STRIP
+*MONITOR, NAME=dx
+9, U1
+*MONITOR, NAME=dy
+9, U2
+*MONITOR, NAME=fx, OBSTACLE=DISC
+RF1
+*MONITOR, NAME=fy, OBSTACLE=DISC
+RF2
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD={method}
+0.25, , 0.25
+*CLOAD
+9, 2, 400
+*DLOAD
+STRIP, PX, 60
+STRIP, PY, -20
+STRIP, P, {pressure!r}
+*STOP
+LOAD, ABOVE, 1
+*END STEP
+"""
+
+
+def bridged(pressure, at=None):
+    """The run, with the disc pushed or, for `at`, moved by the step."""
+    text = BRIDGE.format(node=", NODE=9", method="LOAD", pressure=pressure)
+    if at is not None:
+        text = dr.changed(text, (", NODE=9", ""), ("9, 6\n*SPRING\n9, 1, 300.\n", ""), ("9, 0.4, 1\n", ""),
+                          ("*MONITOR, NAME=dx\n9, U1\n*MONITOR, NAME=dy\n9, U2\n", ""),
+                          ("*CLOAD\n9, 2, 400\n", f"*OBSTACLE MOTION\nDISC, {at[0]!r}, {at[1]!r}\n"))
+    return dr.run_deck(text)
+
+
+@pytest.mark.parametrize("pressure", [0.0, -100.0, 50.0])
+def test_strip_on_a_disc(pressure):
+    """It takes the force of the disc, as of one that the step moves by as much; and Newton's method no more iterations, for all forces
+    have a potential here.
+    """
+    carried = bridged(pressure)
     end = carried.only("EP").monitors
-    moved = dr.run_deck(disc(pressure=pressure, at=(end["dx"], end["dy"])))
-    assert max(carried.column("iterations")) <= max(moved.column("iterations")) + 1
+    dr.assert_close(end["fy"], 400.0, absolute=1e-6)
+    dr.assert_close(end["fx"], -300.0 * end["dx"], absolute=1e-6)
+    moved = bridged(pressure, (end["dx"], end["dy"]))
+    for name in ("fx", "fy"):
+        dr.assert_close(moved.only("EP").monitors[name], end[name], absolute=2e-6)
+    assert max(carried.column("iterations")) <= max(moved.column("iterations"))
 
 
 # A corner between a wall and a plate ----------------------------------------------------------------------------------

@@ -190,7 +190,7 @@ contains
          factor%column(:, k) = merge(0.0_wp, row, held)
       end do
       factor%response = factor%column
-      weak = max(sqrt(epsilon(weak)) * maxval(abs(factor%schur)), tiny(weak))
+      weak = max(sqrt(epsilon(weak)) * max(maxval(abs(band%a)), maxval(abs(factor%schur))), tiny(weak))
       call solve_band(factor, factor%response)
       factor%schur = factor%schur - matmul(transpose(factor%column), factor%response)
       call factor_symmetric(factor%schur, factor%order, weak, negative, zero)

@@ -327,7 +327,7 @@ contains
       if (problem%conforms(e) > 0) carrier = problem%model%obstacle(problem%candidates%obstacle(problem%conforms(e)))%carrier
    end function carried_by
 
-   !> Unknowns of nodes that carry obstacles, the border of the band.
+   !> Unknowns of nodes that carry obstacles, the border of the band. The rotation is one of them as matrices of nodes have all three.
    pure function carried_unknowns(problem) result(unknown)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: unknown(:)
@@ -335,7 +335,7 @@ contains
       allocate (unknown(0))
       do k = 1, size(problem%ties%carrier)
          associate (node => problem%ties%carrier(k))
-            unknown = [unknown, dof(problem, node, 1), dof(problem, node, 2)]
+            unknown = [unknown, dof(problem, node, 1), dof(problem, node, 2), dof(problem, node, 3)]
          end associate
       end do
    end function carried_unknowns

@@ -52,7 +52,8 @@ contains
          & carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
          n = system%normal(:, candidate)
          motion = 0.0_wp
-         if (.not. any(fixed(1:2, node))) then
+         ! Where the contact eliminates no unknown, supports or a parallel obstacle hold the node.
+         if (system%unknown(candidate) > 0 .and. .not. any(fixed(1:2, node))) then
             motion(1, 1) = 1.0_wp
             motion(2, 2) = 1.0_wp
             k = second_contact(problem, state, system, candidate)
@@ -64,7 +65,7 @@ contains
                   motion(1:2, i) = [other(2), -other(1)] * n(i) / det
                end do
             end if
-         else if (.not. all(fixed(1:2, node))) then
+         else if (system%unknown(candidate) > 0) then
             i = merge(2, 1, fixed(1, node))
             motion(i, 1:2) = n / n(i)
          end if
@@ -82,7 +83,7 @@ contains
       end associate
    end subroutine set_blocks_of
 
-   !> Second contact of a candidate's node, with an obstacle of another carrier or of none; 0: none.
+   !> Second contact that eliminates an unknown of a candidate's node, with an obstacle of another carrier or of none; 0: none.
    pure integer function second_contact(problem, state, system, candidate) result(second)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -93,7 +94,7 @@ contains
          second = problem%candidates%twin(second)
          if (second == candidate) exit
          if (state%active(second) .and. problem%model%obstacle(problem%candidates%obstacle(second))%carrier /= &
-            & problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier .and. .not. system%soft(second)) return
+            & problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier .and. system%unknown(second) > 0) return
       end do
       second = 0
    end function second_contact
