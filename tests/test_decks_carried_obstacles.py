@@ -148,6 +148,22 @@ def test_whole_ring_that_may_roll():
     assert not run.labelled("BP")
 
 
+@pytest.mark.parametrize("points", ["NODES", "ALONG"])
+def test_press_moved_or_pushed(points):
+    """The same deck, as contact at the nodes has errors of its own: a plate moved by a support takes the force that moves it."""
+    text = PRESS.format(section="STIFFNESS\n1e4, 1").replace("NSET=RING\n*", f"NSET=RING, POINTS={points}\n*")
+    if points == "NODES":
+        text = dr.changed(text, ("1, 2, 0, 0\n", "1, 2, 0, 0, 40\n"), ("*ACCURACY, TOLERANCE=1e-7\n", ""))
+    text = dr.changed(text, ("LOAD, ABOVE, 12", "LOAD, ABOVE, 6"), ("LOAD, 6, 10", "LOAD, 3"))
+    pushed = dr.run_deck(text).only("EP").monitors
+    moved = dr.run_deck(dr.changed(text, ("9, XSYMM", "9, ENCASTRE"), ("*STATIC\n0.2, , 0.2", "*STATIC, METHOD=LOAD\n0.05"),
+                                   ("*CLOAD\n9, 2, -0.5", f"*BOUNDARY\n9, 2, 2, {-pushed['high']!r}"), ("LOAD, ABOVE, 6", "LOAD, ABOVE, 1"),
+                                   ("*LOCATE\nLOAD, 3\n", ""))).only("EP").monitors
+    dr.assert_close(pushed["force"], 6.0, relative=1e-8)
+    for name in ("force", "low"):
+        dr.assert_close(moved[name], pushed[name], relative=2e-6)
+
+
 # An arch under a platen -----------------------------------------------------------------------------------------------
 
 PLATEN = """*HEADING
@@ -455,6 +471,20 @@ def test_bars_round_a_disc(tolerance):
     one, other = last_region(coarse), last_region(fine)
     assert abs(one.start - other.start) <= one.start_error + other.start_error
     assert abs(one.end - other.end) <= one.end_error + other.end_error
+
+
+def test_order_and_correction_round_a_disc():
+    """Errors of GE4 fall with the fourth power of the length of the elements, and the estimate knows nine tenths of each."""
+    exact, errors = end_of(disc()), {}
+    for n in (6, 12):
+        text = dr.changed(disc(), ("TYPE=GE8", "TYPE=GE4"), ("1, 3\n3, 2\n", f"1, 3, {n}\n3, 2, {n}\n"),
+                          ("*ACCURACY, TOLERANCE=1E-8\n", "*ACCURACY, WIDEST=1\n"))
+        end = dr.run_deck(text).only("EP")
+        errors[n] = {name: end.monitors[name] - value for name, value in exact.items()}
+        for name, value in exact.items():
+            assert abs(end.monitor_corrected[name] - value) <= 0.1 * abs(errors[n][name]), (n, name)
+    for name in exact:
+        dr.assert_order([errors[6][name], errors[12][name]], 4.0)
 
 
 def test_a_place_on_the_disc_ends_the_step():

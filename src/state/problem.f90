@@ -327,7 +327,7 @@ contains
       if (problem%conforms(e) > 0) carrier = problem%model%obstacle(problem%candidates%obstacle(problem%conforms(e)))%carrier
    end function carried_by
 
-   !> Unknowns of nodes that carry obstacles, the border of the band. The rotation is one of them as matrices of nodes have all three.
+   !> Unknowns of nodes that carry obstacles, the border of the band; all three, as the matrices of nodes have.
    pure function carried_unknowns(problem) result(unknown)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: unknown(:)
