@@ -665,3 +665,60 @@ def test_wedge(slope, touching):
     dr.assert_close(run.column("bar"), u, absolute=1e-12)
     dr.assert_close(run.column("wedge"), -u * math.tan(t), absolute=1e-12)
     dr.assert_close(run.column("force"), 40.0 * u * abs(math.tan(t) / math.cos(t)), absolute=1e-9)
+
+
+# Two boards ------------------------------------------------------------------------------------------------------------
+
+BOARDS = """*HEADING
+A strip on two boards of one level, one of them on a spring
+*NODE
+1, 0, 0
+3, 0.5, 0
+2, 1, 0
+9, 3, 3
+*LINE, ELSET=STRIP, NSET=LEFT
+1, 3
+*LINE, ELSET=STRIP, NSET=RIGHT
+3, 2
+*BEAM SECTION, ELSET=STRIP, SECTION=STIFFNESS
+1e4, 1.
+*BOUNDARY
+1, ENCASTRE
+9, XSYMM
+*SPRING
+9, 2, 2.
+*OBSTACLE, NAME=FIXED, TYPE=LINE
+-1, 0, 1, 0
+*OBSTACLE, NAME=SPRUNG, TYPE=LINE, NODE=9
+-1, {level}, 1, {level}
+*CONTACT, OBSTACLE=FIXED, NSET=LEFT
+*CONTACT, OBSTACLE=SPRUNG, NSET=RIGHT
+*MONITOR, NAME=board
+9, U2, -1
+*MONITOR, NAME=tip
+2, U2, -1
+*MONITOR, NAME=force, OBSTACLE=SPRUNG
+RN
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC
+0.001, , 0.002
+*CLOAD
+2, 2, -1
+*STOP
+LOAD, ABOVE, 0.01
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("level", [0.0, -1e-4])
+def test_two_boards(level):
+    """Boards of one level are no single wall where a node carries one of them. The tip of a clamped beam with a support at its middle
+    sinks by 7 P/96 EI, and the board on the spring with it. The error of small deflections is their square.
+    """
+    run = dr.run_deck(BOARDS.format(level=repr(level)))
+    load, tip = run.column("load_factor"), run.column("tip")
+    board = np.maximum((load + 96.0 / 7.0 * level) / (96.0 / 7.0 + 2.0), 0.0)
+    dr.assert_close(run.column("board"), board, absolute=1e-6)
+    dr.assert_close(tip, np.where(board > 0.0, board - level, load * 7.0 / 96.0), absolute=1e-6)
+    dr.assert_close(run.column("force"), 2.0 * run.column("board"), absolute=1e-9)
