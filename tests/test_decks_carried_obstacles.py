@@ -722,3 +722,55 @@ def test_two_boards(level):
     dr.assert_close(run.column("board"), board, absolute=1e-6)
     dr.assert_close(tip, np.where(board > 0.0, board - level, load * 7.0 / 96.0), absolute=1e-6)
     dr.assert_close(run.column("force"), 2.0 * run.column("board"), absolute=1e-9)
+
+
+# A die on a beam -------------------------------------------------------------------------------------------------------
+
+TWO_BEAMS = """*HEADING
+The tip of a cantilever carries a round die, which presses on a longer one below
+*NODE
+1, 0, 0.2
+2, 1, 0.2
+3, 0, 0
+4, 1.3, 0
+*LINE, ELSET=UPPER
+1, 2
+*LINE, ELSET=LOWER, NSET=LOWER
+3, 4
+*BEAM SECTION, ELSET=UPPER, SECTION=STIFFNESS
+1e8, {ei!r}
+*BEAM SECTION, ELSET=LOWER, SECTION=STIFFNESS
+1e8, 1
+*BOUNDARY
+1, ENCASTRE
+3, ENCASTRE
+*OBSTACLE, NAME=DIE, TYPE=CIRCLE, SIDE=OUTSIDE, NODE=2
+1, 0.05, 0.05
+*CONTACT, OBSTACLE=DIE, NSET=LOWER
+*MONITOR, NAME=tip
+2, U2, -1
+*MONITOR, NAME=force, OBSTACLE=DIE
+RF2, -1
+*STEP
+*ACCURACY, TOLERANCE=1E-6
+*STATIC, METHOD=LOAD
+1e-3, , 1e-3
+*CLOAD
+2, 2, -1
+*STOP
+LOAD, ABOVE, 2e-3
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("ei", [1.0, 4.0])
+def test_die_on_a_beam(ei):
+    """A node of a rod may carry an obstacle. Both beams are bent by the tip's way of v = P/(3 EI + 3), the lower one by 3 v of it; the
+    die touches it beside its middle by its radius times the slope, 1.5 v, whose part of the force is 3 times that.
+    """
+    run = dr.run_deck(TWO_BEAMS.format(ei=ei))
+    load, tip = run.column("load_factor"), run.column("tip")
+    v = load / (3.0 * ei + 3.0)
+    dr.assert_close(tip, v, absolute=1e-3 * v[-1])
+    dr.assert_close(run.column("force"), 3.0 * v, absolute=1e-2 * v[-1])
+    dr.assert_close(run.column("force") + 3.0 * ei * tip, load, relative=1e-5, absolute=1e-12)
