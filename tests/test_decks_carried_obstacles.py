@@ -568,6 +568,24 @@ def test_strip_on_a_disc(pressure):
     assert max(carried.column("iterations")) <= max(moved.column("iterations"))
 
 
+def test_mode_of_a_strip_on_a_disc():
+    """In a buckling mode no place of the strip that lies on the disc moves into it or off it, and the disc moves along."""
+    text = BRIDGE.format(node=", NODE=9", method="LOAD", pressure=0.0)
+    run = dr.run_deck(dr.changed(text, ("1, 2\n*BEAM", "1, 2, 50\n*BEAM"), ("*ACCURACY, TOLERANCE=1E-6\n", ""),
+                                 ("*STOP\nLOAD, ABOVE, 1\n", "*STOP\nLOAD, ABOVE, 1\n*FIELD OUTPUT\nDISPLACEMENT\n"))
+                      + "*STEP, NAME=BUCKLING\n*BUCKLE\n1\n*CLOAD\n9, 2, 1\n*END STEP\n")
+    mesh, mode = run.results.mesh, run.results.buckling["BUCKLING"].mode[0, :, :2]
+    end, carrier = run.only("EP"), int(np.flatnonzero(mesh.node_label == 9)[0])
+    moved = run.results.field("displacement", end.point)[:, :2]
+    lies = run.results.contact.regions(end.point)[0]
+    x = mesh.coordinates[:, 0]
+    on = (x > lies.start) & (x < lies.end) & (np.arange(len(x)) != carrier)
+    away = mesh.coordinates[on] + moved[on] - (np.array([0.4, -1.0]) + moved[carrier])
+    assert np.count_nonzero(on) > 40 and np.linalg.norm(mode[carrier]) > 0.1
+    dr.assert_close(np.linalg.norm(away, axis=1), np.ones(len(away)), absolute=1e-9)
+    dr.assert_close(np.sum((mode[on] - mode[carrier]) * away, axis=1), np.zeros(len(away)), absolute=1e-7)
+
+
 # A corner between a wall and a plate ----------------------------------------------------------------------------------
 
 CORNER = """*HEADING
