@@ -11,7 +11,7 @@ module element_errors
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use element_products, only: element_unknowns
+   use node_axes, only: element_unknowns
    use inner_kinks, only: kink_moments
    use small_dense, only: solve_small
    implicit none

@@ -95,6 +95,7 @@ contains
       call measure_contact(problem, state, at, scale, middle, accuracy, total, left)
       if (problem%ground%chain%n > 0) call add_foundations()
       if (problem%has_spans()) call add_spans()
+      if (size(problem%ties%carrier) > 0) call add_carried()
       call add_joints()
       accuracy%force = scale
       call note_worst(accuracy%force_balance, beyond(norm2(total(1:2)), noise) / scale, at)
@@ -106,6 +107,29 @@ contains
          & node=problem%model%mesh%node_label(node))
 
    contains
+
+      !> Adds the forces on the nodes that carry obstacles, opposite to those of the obstacles. Couples on these bodies are of no
+      !> account, as the bodies do not turn.
+      subroutine add_carried()
+         real(wp) :: totals(3, size(problem%model%contact), size(problem%model%obstacle)), moment, gap, normal(2), bend, force(2)
+         integer :: c, o, i
+         totals = 0.0_wp
+         if (problem%has_spans()) call span_totals(problem, state, middle, totals, moment)
+         do o = 1, size(problem%model%obstacle)
+            associate (carrier => problem%model%obstacle(o)%carrier)
+               if (carrier == 0) cycle
+               force = sum(totals(1:2, :, o), 2)
+               do c = 1, problem%candidates%n
+                  if (problem%candidates%obstacle(c) /= o .or. problem%candidates%contact_span(c) > 0) cycle
+                  call candidate_gap(problem, state, c, gap, normal, bend)
+                  force = force + state%reaction(c) * normal
+               end do
+               do i = 1, 2
+                  call act(carrier, i, -force(i))
+               end do
+            end associate
+         end do
+      end subroutine add_carried
 
       !> Adds the forces of springs between nodes and of ties: each tie balances its own component and acts on the nodes that it
       !> follows.

@@ -129,8 +129,9 @@ contains
                needs = 'rods without the pressure of a *LIQUID; it acts on element '//to_text(mesh%element_label(e))
             else
                other = other_contact(e)
-               if (other > 0) needs = 'an obstacle alone on its rod, or beside soil that pulls and presses (*AXIAL SOIL, '// &
-                  & 'BILATERAL); *CONTACT with '//trim(model%obstacle(model%contact(other)%obstacle)%name)//' acts on element '// &
+               if (other > 0) needs = 'an obstacle alone on its rod, or one that no node carries beside soil that pulls and '// &
+                  & 'presses (*AXIAL SOIL, BILATERAL); *CONTACT with '// &
+                  & trim(model%obstacle(model%contact(other)%obstacle)%name)//' acts on element '// &
                   & to_text(mesh%element_label(e))//', too, and not as contact along the rod'
             end if
             if (needs /= '') return
@@ -150,7 +151,8 @@ contains
          do other = 1, size(model%contact)
             associate (its => model%contact(other))
                if (other == contact .or. its%along .or. model%obstacle(its%obstacle)%at_nodes) cycle
-               if (its%distributed .and. model%obstacle(its%obstacle)%bilateral) cycle
+               if (its%distributed .and. model%obstacle(its%obstacle)%bilateral .and. &
+                  & model%obstacle(model%contact(contact)%obstacle)%carrier == 0) cycle
                if (any(its%node == model%mesh%node(1, e)) .and. any(its%node == model%mesh%node(2, e))) return
             end associate
          end do

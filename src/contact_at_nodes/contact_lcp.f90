@@ -163,6 +163,8 @@ contains
          if (problem%coupling%entry(candidate) > 0) call add_coupled_load(problem, system, candidate, force)
          if (problem%coupling%entry(candidate) == 0 .or. .not. state%active(candidate)) then
             call spread_force(problem, system%tie_block, problem%candidates%node(candidate), [own_force(), 0.0_wp], force)
+            d = problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier
+            if (d > 0) call spread_force(problem, system%tie_block, d, -[system%normal(:, candidate), 0.0_wp], force)
          end if
       end if
       call solve_bordered(system, force, prescribed, 0.0_wp, x, y, ok)

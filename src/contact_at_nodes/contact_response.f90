@@ -50,6 +50,9 @@ contains
       real(wp), intent(in) :: x(:), y
       real(wp) :: du(3)
       du = to_global(problem, system, x, problem%candidates%node(candidate))
+      associate (carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
+         if (carrier > 0) du = du - to_global(problem, system, x, carrier)
+      end associate
       gap_change = dot_product(system%normal(:, candidate), du(1:2) - y * system%motion(:, candidate)) - &
          & y * system%closing(candidate)
    end function gap_change

@@ -3,12 +3,15 @@
 !>
 !> Contact with a rigid obstacle eliminates a displacement of the node. A node that follows another one has no independent
 !> displacement: the node that it follows must be the contact node, at the same position and as a candidate for the same obstacle.
-!> The force of a foundation acts on the nodes that are followed; coupled ground requires independent unknowns of its nodes.
+!> The force of a foundation acts on the nodes that are followed; coupled ground requires independent unknowns of its nodes. A node
+!> that carries an obstacle has independent displacements, and touches nothing; a node that may touch the obstacle goes along with
+!> it.
 module check_contacts
    use kinds, only: wp
    use text, only: to_text
    use model, only: model_t, contact_t, tie_t
    use obstacle_types, only: ground_independent, ground_half_space
+   use obstacle_geometry, only: obstacle_gap
    use gauss_tableau, only: tableau_t, max_stages, new_tableau
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t, new_candidates
@@ -17,7 +20,7 @@ module check_contacts
    use deck_names, only: node_words
    implicit none
    private
-   public :: check_ground_candidates, check_contact_of_tied_nodes, touch_by_leaders
+   public :: check_ground_candidates, check_contact_of_tied_nodes, check_carriers, touch_by_leaders
 
    integer, parameter :: most_candidates = 1500 !! limit, because the compliances of the candidates form a full matrix
 
@@ -129,6 +132,54 @@ contains
          end associate
       end subroutine check_tied_nodes
    end subroutine check_contact_of_tied_nodes
+
+   !> Reports obstacles that their nodes cannot carry, and nodes that cannot go along with an obstacle.
+   subroutine check_carriers(deck, model)
+      type(checked_deck_t), intent(inout) :: deck
+      type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
+      integer :: contact, card
+      contact = 0
+      do while (deck%next_card('CONTACT'))
+         contact = contact + 1
+         call check_nodes(model%contact(contact))
+      end do
+      card = 0
+      do while (deck%next_card('OBSTACLE'))
+         card = card + 1
+         associate (carrier => model%obstacle(card)%carrier)
+            if (carrier == 0) cycle
+            if (any(model%tie%node == carrier .and. model%tie%component < 3)) call deck%wrong('NODE', &
+               node_words(model%mesh, carrier)//' follows another one: let the node that it follows carry the obstacle')
+         end associate
+      end do
+
+   contains
+
+      !> Reports the first node of a contact that cannot touch the obstacle because a node carries it, or carries one itself.
+      subroutine check_nodes(contact)
+         type(contact_t), intent(in) :: contact
+         real(wp), parameter :: rounded = 1.0e-10_wp       ! decks give ten digits or more
+         real(wp) :: gap, normal(2), bend
+         integer :: i
+         associate (own => model%obstacle(contact%obstacle)%carrier, obstacle => model%obstacle(contact%obstacle))
+            do i = 1, size(contact%node)
+               associate (node => contact%node(i))
+                  if (any(model%obstacle%carrier == node)) then
+                     call deck%wrong('NSET', node_words(model%mesh, node)//' carries an obstacle, and cannot touch one')
+                     return
+                  end if
+                  if (own == 0) cycle
+                  call obstacle_gap(obstacle, model%mesh%x(:, node), gap, normal, bend)
+                  if (all(model%fixed(1:2, node)) .and. gap + contact%gap <= rounded * norm2(model%mesh%x(:, node))) then
+                     call deck%wrong('NSET', node_words(model%mesh, node)//' is held in x and y, and begins on '// &
+                        trim(obstacle%name)//', which a node carries and could not move: leave it out')
+                     return
+                  end if
+               end associate
+            end do
+         end associate
+      end subroutine check_nodes
+   end subroutine check_carriers
 
    !> Among tied nodes at one position only one remains in contact: nodes that follow another node of the same rigid contact are
    !> removed from it.

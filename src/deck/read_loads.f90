@@ -297,6 +297,8 @@ contains
          integer :: obstacle
          obstacle = deck%named('obstacle', deck%names%obstacle, 'obstacle')
          if (obstacle == 0) return
+         if (model%obstacle(obstacle)%carrier > 0) call deck%wrong('obstacle', trim(model%obstacle(obstacle)%name)// &
+            ' moves with '//node_words(model%mesh, model%obstacle(obstacle)%carrier)//': move that node (*BOUNDARY)')
          load%motion(:, obstacle) = load%motion(:, obstacle) + [deck%real('dx'), deck%real('dy')]
       end subroutine read_motion
 

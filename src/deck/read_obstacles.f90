@@ -83,6 +83,10 @@ contains
          obstacle = obstacle_t()
          obstacle%name = deck%text('NAME')
          obstacle%bilateral = deck%given('BILATERAL')
+         if (deck%given('NODE')) then
+            obstacle%carrier = deck%node('NODE')
+            if (obstacle%carrier > 0) deck%names%connected(obstacle%carrier) = .true.
+         end if
          call read_foundation()
          ok = deck%lines_sound()
          if (ok) call check_ground()

@@ -35,7 +35,9 @@ contains
       logical, dimension(model%mesh%n_nodes) :: first, second
       integer :: e, s
       associate (one => model%contact(k), other => model%contact(j))
-         may_join = one%along .and. other%along .and. one%obstacle /= other%obstacle .and. .not. abs(one%gap - other%gap) > 0.0_wp
+         may_join = one%along .and. other%along .and. one%obstacle /= other%obstacle .and. &
+            & .not. abs(one%gap - other%gap) > 0.0_wp .and. &
+            & model%obstacle(one%obstacle)%carrier == model%obstacle(other%obstacle)%carrier
          if (.not. may_join) return
          first = .false.
          first(one%node) = .true.

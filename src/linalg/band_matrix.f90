@@ -1,15 +1,23 @@
-!> Symmetric band matrices: LAPACK's Cholesky while they are positive definite, its pivoting LU where they are not.
+!> Symmetric band matrices with a border: LAPACK's Cholesky while the band is positive definite, its pivoting LU where it is not.
+!>
+!> The border consists of a few unknowns that may be coupled with every other one. With the band A of the other unknowns, the
+!> columns B of the border and its own matrix C, the matrix is [A B; B^T C]. It is factored by the factors of A and those of the
+!> Schur complement C - B^T A^-1 B; by Haynsworth's theorem its negative eigenvalues are those of both.
 module band_matrix
    use kinds, only: wp
-   use lapack, only: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsbmv
+   use lapack, only: dpbtrf, dpbtrs, dgbtrf, dgbtrs, dsbmv, dsytrf, dsytrs
    implicit none
    private
-   public :: band_t, factor_t, new_band, band_times, factorise, solve_factored, spring_forces
+   public :: band_t, factor_t, new_band, clear_band, add_entry, band_sum, band_times, row_product, add_row, factorise, &
+      & solve_factored, spring_forces, factor_symmetric
 
-   !> Lower band storage of LAPACK: a(1 + i - j, j) = A(i, j), j <= i <= j + kd.
+   !> Lower band storage of LAPACK: a(1 + i - j, j) = A(i, j), j <= i <= j + kd. The matrix is the sum of the band and of the rows
+   !> and columns of the border.
    type :: band_t
       integer :: n = 0, kd = 0
       real(wp), allocatable :: a(:, :)   !! (kd + 1, n)
+      integer, allocatable :: border(:)  !! unknowns of the border
+      real(wp), allocatable :: beside(:, :) !! (n, border) columns of the border; entries between two of its unknowns are in both
    end type band_t
 
    !> Factors of a symmetric band matrix.
@@ -24,49 +32,199 @@ module band_matrix
       integer, allocatable :: pivot(:)
       real(wp), allocatable :: unit(:)        !! (n) scale of each unknown for LU, which factors diag(unit) A diag(unit)
       real(wp), allocatable :: spring(:)      !! (n) stiffness of the springs added to a singular matrix for LU, in the units of A
+      integer, allocatable :: border(:)       !! unknowns of the border that are not fixed
+      real(wp), allocatable :: column(:, :)   !! (n, border) B, 0 at fixed unknowns and those of the border
+      real(wp), allocatable :: response(:, :) !! (n, border) A^-1 B
+      real(wp), allocatable :: schur(:, :)    !! (border, border) factors of C - B^T A^-1 B
+      integer, allocatable :: order(:)        !! (border) pivots of these factors
    end type factor_t
 
 contains
 
    !> A zero matrix of order n and half bandwidth kd.
-   pure function new_band(n, kd) result(band)
+   pure function new_band(n, kd, border) result(band)
       integer, intent(in) :: n, kd
+      integer, intent(in) :: border(:) !! unknowns that may be coupled with every other one, each once
       type(band_t) :: band
       band%n = n
       band%kd = min(kd, max(n - 1, 0))
-      allocate (band%a(band%kd + 1, n), source=0.0_wp)
+      band%border = border
+      allocate (band%a(band%kd + 1, n), band%beside(n, size(border)), source=0.0_wp)
    end function new_band
+
+   !> Makes a matrix zero.
+   pure subroutine clear_band(band)
+      type(band_t), intent(inout) :: band
+      band%a = 0.0_wp
+      band%beside = 0.0_wp
+   end subroutine clear_band
+
+   !> Adds a number to A(i, j) and to A(j, i).
+   pure subroutine add_entry(band, i, j, number)
+      type(band_t), intent(inout) :: band
+      integer, intent(in) :: i, j      !! i >= j; within the bandwidth unless one of them belongs to the border
+      real(wp), intent(in) :: number
+      integer :: of_i, of_j
+      if (size(band%border) > 0) then
+         of_i = findloc(band%border, i, 1)
+         of_j = findloc(band%border, j, 1)
+         if (of_i > 0) band%beside(j, of_i) = band%beside(j, of_i) + number
+         if (of_j > 0 .and. i /= j) band%beside(i, of_j) = band%beside(i, of_j) + number
+         if (of_i > 0 .or. of_j > 0) return
+      end if
+      band%a(1 + i - j, j) = band%a(1 + i - j, j) + number
+   end subroutine add_entry
+
+   !> The matrix p A + q B, for A and B of one form.
+   pure function band_sum(p, a, q, b) result(total)
+      real(wp), intent(in) :: p, q
+      type(band_t), intent(in) :: a, b
+      type(band_t) :: total
+      total = a
+      total%a = p * a%a + q * b%a
+      total%beside = p * a%beside + q * b%beside
+   end function band_sum
 
    !> y = A x.
    subroutine band_times(band, x, y)
       type(band_t), intent(in) :: band
       real(wp), intent(in) :: x(:)     !! (n)
       real(wp), intent(inout) :: y(:)  !! (n)
+      integer :: k
       call dsbmv('L', band%n, band%kd, 1.0_wp, band%a, band%kd + 1, x, 1, 0.0_wp, y, 1)
+      do k = 1, size(band%border)
+         y = y + x(band%border(k)) * band%beside(:, k)
+         y(band%border(k)) = y(band%border(k)) + dot_product(band%beside(:, k), x) - &
+            & dot_product(band%beside(band%border, k), x(band%border))
+      end do
    end subroutine band_times
+
+   !> Row i of A times x.
+   pure real(wp) function row_product(band, i, x) result(product)
+      type(band_t), intent(in) :: band
+      integer, intent(in) :: i
+      real(wp), intent(in) :: x(:)     !! (n)
+      integer :: j
+      product = 0.0_wp
+      do j = max(1, i - band%kd), i
+         product = product + band%a(1 + i - j, j) * x(j)
+      end do
+      do j = i + 1, min(band%n, i + band%kd)
+         product = product + band%a(1 + j - i, i) * x(j)
+      end do
+      do j = 1, size(band%border)
+         product = product + band%beside(i, j) * x(band%border(j))
+         if (band%border(j) == i) product = product + dot_product(band%beside(:, j), x) - &
+            & dot_product(band%beside(band%border, j), x(band%border))
+      end do
+   end function row_product
+
+   !> Adds a multiple of row i of A to a vector.
+   pure subroutine add_row(band, i, weight, row)
+      type(band_t), intent(in) :: band
+      integer, intent(in) :: i
+      real(wp), intent(in) :: weight
+      real(wp), intent(inout) :: row(:) !! (n)
+      integer :: j
+      do j = max(1, i - band%kd), i
+         row(j) = row(j) + band%a(1 + i - j, j) * weight
+      end do
+      do j = i + 1, min(band%n, i + band%kd)
+         row(j) = row(j) + band%a(1 + j - i, i) * weight
+      end do
+      do j = 1, size(band%border)
+         if (band%border(j) == i) then
+            row = row + weight * band%beside(:, j)
+         else if (.not. any(band%border == i)) then
+            row(band%border(j)) = row(band%border(j)) + weight * band%beside(i, j)
+         end if
+      end do
+   end subroutine add_row
 
    !> Factors A with the rows and columns of the fixed unknowns replaced by those of the identity.
    subroutine factorise(band, fixed, factor)
       type(band_t), intent(in) :: band
       logical, intent(in) :: fixed(:)      !! (n) true: fixed
       type(factor_t), intent(inout) :: factor !! storage is kept between calls
+      logical :: held(band%n)
       integer :: info
       factor%n = band%n
       factor%kd = band%kd
+      held = fixed
+      held(band%border) = .true.
       if (.not. allocated(factor%cholesky)) allocate (factor%cholesky(band%kd + 1, band%n))
-      call copy_masked(band, fixed, factor%cholesky)
+      call copy_masked(band, held, factor%cholesky)
       call dpbtrf('L', band%n, band%kd, factor%cholesky, band%kd + 1, info)
       factor%positive = info == 0
       factor%deficient = .false.
       factor%negative_pivots = 0
-      if (factor%positive) return
-      if (.not. allocated(factor%lu)) allocate (factor%lu(3 * band%kd + 1, band%n), factor%pivot(band%n))
-      call copy_masked(band, fixed, factor%cholesky)
-      call measure_unknowns(factor)
-      call to_general(factor)
-      factor%negative_pivots = count_negative(factor%n, factor%kd, factor%cholesky)
-      call factor_general(factor)
+      if (.not. factor%positive) then
+         if (.not. allocated(factor%lu)) allocate (factor%lu(3 * band%kd + 1, band%n), factor%pivot(band%n))
+         call copy_masked(band, held, factor%cholesky)
+         call measure_unknowns(factor)
+         call to_general(factor)
+         factor%negative_pivots = count_negative(factor%n, factor%kd, factor%cholesky)
+         call factor_general(factor)
+      end if
+      call factor_border(band, fixed, held, factor)
    end subroutine factorise
+
+   !> Factors the Schur complement of the border. A zero pivot is replaced by that of a weak spring, as in factor_general.
+   subroutine factor_border(band, fixed, held, factor)
+      type(band_t), intent(in) :: band
+      logical, intent(in) :: fixed(:)      !! (n) true: fixed
+      logical, intent(in) :: held(:)       !! (n) true: fixed, or of the border
+      type(factor_t), intent(inout) :: factor !! in: with the factors of the band; out: complete
+      real(wp) :: unit(band%n), row(band%n), weak
+      integer :: k, negative, zero
+      factor%border = pack(band%border, .not. fixed(band%border))
+      if (size(factor%border) == 0) return
+      if (allocated(factor%column)) deallocate (factor%column, factor%response, factor%schur, factor%order)
+      allocate (factor%column(band%n, size(factor%border)), factor%schur(size(factor%border), size(factor%border)))
+      allocate (factor%order(size(factor%border)))
+      do k = 1, size(factor%border)
+         unit = 0.0_wp
+         unit(factor%border(k)) = 1.0_wp
+         call band_times(band, unit, row)
+         factor%schur(:, k) = row(factor%border)
+         factor%column(:, k) = merge(0.0_wp, row, held)
+      end do
+      factor%response = factor%column
+      weak = max(sqrt(epsilon(weak)) * max(maxval(abs(band%a)), maxval(abs(factor%schur))), tiny(weak))
+      call solve_band(factor, factor%response)
+      factor%schur = factor%schur - matmul(transpose(factor%column), factor%response)
+      call factor_symmetric(factor%schur, factor%order, weak, negative, zero)
+      factor%negative_pivots = factor%negative_pivots + negative
+      if (zero == 0) return
+      factor%deficient = .true.
+      if (.not. allocated(factor%spring)) allocate (factor%spring(band%n), source=0.0_wp)
+      if (factor%positive) factor%spring = 0.0_wp
+      factor%spring(factor%border(zero)) = weak
+   end subroutine factor_border
+
+   !> Factors a small symmetric matrix, L D L^T with pivoting, in place, and counts its negative eigenvalues. A zero pivot is
+   !> replaced by a small positive number.
+   subroutine factor_symmetric(matrix, pivot, small, negative, zero)
+      real(wp), intent(inout) :: matrix(:, :) !! in: lower triangle; out: factors for dsytrs
+      integer, intent(out) :: pivot(:)
+      real(wp), intent(in) :: small        !! > 0
+      integer, intent(out) :: negative     !! number of negative eigenvalues
+      integer, intent(out) :: zero         !! row of the last zero pivot; 0: none
+      real(wp) :: work(64 * size(matrix, 1))
+      integer :: i, n, info
+      n = size(matrix, 1)
+      call dsytrf('L', n, matrix, n, pivot, work, size(work), info)
+      ! A pivot block of order 2 has one eigenvalue of each sign.
+      negative = count(pivot < 0) / 2
+      zero = 0
+      do i = 1, n
+         if (pivot(i) < 0) cycle
+         if (matrix(i, i) < 0.0_wp) negative = negative + 1
+         if (abs(matrix(i, i)) > 0.0_wp) cycle
+         matrix(i, i) = small
+         zero = i
+      end do
+   end subroutine factor_symmetric
 
    !> LU factors of the scaled matrix. A zero pivot means that the unknown can move, together with unknowns before it, without any
    !> force; a spring at the unknown resists this motion. Its stiffness is the root of the rounding unit times the largest entry, so
@@ -139,6 +297,21 @@ contains
    subroutine solve_factored(factor, b)
       type(factor_t), intent(in) :: factor
       real(wp), intent(inout) :: b(:, :)  !! (n, right-hand sides)
+      real(wp) :: own(size(factor%border), size(b, 2))
+      integer :: info
+      own = b(factor%border, :)
+      call solve_band(factor, b)
+      if (size(own, 1) == 0) return
+      own = own - matmul(transpose(factor%column), b)
+      call dsytrs('L', size(own, 1), size(own, 2), factor%schur, size(own, 1), factor%order, own, size(own, 1), info)
+      b = b - matmul(factor%response, own)
+      b(factor%border, :) = own
+   end subroutine solve_factored
+
+   !> Solves with the band alone, whose rows of the border are those of the identity.
+   subroutine solve_band(factor, b)
+      type(factor_t), intent(in) :: factor
+      real(wp), intent(inout) :: b(:, :)  !! (n, right-hand sides)
       integer :: info, j
       if (factor%positive) then
          call dpbtrs('L', factor%n, factor%kd, size(b, 2), factor%cholesky, factor%kd + 1, b, factor%n, info)
@@ -152,7 +325,7 @@ contains
             b(:, j) = factor%unit * b(:, j)
          end do
       end if
-   end subroutine solve_factored
+   end subroutine solve_band
 
    !> Copies the masked symmetric matrix to LAPACK's general band storage.
    subroutine to_general(factor)

@@ -335,11 +335,11 @@ contains
       tie%factor = [1.0_wp]
    end function same_component
 
-   !> True if some step moves an obstacle.
+   !> True if some step moves an obstacle, or a node carries one.
    pure logical function obstacles_move(model)
       type(model_t), intent(in) :: model
       integer :: s
-      obstacles_move = .false.
+      obstacles_move = any(model%obstacle%carrier > 0)
       do s = 1, size(model%step)
          if (.not. allocated(model%step(s)%load%motion)) cycle
          obstacles_move = obstacles_move .or. any(abs(model%step(s)%load%motion) > 0.0_wp)

@@ -46,6 +46,9 @@ contains
             model%spring(:, i) = deck%spring(:, deck_node(i))
          end do
       end if
+      do k = 1, size(model%obstacle)
+         if (model%obstacle(k)%carrier > 0) model%obstacle(k)%carrier = mesh_node(model%obstacle(k)%carrier)
+      end do
       do k = 1, size(model%tie)
          associate (tie => model%tie(k))
             tie%node = mesh_node(tie%node)

@@ -140,6 +140,7 @@ contains
          do i = 1, mesh%n_nodes
             breakpoint(i) = any(ends(:, i) /= 1) .or. any(model%fixed(:, i))
             if (allocated(model%spring)) breakpoint(i) = breakpoint(i) .or. any(model%spring(:, i) > 0.0_wp)
+            if (allocated(model%obstacle)) breakpoint(i) = breakpoint(i) .or. any(model%obstacle%carrier == i)
             if (allocated(model%tie)) breakpoint(i) = breakpoint(i) .or. joined(model, i)
             if (.not. breakpoint(i)) breakpoint(i) = .not. goes_on(model, beside(1, i), beside(2, i))
          end do

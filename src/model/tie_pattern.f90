@@ -2,6 +2,9 @@
 !>
 !> A component that follows other nodes is no unknown of its own. Its forces act on the nodes that it follows, so these nodes are
 !> neighbours in the band, as the two ends of an element are.
+!>
+!> A node that may touch an obstacle carried by another node keeps its unknowns, and goes along with that node while they touch. The
+!> unknowns of nodes that carry obstacles are the border of the band.
 module tie_pattern
    use model, only: mesh_t, tie_t, joint_spring_t
    implicit none
@@ -13,22 +16,36 @@ module tie_pattern
       logical, allocatable :: tied(:, :)    !! (3, nodes) true for components that follow others
       logical, allocatable :: follows(:)    !! (nodes) true: some component follows others
       integer, allocatable :: first(:)      !! (nodes + 1) first position of each node's list in `of`
-      integer, allocatable :: of(:)         !! list of a node that follows others: the node itself and all nodes that it follows;
-      !! other nodes have an empty list
+      integer, allocatable :: of(:)         !! list of a node that follows others: the node itself and all nodes that it follows; of
+      !! a node that may touch carried obstacles: the nodes that carry them; other nodes have an empty list
+      integer, allocatable :: carrier(:)    !! nodes that carry obstacles
+   contains
+      procedure :: has_blocks
    end type tie_pattern_t
 
 contains
 
+   !> True for a node whose displacements depend on the unknowns of other nodes.
+   elemental logical function has_blocks(self, node)
+      class(tie_pattern_t), intent(in) :: self
+      integer, intent(in) :: node
+      has_blocks = self%first(node + 1) > self%first(node)
+   end function has_blocks
+
    !> Pattern of ties that have been checked and ordered (see tie_t).
-   function new_tie_pattern(tie, n_nodes) result(pattern)
+   function new_tie_pattern(tie, carrier, touching) result(pattern)
       type(tie_t), intent(in) :: tie(:)
-      integer, intent(in) :: n_nodes
+      integer, intent(in) :: carrier(:)     !! nodes that carry obstacles
+      logical, intent(in) :: touching(:, :) !! (carrier, nodes) true: the node may touch an obstacle of this carrier; false for tied
+      !! nodes
       type(tie_pattern_t) :: pattern
       type :: list_t
          integer, allocatable :: node(:)
       end type list_t
       type(list_t), allocatable :: list(:)  ! (ties) list of the tied node, at the first tie of the node
-      integer :: at(n_nodes), i, k, n
+      integer :: at(size(touching, 2)), i, k, n, n_nodes
+      n_nodes = size(touching, 2)
+      pattern%carrier = carrier
       allocate (pattern%tied(3, n_nodes), source=.false.)
       allocate (list(size(tie)))
       at = 0
@@ -49,11 +66,13 @@ contains
       do i = 1, n_nodes
          pattern%first(i) = n + 1
          if (at(i) > 0) n = n + size(list(at(i))%node)
+         n = n + count(touching(:, i))
       end do
       pattern%first(n_nodes + 1) = n + 1
       allocate (pattern%of(n))
       do i = 1, n_nodes
          if (at(i) > 0) pattern%of(pattern%first(i):pattern%first(i + 1) - 1) = list(at(i))%node
+         if (any(touching(:, i))) pattern%of(pattern%first(i):pattern%first(i + 1) - 1) = pack(carrier, touching(:, i))
       end do
 
    contains
@@ -63,15 +82,15 @@ contains
          integer, intent(in) :: to, node
          integer, allocatable :: more(:)
          integer :: j
-         more = [node]
          if (at(node) > 0) more = list(at(node))%node
+         if (at(node) == 0) more = [node, pack(carrier, touching(:, node))]
          do j = 1, size(more)
             if (.not. any(list(to)%node == more(j))) list(to)%node = [list(to)%node, more(j)]
          end do
       end subroutine join
    end function new_tie_pattern
 
-   !> Pairs of nodes that are neighbours in the band in addition to those of the elements.
+   !> Pairs of nodes that are neighbours in the band in addition to those of the elements; without the nodes of its border.
    function coupled_pairs(mesh, pattern, spring) result(pair)
       type(mesh_t), intent(in) :: mesh
       type(tie_pattern_t), intent(in) :: pattern
@@ -96,10 +115,12 @@ contains
       function members(nodes) result(all_of)
          integer, intent(in) :: nodes(:)
          integer, allocatable :: all_of(:)
-         integer :: j
+         integer :: j, k
          all_of = nodes
          do j = 1, size(nodes)
-            all_of = [all_of, pattern%of(pattern%first(nodes(j)):pattern%first(nodes(j) + 1) - 1)]
+            associate (of => pattern%of(pattern%first(nodes(j)):pattern%first(nodes(j) + 1) - 1))
+               all_of = [all_of, pack(of, [(all(pattern%carrier /= of(k)), k=1, size(of))])]
+            end associate
          end do
       end function members
 

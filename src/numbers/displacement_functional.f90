@@ -3,7 +3,7 @@
 module displacement_functional
    use kinds, only: wp
    use model, only: quantity_displacement
-   use problem, only: problem_t
+   use problem, only: problem_t, carried_by
    use rod_state, only: state_t
    use state_functional, only: functional_t, inner_place_t
    use linear_system, only: system_t
@@ -74,8 +74,9 @@ contains
       type(functional_t), intent(inout) :: number !! load derivative and defect
       type(profile_t) :: profile
       real(wp) :: du(6), rate(3)
-      integer :: k, z
+      integer :: k, z, carrier
       z = problem%z_size(e)
+      carrier = carried_by(problem, e)
       do k = 1, 6
          du = 0.0_wp
          du(k) = 1.0_wp
@@ -83,7 +84,11 @@ contains
          associate (derivative => by_node(modulo(k - 1, 3) + 1, problem%model%mesh%node((k + 2) / 3, e)))
             derivative = derivative + dot_product(weight, rate)
          end associate
+         if (carrier == 0 .or. modulo(k, 3) == 0) cycle
+         ! A place on a carried obstacle that moves with its nodes and the carrier moves by the same way.
+         by_node(modulo(k - 1, 3) + 1, carrier) = by_node(modulo(k - 1, 3) + 1, carrier) - dot_product(weight, rate)
       end do
+      if (carrier > 0) by_node(1:2, carrier) = by_node(1:2, carrier) + weight(1:2)
       du = 0.0_wp
       call place_rate(problem, state, e, tau, profile, du, system%op(:z, 8, e), 1.0_wp, rate)
       number%by_load = number%by_load + dot_product(weight, rate)

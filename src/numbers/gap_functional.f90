@@ -26,6 +26,9 @@ contains
       by_node = 0.0_wp
       number%value = gap
       call add_place(problem, state, system, e, tau, [normal, 0.0_wp], by_node, number)
+      associate (carrier => problem%model%obstacle(problem%model%contact(contact)%obstacle)%carrier)
+         if (carrier > 0) by_node(1:2, carrier) = by_node(1:2, carrier) - normal
+      end associate
       number%by_unknown = unknowns_of(problem, system, by_node)
       associate (o => problem%model%contact(contact)%obstacle, load => problem%model%step(problem%step)%load)
          number%by_load = number%by_load - dot_product(normal, load%motion(:, o)) - load%closing(o) - &

@@ -3,7 +3,7 @@
 !> in the equations.
 module local_differences
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, carried_by
    use rod_state, only: state_t
    use tied_nodes, only: spread_force
    use node_axes, only: own_axes
@@ -55,7 +55,10 @@ contains
       number%defect = base - number%value
       near = .false.
       do k = 1, size(of%element)
-         near(problem%model%mesh%node(:, of%element(k))) = .true.
+         associate (node => problem%model%mesh%node(:, of%element(k)))
+            near(node) = .true.
+            near(problem%ties%carrier) = near(problem%ties%carrier) .or. any(problem%ties%has_blocks(node))
+         end associate
       end do
       moved = here
       do node = 1, size(near)
@@ -86,11 +89,13 @@ contains
          do k = 1, size(of%element)
             associate (e => of%element(k))
                side = findloc(problem%model%mesh%node(:, e), node, 1)
-               if (side == 0) cycle
+               if (side == 0 .and. carried_by(problem, e) /= node) cycle
                z = problem%z_size(e)
                rate = 0.0_wp
+               ! A carried obstacle acts on an element by its displacement relative to the nodes.
+               if (side == 0) rate(:z) = -matmul(system%op(:z, 1:2, e) + system%op(:z, 4:5, e), du(1:2))
                do j = 1, 3
-                  rate(:z) = rate(:z) + system%op(:z, 3 * side - 3 + j, e) * du(j)
+                  if (side > 0) rate(:z) = rate(:z) + system%op(:z, 3 * side - 3 + j, e) * du(j)
                end do
                moved%z(:z, e) = state%z(:z, e) + rate(:z) + system%op(:z, 7, e)
             end associate

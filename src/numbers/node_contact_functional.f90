@@ -206,5 +206,8 @@ contains
       call to_node(system, problem%candidates%node(candidate), along)
       call spread_force(problem, system%tie_block, problem%candidates%node(candidate), along, number%by_unknown)
       number%by_load = number%by_load - dot_product(direction, system%motion(:, candidate))
+      associate (carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
+         if (carrier > 0) call spread_force(problem, system%tie_block, carrier, -[direction, 0.0_wp], number%by_unknown)
+      end associate
    end subroutine add_motion
 end module node_contact_functional

@@ -29,11 +29,11 @@ contains
       type(functional_t) :: curvature
       type(state_t) :: other
       real(wp) :: step, by_node(3, problem%model%mesh%n_nodes) !! global axes
-      integer :: element(2), nodes(3), i, k, side
+      integer :: element(2), nodes(4), i, k, side
       element = problem%candidates%element(:, candidate)
       curvature%value = value(state)
       by_node = 0.0_wp
-      nodes = [problem%candidates%node(candidate), 0, 0]
+      nodes = [problem%candidates%node(candidate), 0, 0, problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier]
       do side = 1, 2
          if (element(side) > 0) nodes(1 + side) = problem%model%mesh%node(side, element(side))
       end do

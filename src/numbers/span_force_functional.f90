@@ -9,7 +9,7 @@ module span_force_functional
    use rod_state, only: state_t, candidate_gap
    use linear_system, only: system_t, to_node
    use bordered_system, only: apply_increment
-   use element_products, only: element_unknowns
+   use node_axes, only: element_unknowns
    use span_forces, only: span_totals
    use tangent_step, only: states_along
    use state_functional, only: functional_t

@@ -10,7 +10,7 @@ module deck_summary
    use model_words, only: monitor_description, method_name, side_name, kind_name, parameter_name, parameter_object
    use load_words, only: words_t, load_lines, support_lines, spring_lines
    use columns, only: brief, whole, left
-   use text, only: plural
+   use text, only: plural, to_text
    use printable_text, only: printable
    implicit none
    private
@@ -218,6 +218,7 @@ contains
             text = text//', Winkler foundation of modulus '//brief(obstacle%modulus)
          end if
          if (obstacle%bilateral) text = text//', bilateral'
+         if (obstacle%carrier > 0) text = text//', moves with node '//to_text(model%mesh%node_label(obstacle%carrier))
       end function obstacle_text
 
       !> True if a contact names an obstacle.

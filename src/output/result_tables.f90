@@ -148,6 +148,7 @@ contains
                & curve_samples(obstacle(i)%curve), 'length', 'points along the surface, which goes on straight beyond its '// &
                & 'ends unless they meet')
             call hdf5_attribute(file, group, 'reference_angle', obstacle(i)%reference_angle / degree)
+            if (obstacle(i)%carrier > 0) call hdf5_attribute(file, group, 'node', model%mesh%node_label(obstacle(i)%carrier))
             if (obstacle(i)%rigid) then
                call hdf5_attribute(file, group, 'foundation', 'rigid')
             else if (obstacle(i)%law > 0) then

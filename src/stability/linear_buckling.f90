@@ -16,7 +16,7 @@ module linear_buckling
    use stress_stiffness, only: stress_stiffness_t, new_stress_stiffness, stiffness_under, apply_stress
    use bordered_system, only: solve_effective, factor_system
    use tangent_modes, only: deck_mode, apply_tangent, stretching_work
-   use band_matrix, only: band_times
+   use band_matrix, only: band_sum, band_times
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
    use spectrum_slicing, only: pencil_t, eigenvalues_below, slice, residual_tolerance
    use tangent_rounding, only: is_rounding, rounding_cure
@@ -193,7 +193,7 @@ contains
             & (abs(change) >= 0.5_wp * last .and. residual < worst_residual)) exit
          last = abs(change)
          stressed = self%system
-         stressed%k%a = self%system%k%a + stress%k%a
+         stressed%k = band_sum(1.0_wp, self%system%k, 1.0_wp, stress%k)
          call factor_system(stressed)
          call solve_effective(stressed, merge(0.0_wp, dx, self%system%fixed), s)
          held = merge(0.0_wp, s / maxval(abs(s)), self%system%fixed)

@@ -6,7 +6,7 @@
 module spectrum_slicing
    use kinds, only: wp
    use errors, only: error_t, fail
-   use band_matrix, only: band_t, factor_t, band_times, factorise, solve_factored
+   use band_matrix, only: band_t, factor_t, band_sum, band_times, factorise, solve_factored
    use active_coupling, only: active_coupling_t, factor_excess, add_excess_response
    use block_krylov, only: operator_t, spectrum_t, largest_eigenvalues
    implicit none
@@ -124,7 +124,6 @@ contains
       type(pencil_t), intent(in) :: pencil
       real(wp), intent(in) :: shift
       type(band_t) :: band
-      band = pencil%k
-      band%a = band%a + shift * pencil%prime%a
+      band = band_sum(1.0_wp, pencil%k, shift, pencil%prime)
    end function shifted_band
 end module spectrum_slicing

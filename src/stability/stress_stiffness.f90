@@ -12,12 +12,13 @@ module stress_stiffness
    use linear_system, only: system_t, sum_elements, turn_pair, matrix_to_node, to_global, add_swings, apply_joints
    use tied_nodes, only: tie_swing, node_unknowns, spread_force, add_matrix
    use element_products, only: apply_elements
+   use carried_obstacles, only: apply_carried_loads, apply_at_contact, add_at_contact
    use node_loads, only: node_push_t, node_pushes
    use bordered_system, only: resultant_rates, held_force_change
    use node_contact_functional, only: reaction_rate
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
-   use band_matrix, only: band_t
+   use band_matrix, only: band_t, band_sum
    implicit none
    private
    public :: stress_stiffness_t, new_stress_stiffness, stiffness_under, apply_stress
@@ -60,7 +61,7 @@ contains
       call sum_stresses(problem, state, system, (1.0_wp + part) * factor, more)
       call sum_stresses(problem, state, system, (1.0_wp - part) * factor, derivative)
       derivative%pressure = end_pressures(problem, state, problem%model%step(problem%step)%load)
-      derivative%k%a = (more%k%a - derivative%k%a) / (2.0_wp * part * factor)
+      derivative%k = band_sum(0.5_wp / (part * factor), more%k, -0.5_wp / (part * factor), derivative%k)
       derivative%element = (more%element - derivative%element) / (2.0_wp * part * factor)
       derivative%shift = (more%shift - derivative%shift) / (2.0_wp * part * factor)
       derivative%swing = (more%swing - derivative%swing) / (2.0_wp * part * factor)
@@ -122,7 +123,7 @@ contains
             matrix%contact(:, 2, c) = -reaction * t * t(2)
             bent = 0.0_wp
             bent(1:2, 1:2) = matrix%contact(:, :, c)
-            call add_matrix(problem, system%tie_block, [node], bent, matrix%k)
+            call add_at_contact(problem, system, c, bent, matrix%k)
          end associate
       end do
       matrix%push = node_pushes(problem, state)
@@ -142,17 +143,15 @@ contains
       type(stress_stiffness_t), intent(in) :: matrix
       real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
       real(wp), intent(out) :: y(:), form
-      real(wp) :: force(3), moved(3)
+      real(wp) :: force(3), moved(3), bent(3, 3)
       integer :: c
       call apply_elements(problem, system, matrix%element, matrix%shift, matrix%pressure, x, y, form)
       call apply_joints(problem, system, matrix%swing, .false., x, y, form)
+      call apply_carried_loads(problem, system, matrix%pressure, x, y, form)
+      bent = 0.0_wp
       do c = 1, problem%candidates%n
-         associate (node => problem%candidates%node(c))
-            moved = node_unknowns(problem, system%tie_block, node, x)
-            force = [matmul(matrix%contact(:, :, c), moved(1:2)), 0.0_wp]
-            call spread_force(problem, system%tie_block, node, force, y)
-            form = form + dot_product(moved, force)
-         end associate
+         bent(1:2, 1:2) = matrix%contact(:, :, c)
+         call apply_at_contact(problem, system, c, bent, x, y, form)
       end do
       do c = 1, size(matrix%push)
          associate (node => matrix%push(c)%node)

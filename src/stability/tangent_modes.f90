@@ -13,6 +13,7 @@ module tangent_modes
    use axial_rigidity, only: shrinking_forces
    use tied_nodes, only: node_unknowns, spread_force
    use element_products, only: apply_elements
+   use carried_obstacles, only: apply_carried_loads, apply_at_contact
    use node_loads, only: node_push_t, node_pushes
    use deck_nodes, only: deck_node_rates
    use active_coupling, only: subtract_excess
@@ -184,15 +185,17 @@ contains
       real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
       real(wp), intent(out) :: y(:)            !! (n)
       real(wp), intent(out) :: form
-      real(wp) :: force(2), k(3, 3), excess
+      real(wp) :: force(2), k(3, 3), excess, pressure(2, problem%model%mesh%n_elements)
       type(node_push_t), allocatable :: pushed(:)
       integer :: c, i, node
-      call apply_elements(problem, system, system%ek, system%eshift, end_pressures(problem, state, problem%constant) + &
-         & state%load_factor * end_pressures(problem, state, problem%model%step(problem%step)%load), x, y, form)
+      pressure = end_pressures(problem, state, problem%constant) + &
+         & state%load_factor * end_pressures(problem, state, problem%model%step(problem%step)%load)
+      call apply_elements(problem, system, system%ek, system%eshift, pressure, x, y, form)
+      call apply_carried_loads(problem, system, pressure, x, y, form)
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          call contact_tangent(problem, state, system, c, force, k)
-         call add_node(problem%candidates%node(c), k)
+         call apply_at_contact(problem, system, c, k, x, y, form)
       end do
       call subtract_excess(system%coupling, x, y, excess)
       form = form - excess

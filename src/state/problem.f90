@@ -28,7 +28,8 @@ module problem
    use ground_coupling, only: coupling_t, new_coupling
    implicit none
    private
-   public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, touching_gap, same_place, dof, copy_problem
+   public :: problem_t, new_problem, remeshed_problem, derive_problem, rounding_gap, touching_gap, same_place, dof, copy_problem, &
+      & carried_unknowns, carried_by
    public :: mesh_sampled, mesh_of_marks, mesh_of_spans
 
    ! Kinds of meshes, by the points of the rod that mesh nodes follow.
@@ -241,7 +242,7 @@ contains
       real(wp) :: softest
       associate (model => problem%model)
          call complete_joints(model)
-         problem%ties = new_tie_pattern(model%tie, model%mesh%n_nodes)
+         problem%ties = new_tie_pattern(model%tie, carriers(model), touching(model, carriers(model)))
          problem%numbering = new_numbering(model%mesh, any(model%fixed, 1), &
             & coupled_pairs(model%mesh, problem%ties, model%joint_spring))
          do i = 1, max_stages
@@ -290,6 +291,54 @@ contains
       problem%force_floor = 1.0e-12_wp * softest / problem%size**2
       if (problem%deck_mesh) problem%overlap = contact_overlaps(problem)
    end subroutine derive_problem
+
+   !> Nodes that carry obstacles, each once.
+   pure function carriers(model) result(carrier)
+      type(model_t), intent(in) :: model
+      integer, allocatable :: carrier(:)
+      integer :: o
+      allocate (carrier(0))
+      do o = 1, size(model%obstacle)
+         associate (own => model%obstacle(o)%carrier)
+            if (own > 0 .and. .not. any(carrier == own)) carrier = [carrier, own]
+         end associate
+      end do
+   end function carriers
+
+   !> Marks the nodes that may touch obstacles of each carrier.
+   pure function touching(model, carrier)
+      type(model_t), intent(in) :: model
+      integer, intent(in) :: carrier(:)
+      logical :: touching(size(carrier), model%mesh%n_nodes)
+      integer :: c, k
+      touching = .false.
+      do c = 1, size(model%contact)
+         do k = 1, size(carrier)
+            if (model%obstacle(model%contact(c)%obstacle)%carrier == carrier(k)) touching(k, model%contact(c)%node) = .true.
+         end do
+      end do
+   end function touching
+
+   !> Node that carries the obstacle on which a conforming element lies; 0 for other elements.
+   pure integer function carried_by(problem, e) result(carrier)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: e
+      carrier = 0
+      if (problem%conforms(e) > 0) carrier = problem%model%obstacle(problem%candidates%obstacle(problem%conforms(e)))%carrier
+   end function carried_by
+
+   !> Unknowns of nodes that carry obstacles, the border of the band; all three, as the matrices of nodes have.
+   pure function carried_unknowns(problem) result(unknown)
+      type(problem_t), intent(in) :: problem
+      integer, allocatable :: unknown(:)
+      integer :: k
+      allocate (unknown(0))
+      do k = 1, size(problem%ties%carrier)
+         associate (node => problem%ties%carrier(k))
+            unknown = [unknown, dof(problem, node, 1), dof(problem, node, 2), dof(problem, node, 3)]
+         end associate
+      end do
+   end function carried_unknowns
 
    !> True if no foundation without tension has an initial gap to any candidate of a list.
    pure logical function rests(problem, list, home)

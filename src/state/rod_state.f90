@@ -202,6 +202,9 @@ contains
       real(wp) :: shift(2)
       shift = problem%constant%motion(:, obstacle) + &
          & state%load_factor * problem%model%step(problem%step)%load%motion(:, obstacle)
+      associate (carrier => problem%model%obstacle(obstacle)%carrier)
+         if (carrier > 0) shift = shift + state%u(1:2, carrier)
+      end associate
    end function obstacle_shift
 
    !> Offset added to the distance of a candidate (of contact or of a foundation) from its obstacle: the `gap` of the deck and the

@@ -3,12 +3,13 @@
 !> The unknown of a tied component is the difference from the value that its tie prescribes; this unknown is fixed at zero like a
 !> support. With the displacements u = T(q) of all nodes as functions of the unknowns q, forces f on the nodes are forces T'^T f on
 !> the unknowns. The tangent K becomes T'^T K T', plus, for a tie that rotates with a node (rigid links), the tie force times the
-!> second derivative of T. The derivative T' differs from the unit matrix only in the blocks of this module.
+!> second derivative of T. The derivative T' differs from the unit matrix only in the blocks of this module, and in those of nodes
+!> that touch carried obstacles (carried_obstacles).
 module tied_nodes
    use kinds, only: wp
    use model, only: tie_t
    use problem, only: problem_t, dof
-   use band_matrix, only: band_t
+   use band_matrix, only: band_t, add_entry
    implicit none
    private
    public :: set_blocks, tie_value, tie_swing, turned_arm, node_unknowns, spread_force, add_matrix
@@ -22,12 +23,13 @@ contains
       real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements
       logical, intent(in) :: turned(:)           !! (nodes) true: rotated axes, see system_t; false for tied nodes
       real(wp), intent(in) :: axis(:, :), roll(:), lean(:)
-      real(wp), intent(out) :: block(:, :, :)    !! (3, 3, size(problem%ties%of)) rows: global axes, columns: node axes
+      real(wp), intent(inout) :: block(:, :, :)  !! (3, 3, size(problem%ties%of)) in: blocks of nodes that touch carried obstacles;
+      !! out: complete; rows: global axes, columns: node axes
       real(wp) :: arm(2)
       integer :: i, k, n
-      block = 0.0_wp
       do n = 1, size(problem%ties%follows)
          if (.not. problem%ties%follows(n)) cycle
+         block(:, :, problem%ties%first(n):problem%ties%first(n + 1) - 1) = 0.0_wp
          do i = 1, 3
             block(i, i, problem%ties%first(n)) = 1.0_wp
          end do
@@ -55,6 +57,11 @@ contains
             if (.not. problem%ties%follows(of)) then
                to = first(node) - 1 + findloc(list(first(node):first(node + 1) - 1), of, 1)
                block(component, :, to) = block(component, :, to) + factor * own_row(of, part)
+               ! The node that is followed goes along with the nodes that carry the obstacles which it touches.
+               do b = first(of), first(of + 1) - 1
+                  to = first(node) - 1 + findloc(list(first(node):first(node + 1) - 1), list(b), 1)
+                  block(component, :, to) = block(component, :, to) + factor * matmul(own_row(of, part), block(:, :, b))
+               end do
                return
             end if
             do b = first(of), first(of + 1) - 1
@@ -124,8 +131,8 @@ contains
       stiffness = -force * arm(tie%component)
    end function tie_swing
 
-   !> Increments of a node's three unknowns, in node axes. For a tied node: increments of its displacements and rotation in global
-   !> axes, from the unknowns of the nodes that the tie refers to.
+   !> Increments of a node's displacements and rotation in node axes. For a tied node: increments in global axes, from the unknowns
+   !> of the nodes that the tie refers to.
    pure function node_unknowns(problem, block, node, x) result(du)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: block(:, :, :)     !! from set_blocks
@@ -133,12 +140,11 @@ contains
       real(wp), intent(in) :: x(:)               !! (n) increments of the unknowns
       real(wp) :: du(3)
       integer :: b, d
+      du = 0.0_wp
       if (.not. problem%ties%follows(node)) then
          d = dof(problem, node, 1)
          du = x(d:d + 2)
-         return
       end if
-      du = 0.0_wp
       do b = problem%ties%first(node), problem%ties%first(node + 1) - 1
          d = dof(problem, problem%ties%of(b), 1)
          du = du + matmul(block(:, :, b), x(d:d + 2))
@@ -156,7 +162,6 @@ contains
       if (.not. problem%ties%follows(node)) then
          d = dof(problem, node, 1)
          vector(d:d + 2) = vector(d:d + 2) + force
-         return
       end if
       do b = problem%ties%first(node), problem%ties%first(node + 1) - 1
          d = dof(problem, problem%ties%of(b), 1)
@@ -201,9 +206,7 @@ contains
             if (with(q) > 0) part = matmul(part, block(:, :, with(q)))
             do j = 1, 3
                do i = merge(j, 1, place(p) == place(q)), 3
-                  associate (entry => band%a(1 + place(p) + i - place(q) - j, place(q) + j - 1))
-                     entry = entry + part(i, j)
-                  end associate
+                  call add_entry(band, place(p) + i - 1, place(q) + j - 1, part(i, j))
                end do
             end do
          end do

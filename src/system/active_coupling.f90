@@ -12,8 +12,8 @@
 module active_coupling
    use kinds, only: wp
    use ground_coupling, only: coupling_t
-   use band_matrix, only: factor_t, solve_factored
-   use lapack, only: dpotrf, dpotri, dsytrf, dsytrs
+   use band_matrix, only: factor_t, solve_factored, factor_symmetric
+   use lapack, only: dpotrf, dpotri, dsytrs
    implicit none
    private
    public :: active_coupling_t, set_active, coupled_answer, add_forces, &
@@ -160,9 +160,8 @@ contains
       type(active_coupling_t), intent(inout) :: set
       type(factor_t), intent(in) :: factor
       logical, intent(in) :: fixed(:)              !! (unknowns) true: eliminated
-      real(wp), allocatable :: work(:)
       real(wp) :: largest
-      integer :: i, info
+      integer :: i, zero
       set%negative_pivots = 0
       if (set%n == 0) return
       if (allocated(set%column)) then
@@ -181,16 +180,9 @@ contains
          set%small(:, i) = set%small(:, i) - gap_changes(set, set%column(:, i))
       end do
       if (allocated(set%pivot)) deallocate (set%pivot)
-      allocate (set%pivot(set%n), work(64 * set%n))
-      call dsytrf('L', set%n, set%small, set%n, set%pivot, work, size(work), info)
+      allocate (set%pivot(set%n))
       largest = maxval([(abs(set%small(i, i)), i=1, set%n)])
-      ! A pivot block of order 2 has one eigenvalue of each sign.
-      set%negative_pivots = count(set%pivot < 0) / 2
-      do i = 1, set%n
-         if (set%pivot(i) < 0) cycle
-         if (set%small(i, i) < 0.0_wp) set%negative_pivots = set%negative_pivots + 1
-         if (.not. abs(set%small(i, i)) > 0.0_wp) set%small(i, i) = max(sqrt(epsilon(largest)) * largest, tiny(largest))
-      end do
+      call factor_symmetric(set%small, set%pivot, max(sqrt(epsilon(largest)) * largest, tiny(largest)), set%negative_pivots, zero)
    end subroutine factor_excess
 
    !> Corrects x = K^-1 b, a solution with the band, whose ground is too stiff by W, to the solution with the true stiffness of the

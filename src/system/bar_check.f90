@@ -34,6 +34,7 @@ contains
       axis = 0.0_wp
       roll = 0.0_wp
       lean = 0.0_wp
+      block = 0.0_wp
       call set_blocks(problem, state%u, turned, axis, roll, lean, block)
       allocate (bar(0), row(problem%n_unknowns, 0))
       do j = 1, size(problem%layout%rod_segment)

@@ -12,7 +12,7 @@ module bordered_system
    use state_functional, only: functional_t
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
-   use problem, only: problem_t
+   use problem, only: problem_t, carried_by
    use rod_state, only: state_t
    use linear_system, only: system_t, assemble, to_node, to_global, row_times
    use tied_nodes, only: spread_force
@@ -238,22 +238,23 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: du(:, :), y    !! (3, nodes), increment of the load factor
-      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
+      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements), own(3, 2)
       class(rod_element_t), pointer :: rod
-      integer :: e, k, z
+      integer :: e, k, z, carrier
       rate = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          rod => rod_at(problem, e)
          if (.not. rod%takes_increments()) cycle
          z = problem%z_size(e)
-         associate (node => problem%model%mesh%node(:, e))
-            do k = 1, 3
-               rate(:z, e) = rate(:z, e) + system%op(:z, k, e) * du(k, node(1))
-            end do
-            do k = 1, 3
-               rate(:z, e) = rate(:z, e) + system%op(:z, 3 + k, e) * du(k, node(2))
-            end do
-         end associate
+         own = du(:, problem%model%mesh%node(:, e))
+         carrier = carried_by(problem, e)
+         if (carrier > 0) own(1:2, :) = own(1:2, :) - spread(du(1:2, carrier), 2, 2)
+         do k = 1, 3
+            rate(:z, e) = rate(:z, e) + system%op(:z, k, e) * own(k, 1)
+         end do
+         do k = 1, 3
+            rate(:z, e) = rate(:z, e) + system%op(:z, 3 + k, e) * own(k, 2)
+         end do
          rate(:z, e) = rate(:z, e) + system%op(:z, 8, e) * y
       end do
       do k = 1, system%rigidity%n

@@ -11,6 +11,7 @@ module contact_terms
    use tied_nodes, only: spread_force, add_matrix
    use system_type, only: system_t
    use node_axes, only: to_node, turn_pair
+   use carried_obstacles, only: add_at_contact
    implicit none
    private
    public :: set_foundation, set_coupling, add_contact, add_marks, contact_tangent
@@ -53,7 +54,8 @@ contains
    end subroutine set_coupling
 
    !> Adds foundations and the geometric stiffness of curved obstacles. A moving obstacle acts like the opposite displacement of its
-   !> contact nodes; a closing gap acts like their displacement against the normal, with constant normal.
+   !> contact nodes; a closing gap acts like their displacement against the normal, with constant normal. Neither happens to a
+   !> carried obstacle, which is rigid.
    subroutine add_contact(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -71,7 +73,8 @@ contains
                & (problem%candidates%moves(c) .or. .not. system%turned(node))) then
                system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
             end if
-            call add_matrix(problem, system%tie_block, [node], k, system%k)
+            call add_at_contact(problem, system, c, k, system%k)
+            if (problem%model%obstacle(problem%candidates%obstacle(c))%carrier > 0) cycle
             motion = [system%motion(:, c), 0.0_wp]
             normal = [system%normal(:, c), 0.0_wp]
             if (system%turned(node)) call turn_pair(system%axis(:, node), motion(1:2))

@@ -2,7 +2,7 @@
 !> requests of the deck refer to fixed material points.
 module deck_nodes
    use kinds, only: wp
-   use problem, only: problem_t, rounding_gap
+   use problem, only: problem_t, rounding_gap, carried_by
    use rod_state, only: state_t, obstacle_shift
    use obstacle_geometry, only: moved_gap
    use linear_system, only: system_t, to_global
@@ -136,7 +136,7 @@ contains
       real(wp), intent(in) :: y                 !! increment of the load factor
       real(wp) :: rate(3, size(problem%mesh_node))
       type(profile_t) :: profile
-      real(wp) :: du(6), tau
+      real(wp) :: du(6), tau, carried(3)
       integer :: node, mesh_node, e, z
       do node = 1, size(rate, 2)
          call find_node(problem, state, node, mesh_node, e, tau)
@@ -148,8 +148,12 @@ contains
             du = [to_global(problem, system, x, ends(1)), to_global(problem, system, x, ends(2))]
          end associate
          z = problem%z_size(e)
+         carried = 0.0_wp
+         if (carried_by(problem, e) > 0) carried = to_global(problem, system, x, carried_by(problem, e))
+         du = du - [carried(1:2), 0.0_wp, carried(1:2), 0.0_wp]
          call place_rate(problem, state, e, tau, profile, du, matmul(system%op(:z, :6, e), du) + &
             & y * system%op(:z, 8, e), y, rate(:, node))
+         rate(1:2, node) = rate(1:2, node) + carried(1:2)
       end do
    end function deck_node_rates
 
@@ -174,7 +178,7 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
       type(profile_t), intent(inout) :: profile !! kept for the next place, see keep_profile
-      real(wp), intent(in) :: du(6)             !! changes of the nodes' displacements
+      real(wp), intent(in) :: du(6)             !! changes of the nodes' displacements; the node that carries an obstacle stays
       real(wp), intent(in) :: dz(:)             !! (z_size) changes of the stored unknowns
       real(wp), intent(in) :: load_change       !! change of the load factor
       real(wp), intent(out) :: rate(3)

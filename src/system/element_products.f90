@@ -2,11 +2,11 @@
 module element_products
    use kinds, only: wp
    use problem, only: problem_t
-   use tied_nodes, only: node_unknowns, spread_force
    use linear_system, only: system_t, to_global, turn_pair
+   use node_axes, only: element_unknowns, spread_element
    implicit none
    private
-   public :: apply_elements, element_deformation, element_unknowns
+   public :: apply_elements, element_deformation
 
 contains
 
@@ -53,9 +53,7 @@ contains
                force(3 * i - 2:3 * i - 1) = force(3 * i - 2:3 * i - 1) + pair
             end do
          end if
-         do i = 1, 2
-            call spread_force(problem, system%tie_block, node(i), force(3 * i - 2:3 * i), y)
-         end do
+         call spread_element(problem, system, e, force, y)
       end do
    end subroutine apply_elements
 
@@ -66,32 +64,19 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: x(:)             !! (n) node axes
       real(wp) :: relative(6)
-      real(wp) :: moved(2), u(3), own(3), turn
+      real(wp) :: moved(2), u(3), turn
       integer :: i, node(2)
+      relative = element_unknowns(problem, system, x, e)
+      ! Conforming elements resist every translation.
+      if (problem%conforms(e) > 0) return
       node = problem%model%mesh%node(:, e)
       u = to_global(problem, system, x, node(1))
       do i = 1, 2
-         own = node_unknowns(problem, system%tie_block, node(i), x)
          moved = u(1:2)
          if (system%turned(node(i))) call turn_pair(system%axis(:, node(i)), moved)
          ! In a contact span the third unknown is the rotation relative to the track, so a pure translation changes this unknown.
          turn = -system%roll(node(i)) * moved(1)
-         relative(3 * i - 2:3 * i) = own - [moved(1), moved(2) - system%lean(node(i)) * turn, turn]
-         ! Conforming elements resist every translation.
-         if (problem%conforms(e) > 0) relative(3 * i - 2:3 * i) = own
+         relative(3 * i - 2:3 * i) = relative(3 * i - 2:3 * i) - [moved(1), moved(2) - system%lean(node(i)) * turn, turn]
       end do
    end function element_deformation
-
-   !> Entries of a vector of all unknowns at the two nodes of an element, node axes.
-   pure function element_unknowns(problem, system, x, e) result(local)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)
-      integer, intent(in) :: e
-      real(wp) :: local(6)
-      integer :: i
-      do i = 1, 2
-         local(3 * i - 2:3 * i) = node_unknowns(problem, system%tie_block, problem%model%mesh%node(i, e), x)
-      end do
-   end function element_unknowns
 end module element_products

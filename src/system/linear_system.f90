@@ -5,17 +5,19 @@
 !> module re-exports them.
 module linear_system
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, carried_by
    use rod_state, only: state_t, candidate_gap, closing_rate, may_react
    use conforming_span, only: rolled_t, rolled, touchdown_spring
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
    use inner_forces, only: inner_forces_t
+   use band_matrix, only: clear_band, row_product, add_row
    use active_coupling, only: excess_row, subtract_excess
    use tied_nodes, only: set_blocks, spread_force, add_matrix
    use system_type, only: system_t, new_system
-   use node_axes, only: to_node, turn_force, turn_pair, matrix_to_node, to_global
+   use node_axes, only: to_node, turn_force, turn_pair, matrix_to_node, to_global, spread_element
+   use carried_obstacles, only: set_carried, add_carried_loads
    use eliminated_unknowns, only: set_constraints, contact_reaction, reaction_weights
    use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_tangent
    use joint_stiffness, only: add_joint_springs, set_swings, add_swings, apply_joints
@@ -78,8 +80,10 @@ contains
       end do
       call set_coupling(problem, state, system)
       call set_constraints(problem, state, system)
+      call set_carried(problem, state, system)
       call set_blocks(problem, state%u, system%turned, system%axis, system%roll, system%lean, system%tie_block)
       call sum_elements(problem, system)
+      call add_carried_loads(problem, state, system)
       call set_rigidity(problem, state, system)
       call add_node_loads(problem, state, system)
       call add_node_pushes(problem, state, system)
@@ -100,7 +104,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(inout) :: system
       integer :: e, i, j, a, b, p(2), node(2)
-      system%k%a = 0.0_wp
+      call clear_band(system%k)
       system%residual = 0.0_wp
       system%load = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
@@ -120,12 +124,14 @@ contains
             if (system%turned(node(i))) call turn_element(system%axis(:, node(i)), system%roll(node(i)), system%lean(node(i)), &
                & 3 * i - 2, system%ek(:, :, e), system%ef(:, e), system%eraw(:, e), system%el(:, e))
          end do
-         if (problem%ties%follows(node(1)) .or. problem%ties%follows(node(2))) then
-            do i = 1, 2
-               call spread_force(problem, system%tie_block, node(i), system%ef(3 * i - 2:3 * i, e), system%residual)
-               call spread_force(problem, system%tie_block, node(i), system%el(3 * i - 2:3 * i, e), system%load)
-            end do
-            call add_matrix(problem, system%tie_block, node, system%ek(:, :, e), system%k)
+         if (any(problem%ties%has_blocks(node))) then
+            call spread_element(problem, system, e, system%ef(:, e), system%residual)
+            call spread_element(problem, system, e, system%el(:, e), system%load)
+            if (carried_by(problem, e) > 0) then
+               call add_matrix(problem, system%slip_block, node, system%ek(:, :, e), system%k)
+            else
+               call add_matrix(problem, system%tie_block, node, system%ek(:, :, e), system%k)
+            end if
             cycle
          end if
          do a = 1, 2
@@ -235,14 +241,7 @@ contains
       type(system_t), intent(in) :: system
       integer, intent(in) :: i
       real(wp), intent(in) :: x(:)
-      integer :: j
-      row_times = 0.0_wp
-      do j = max(1, i - system%k%kd), i
-         row_times = row_times + system%k%a(1 + i - j, j) * x(j)
-      end do
-      do j = i + 1, min(system%n, i + system%k%kd)
-         row_times = row_times + system%k%a(1 + j - i, i) * x(j)
-      end do
+      row_times = row_product(system%k, i, x)
       if (system%coupling%n > 0) row_times = row_times - excess_row(system%coupling, i, x)
    end function row_times
 
@@ -252,15 +251,9 @@ contains
       real(wp), intent(in) :: weight(:)        !! (n) zero for most unknowns
       real(wp), intent(inout) :: row(:)        !! (n)
       real(wp) :: form
-      integer :: i, j
+      integer :: i
       do i = 1, system%n
-         if (.not. abs(weight(i)) > 0.0_wp) cycle
-         do j = max(1, i - system%k%kd), i
-            row(j) = row(j) + system%k%a(1 + i - j, j) * weight(i)
-         end do
-         do j = i + 1, min(system%n, i + system%k%kd)
-            row(j) = row(j) + system%k%a(1 + j - i, i) * weight(i)
-         end do
+         if (abs(weight(i)) > 0.0_wp) call add_row(system%k, i, weight(i), row)
       end do
       call subtract_excess(system%coupling, weight, row, form)
    end subroutine rows_times

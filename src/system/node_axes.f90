@@ -1,12 +1,13 @@
 !> Transformations of vectors, forces and stiffnesses at nodes to the axes of the unknowns, and back.
 module node_axes
    use kinds, only: wp
-   use problem, only: problem_t, dof
+   use problem, only: problem_t, carried_by
    use system_type, only: system_t
-   use tied_nodes, only: node_unknowns
+   use tied_nodes, only: node_unknowns, spread_force
    implicit none
    private
-   public :: to_node, turn_force, turn_pair, matrix_to_node, own_axes, to_global
+   public :: to_node, turn_force, turn_pair, matrix_to_node, own_axes, to_global, element_unknowns, &
+      & spread_element
 
 contains
 
@@ -64,6 +65,44 @@ contains
       end associate
    end function own_axes
 
+   !> Increments of an element's nodes in node axes; of an element on a carried obstacle, relative to the obstacle.
+   pure function element_unknowns(problem, system, x, e) result(local)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)             !! (n) unknowns
+      integer, intent(in) :: e
+      real(wp) :: local(6)
+      integer :: i
+      do i = 1, 2
+         associate (node => problem%model%mesh%node(i, e), own => local(3 * i - 2:3 * i))
+            if (carried_by(problem, e) > 0) then
+               own = node_unknowns(problem, system%slip_block, node, x)
+            else
+               own = node_unknowns(problem, system%tie_block, node, x)
+            end if
+         end associate
+      end do
+   end function element_unknowns
+
+   !> Adds the end forces of an element, in node axes, to the forces on the unknowns.
+   pure subroutine spread_element(problem, system, e, force, vector)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: e
+      real(wp), intent(in) :: force(6)
+      real(wp), intent(inout) :: vector(:)     !! (n)
+      integer :: i
+      do i = 1, 2
+         associate (node => problem%model%mesh%node(i, e))
+            if (carried_by(problem, e) > 0) then
+               call spread_force(problem, system%slip_block, node, force(3 * i - 2:3 * i), vector)
+            else
+               call spread_force(problem, system%tie_block, node, force(3 * i - 2:3 * i), vector)
+            end if
+         end associate
+      end do
+   end subroutine spread_element
+
    !> Increment of a node in global axes.
    pure function to_global(problem, system, x, node) result(du)
       type(problem_t), intent(in) :: problem
@@ -71,15 +110,14 @@ contains
       real(wp), intent(in) :: x(:)
       integer, intent(in) :: node
       real(wp) :: du(3)
-      real(wp) :: normal
-      integer :: d
+      real(wp) :: own(3), normal
       du = node_unknowns(problem, system%tie_block, node, x)
       if (.not. system%turned(node)) return
-      d = dof(problem, node, 1)
+      own = du
       associate (a => system%axis(:, node))
-         normal = x(d + 1) + system%lean(node) * x(d + 2)
-         du(1:2) = [a(1) * x(d) - a(2) * normal, a(2) * x(d) + a(1) * normal]
-         du(3) = du(3) + system%roll(node) * x(d)
+         normal = own(2) + system%lean(node) * own(3)
+         du(1:2) = [a(1) * own(1) - a(2) * normal, a(2) * own(1) + a(1) * normal]
+         du(3) = own(3) + system%roll(node) * own(1)
       end associate
    end function to_global
 end module node_axes

@@ -7,8 +7,8 @@ module residual_measure
    use rod_load, only: ge_load_t, largest_line
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
-   use tied_nodes, only: spread_force
    use system_type, only: system_t
+   use node_axes, only: spread_element
    implicit none
    private
    public :: measure_residual, worst_round_off
@@ -30,11 +30,7 @@ contains
       system%raw = system%residual
       scale = problem%force_floor
       do e = 1, problem%model%mesh%n_elements
-         do i = 1, 2
-            node = problem%model%mesh%node(i, e)
-            call spread_force(problem, system%tie_block, node, system%eraw(3 * i - 2:3 * i, e) - system%ef(3 * i - 2:3 * i, e), &
-               & system%raw)
-         end do
+         call spread_element(problem, system, e, system%eraw(:, e) - system%ef(:, e), system%raw)
          scale = max(scale, maxval(abs(system%eraw(1:2, e))), maxval(abs(system%eraw(4:5, e))), &
             & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
          rod => rod_at(problem, e)

@@ -1,7 +1,7 @@
 !> Linear maps of inextensible elements for the correction in axial_rigidity.
 module rigidity_maps
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, carried_by
    use rod_state, only: state_t, element_displacement, element_compliance, element_load
    use ge_stages, only: ge_directions
    use gauss_tableau, only: max_stages
@@ -43,15 +43,17 @@ contains
                rigidity%load(:, i) = system%op(1:2, 8, e)
             end if
             do j = 1, 2
-               do b = ties%first(nodes(j)), max(ties%first(nodes(j)), ties%first(nodes(j) + 1) - 1)
-                  part = own_axes(system, nodes(j))
-                  if (ties%follows(nodes(j))) part = system%tie_block(:, :, b)
-                  rigidity%push(:, n:n + 2) = transpose(matmul(system%ek(3 * j - 2:3 * j, 4:5, e), axes))
-                  if (ties%follows(nodes(j))) rigidity%push(:, n:n + 2) = matmul(rigidity%push(:, n:n + 2), part)
+               ! Index first - 1 stands for the node's own unknowns.
+               do b = ties%first(nodes(j)) - merge(0, 1, ties%follows(nodes(j))), ties%first(nodes(j) + 1) - 1
+                  part = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp], [3, 3])
+                  if (b >= ties%first(nodes(j))) part = system%tie_block(:, :, b)
+                  if (b >= ties%first(nodes(j)) .and. carried_by(problem, e) > 0) part = system%slip_block(:, :, b)
+                  rigidity%push(:, n:n + 2) = matmul(transpose(matmul(system%ek(3 * j - 2:3 * j, 4:5, e), axes)), part)
                   if (on_track) then
                      rigidity%force(:, n:n + 2) = rigidity%push(:, n:n + 2) ! both are the force at the second end
                   else
-                     rigidity%force(:, n:n + 2) = matmul(system%op(1:2, 3 * j - 2:3 * j, e), part)
+                     rigidity%force(:, n:n + 2) = matmul(system%op(1:2, 3 * j - 2:3 * j, e), &
+                        & matmul(own_axes(system, nodes(j)), part))
                   end if
                   n = n + 3
                end do

@@ -32,10 +32,13 @@ contains
    subroutine find_rolling(problem)
       type(problem_t), intent(inout) :: problem   !! problem with its contact spans and candidates
       integer :: c, node
+      integer, allocatable :: held(:)
       problem%rolling = 0
-      node = findloc(any(problem%model%fixed, 1), .true., 1)
-      if (node == 0) return
-      if (count(any(problem%model%fixed, 1)) > 1 .or. .not. all(problem%model%fixed(:, node))) return
+      held = rod_nodes(problem)
+      held = pack(held, any(problem%model%fixed(:, held), 1))
+      if (size(held) /= 1) return
+      node = held(1)
+      if (.not. all(problem%model%fixed(:, node))) return
       c = findloc(problem%candidates%node == node .and. problem%candidates%contact_span > 0, .true., 1)
       if (c == 0) return
       if (.not. sees_walls_only(problem, problem%candidates%obstacle(c))) return
@@ -48,39 +51,51 @@ contains
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: way(2)              !! direction of the walls
       real(wp) :: angle(2)
-      integer :: node, i, e(2)
+      integer :: n, i, e(2)
+      integer, allocatable :: of_rod(:)
+      of_rod = rod_nodes(problem)
       associate (model => problem%model, mesh => problem%model%mesh)
-         alike = all(problem%beside > 0) .and. mesh%n_nodes == mesh%n_elements .and. size(model%tie) == 0 .and. &
-            & size(model%joint_spring) == 0 .and. all(problem%spring <= 0.0_wp) .and. all(mesh%curve > 0) .and. &
+         alike = all(problem%beside(:, of_rod) > 0) .and. size(of_rod) == mesh%n_elements .and. size(model%tie) == 0 .and. &
+            & size(model%joint_spring) == 0 .and. all(problem%spring(:, of_rod) <= 0.0_wp) .and. all(mesh%curve > 0) .and. &
             & all(model%contact%spans)
          if (.not. alike) return
-         do node = 1, mesh%n_nodes
-            e = problem%beside(:, node)
-            do i = 1, 2
-               associate (curve => model%curve(mesh%curve(e(i))))
-                  angle(i) = curve%angle + curve%curvature * mesh%s(3 - i, e(i))
-                  alike = alike .and. curve%imperfection == 0 .and. .not. allocated(curve%path)
+         do n = 1, size(of_rod)
+            associate (node => of_rod(n))
+               e = problem%beside(:, node)
+               do i = 1, 2
+                  associate (curve => model%curve(mesh%curve(e(i))))
+                     angle(i) = curve%angle + curve%curvature * mesh%s(3 - i, e(i))
+                     alike = alike .and. curve%imperfection == 0 .and. .not. allocated(curve%path)
+                  end associate
+               end do
+               associate (a => model%curve(mesh%curve(e(1))), b => model%curve(mesh%curve(e(2))))
+                  alike = alike .and. abs(modulo(angle(2) - angle(1) + pi, 2.0_wp * pi) - pi) <= smooth .and. &
+                     & abs(a%curvature - b%curvature) <= smooth * abs(a%curvature)
                end associate
-            end do
-            associate (a => model%curve(mesh%curve(e(1))), b => model%curve(mesh%curve(e(2))))
-               alike = alike .and. abs(modulo(angle(2) - angle(1) + pi, 2.0_wp * pi) - pi) <= smooth .and. &
-                  & abs(a%curvature - b%curvature) <= smooth * abs(a%curvature)
-            end associate
-            associate (a => model%section(mesh%section(e(1))), b => model%section(mesh%section(e(2))))
-               alike = alike .and. abs(a%ea - b%ea) <= 0.0_wp .and. abs(a%ei - b%ei) <= 0.0_wp
-            end associate
-            do i = 1, size(model%step)
-               associate (load => model%step(i)%load)
-                  alike = alike .and. load%same_on(e(1), e(2)) .and. .not. load%turns(node)
-                  if (.not. load%acts_at(node)) cycle
-                  alike = alike .and. any(problem%candidates%node == node .and. problem%candidates%contact_span > 0) .and. &
-                     & all(abs(load%displacement(:, node)) <= 0.0_wp) .and. &
-                     & abs(dot_product(way, load%node_force(1:2, node))) <= exactly_parallel * norm2(load%node_force(1:2, node))
+               associate (a => model%section(mesh%section(e(1))), b => model%section(mesh%section(e(2))))
+                  alike = alike .and. abs(a%ea - b%ea) <= 0.0_wp .and. abs(a%ei - b%ei) <= 0.0_wp
                end associate
-            end do
+               do i = 1, size(model%step)
+                  associate (load => model%step(i)%load)
+                     alike = alike .and. load%same_on(e(1), e(2)) .and. .not. load%turns(node)
+                     if (.not. load%acts_at(node)) cycle
+                     alike = alike .and. any(problem%candidates%node == node .and. problem%candidates%contact_span > 0) .and. &
+                        & all(abs(load%displacement(:, node)) <= 0.0_wp) .and. &
+                        & abs(dot_product(way, load%node_force(1:2, node))) <= exactly_parallel * norm2(load%node_force(1:2, node))
+                  end associate
+               end do
+            end associate
          end do
       end associate
    end function is_alike_all_along
+
+   !> Nodes of elements; the others are bodies beside the rod, which carry obstacles.
+   pure function rod_nodes(problem) result(node)
+      type(problem_t), intent(in) :: problem
+      integer, allocatable :: node(:)
+      integer :: n
+      node = pack([(n, n=1, size(problem%beside, 2))], any(problem%beside > 0, 1))
+   end function rod_nodes
 
    !> True if all obstacles in contact are parallel to one straight wall, and line loads act across it.
    pure logical function sees_walls_only(problem, wall) result(only)
@@ -122,11 +137,12 @@ contains
    pure function standing(problem) result(node)
       type(problem_t), intent(in) :: problem
       integer, allocatable :: node(:)
-      logical :: loaded(problem%model%mesh%n_nodes)
+      integer, allocatable :: of_rod(:)
+      logical, allocatable :: loaded(:)
       integer :: n, i
-      loaded = [(any([(problem%model%step(i)%load%acts_at(n), i=1, size(problem%model%step))]), n=1, size(loaded))]
-      loaded(problem%rolling) = .false.
-      node = [problem%rolling, pack([(n, n=1, size(loaded))], loaded)]
+      of_rod = rod_nodes(problem)
+      loaded = [(any([(problem%model%step(i)%load%acts_at(of_rod(n)), i=1, size(problem%model%step))]), n=1, size(of_rod))]
+      node = [problem%rolling, pack(of_rod, loaded .and. of_rod /= problem%rolling)]
    end function standing
 
    !> Length of the line contact on one side of the clamp or of a node with forces. Without a line contact there: minus the length

@@ -47,7 +47,10 @@ contains
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          call candidate_gap(problem, state, c, gap, normal, bend)
-         call add([problem%candidates%node(c)], [normal, 0.0_wp])
+         associate (carrier => problem%model%obstacle(problem%candidates%obstacle(c))%carrier)
+            if (carrier == 0) call add([problem%candidates%node(c)], [normal, 0.0_wp])
+            if (carrier > 0) call add([problem%candidates%node(c), carrier], [normal, 0.0_wp, -normal, 0.0_wp])
+         end associate
       end do
       ! A foundation in contact resists in both directions, like an active candidate.
       do c = 1, problem%ground%chain%n
@@ -139,6 +142,9 @@ contains
          associate (tie => problem%model%tie(c))
             call join([tie%node, tie%of, merge(tie%turner, tie%node, tie%turner > 0)])
          end associate
+      end do
+      do c = 1, size(problem%ties%follows)
+         if (problem%ties%has_blocks(c)) call join([c, problem%ties%of(problem%ties%first(c):problem%ties%first(c + 1) - 1)])
       end do
       allocate (place(size(group)))
       n = 0

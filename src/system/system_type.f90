@@ -6,7 +6,7 @@
 !> eliminated. The border of the band is in bordered_system.
 module system_type
    use kinds, only: wp
-   use problem, only: problem_t
+   use problem, only: problem_t, carried_unknowns
    use ge_element, only: ge_columns
    use band_matrix, only: band_t, factor_t, new_band
    use active_coupling, only: active_coupling_t
@@ -35,6 +35,7 @@ module system_type
       real(wp), allocatable :: lean(:)          !! (nodes) displacement along the second axis per rotation, which is not part of the
       !! second unknown: at a point contact at a segment boundary the force acts beside the node
       real(wp), allocatable :: tie_block(:, :, :) !! blocks of T', see tied_nodes
+      real(wp), allocatable :: slip_block(:, :, :) !! blocks of the displacements relative to the obstacle, see carried_obstacles
       type(rigidity_t) :: rigidity              !! maps of inextensible elements
       real(wp), allocatable :: tangent_stretch(:, :) !! (2, inextensible elements) artificial extension corrected in `tangent`
       real(wp), allocatable :: swing(:)         !! (ties) geometric stiffness: contribution of the tie force to the rotational
@@ -99,7 +100,7 @@ contains
       elements = problem%model%mesh%n_elements
       z = maxval(problem%z_size)
       system%n = n
-      system%k = new_band(n, problem%numbering%half_bandwidth)
+      system%k = new_band(n, problem%numbering%half_bandwidth, carried_unknowns(problem))
       allocate (system%residual(n), system%raw(n), system%load(n), source=0.0_wp)
       allocate (system%value(n), system%rate(n), system%path_row(n), source=0.0_wp)
       allocate (system%fixed(n), source=.false.)
@@ -107,6 +108,7 @@ contains
       allocate (system%turned(nodes), source=.false.)
       allocate (system%roll(nodes), system%lean(nodes), source=0.0_wp)
       allocate (system%tie_block(3, 3, size(problem%ties%of)), source=0.0_wp)
+      system%slip_block = system%tie_block
       system%rigidity = new_rigidity(problem)
       allocate (system%tangent_stretch(2, system%rigidity%n), source=0.0_wp)
       allocate (system%swing(size(problem%model%tie)), source=0.0_wp)
