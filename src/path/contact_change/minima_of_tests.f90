@@ -130,6 +130,9 @@ contains
             ! At segment boundaries forces have discontinuous slopes.
             if (after%kind == test_force) then
                if (.not. problem%candidates%moves(after%candidate)) cycle
+            else
+               ! Beside a contact that moves along the rod the place of the least gap moves along; it has no slope of its own.
+               if (slope(k, 1) >= 0.0_wp .or. slope(k, 2) <= 0.0_wp) cycle
             end if
             if (before%value <= test_slack(after%kind)) cycle
             if (k /= which .and. after%value <= test_slack(after%kind)) cycle

@@ -5,9 +5,8 @@ module set_mending
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
-   use test_kinds, only: span_test_t, test_length
-   use next_spans, only: next_t
-   use set_begins, only: go_back
+   use test_kinds, only: span_test_t, any_fails, test_length
+   use next_spans, only: next_t, copy_next, go_to_load
    use contact_trials, only: try_sets
    use contact_in_doubt, only: ask_nodes
    use entering_contact_set, only: go_to_next, adopt, passes_value
@@ -60,11 +59,7 @@ contains
       finished = .false.
       pivots = run%last%test_values%negative_pivots
       first%label = '  '
-      passes = passes_value(problem, step, run, first)
-      if (passes) then
-         call go_back(run%last%state%load_factor, first)
-         passes = passes_value(problem, step, run, first)
-      end if
+      call come_before_values(problem, step, run, first, passes)
       if (passes) then
          call go_to_next(problem, step, run, first, recorder, finished, outcome)
       else
@@ -75,6 +70,26 @@ contains
          if (run%since_change%shrunk) run%last%test_values%negative_pivots = pivots
       end if
    end subroutine begin_located
+
+   !> Moves the first equilibrium of a set towards the run's point until no value that the deck asks for lies between them.
+   subroutine come_before_values(problem, step, run, first, passes)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(next_t), intent(inout) :: first       !! with its path tangent
+      logical, intent(out) :: passes             !! true: a value still lies between; the set has no valid equilibrium nearer
+      type(next_t) :: nearer
+      type(span_test_t), allocatable :: tests(:)
+      do
+         passes = passes_value(problem, step, run, first)
+         if (.not. passes) return
+         call copy_next(first, nearer)
+         call go_to_load(nearer, 0.5_wp * (run%last%state%load_factor + first%state%load_factor), tests)
+         if (.not. allocated(tests)) return
+         if (any_fails(tests) .or. .not. abs(nearer%state%load_factor - first%state%load_factor) > 0.0_wp) return
+         call copy_next(nearer, first)
+      end do
+   end subroutine come_before_values
 
    !> Continues with a set found by trials: to its first equilibrium, and from there to a point at which all its tests are
    !> satisfied.
