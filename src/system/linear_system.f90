@@ -122,8 +122,8 @@ contains
          end do
          if (problem%ties%follows(node(1)) .or. problem%ties%follows(node(2))) then
             do i = 1, 2
-               call spread_force(problem, system%tie_block, node(i), system%ef(3 * i - 2:3 * i, e), system%residual)
-               call spread_force(problem, system%tie_block, node(i), system%el(3 * i - 2:3 * i, e), system%load)
+               call spread_force(problem, system%tie_block, node(i), system%ef(3 * i - 2, e), system%residual)
+               call spread_force(problem, system%tie_block, node(i), system%el(3 * i - 2, e), system%load)
             end do
             call add_matrix(problem, system%tie_block, node, system%ek(:, :, e), system%k)
             cycle

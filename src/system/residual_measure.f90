@@ -22,7 +22,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout) :: system
-      real(wp) :: worst, scale, noise, moved, carried
+      real(wp) :: worst, scale, noise, moved, carried, force(3)
       type(ge_load_t) :: load
       type(node_push_t), allocatable :: push(:)
       class(rod_element_t), pointer :: rod
@@ -32,8 +32,8 @@ contains
       do e = 1, problem%model%mesh%n_elements
          do i = 1, 2
             node = problem%model%mesh%node(i, e)
-            call spread_force(problem, system%tie_block, node, system%eraw(3 * i - 2:3 * i, e) - system%ef(3 * i - 2:3 * i, e), &
-               & system%raw)
+            force = system%eraw(3 * i - 2:3 * i, e) - system%ef(3 * i - 2:3 * i, e)
+            call spread_force(problem, system%tie_block, node, force, system%raw)
          end do
          scale = max(scale, maxval(abs(system%eraw(1:2, e))), maxval(abs(system%eraw(4:5, e))), &
             & abs(system%eraw(3, e)) / problem%size, abs(system%eraw(6, e)) / problem%size)
