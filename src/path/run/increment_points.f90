@@ -5,8 +5,7 @@ module increment_points
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
    use path_control, only: control_t, is_arc_length, metric, path_length, displacement_between
-   use path_continuity, only: chord_between, seen_from, between, blended, part_at, alike, stands_still
-   use path_samples, only: lagrange
+   use path_continuity, only: chord_between, seen_from, between, part_at, alike, stands_still
    use corrector, only: increment_t, correct
    use path_point, only: path_point_t, advance, evaluate_tests
    use path_state, only: path_state_t, path_tangent_of
@@ -22,10 +21,6 @@ module increment_points
       logical :: smooth = .false.               !! no contact change inside, and no node moves along its rod
       real(wp), allocatable :: chord(:, :)      !! (3, nodes) displacement chord between the same material points
       real(wp) :: length = 0.0_wp               !! length of the chord in the path metric
-      ! Points found inside the increment, the last one first.
-      integer :: n_found = 0
-      real(wp) :: at(2) = 0.0_wp                !! their fractions
-      type(state_t) :: found(2)
    end type division_t
 
 contains
@@ -83,19 +78,10 @@ contains
       logical, intent(in) :: keep_contact          !! contact set of the start, whatever the signs of gaps and reactions
       type(path_point_t), intent(out) :: here      !! undefined unless the report says converged
       type(increment_t), intent(out) :: report
-      real(wp), allocatable :: weight(:), slope(:)
       division%control%increment = fraction * division%whole
       if (division%smooth .and. .not. from_start) then
-         if (problem%moves_nodes() .and. division%n_found > 0) then
-            associate (n => division%n_found)
-               allocate (weight(n + 2), slope(n + 2))
-               call lagrange([0.0_wp, 1.0_wp, division%at(:n)], fraction, weight, slope)
-               here%state = blended(problem, [run%last%state, trial%state, division%found(:n)], weight)
-            end associate
-         else
-            here%state = between(problem, run%last%state, trial%state, run%last%tangent, trial%tangent, part_at(fraction, &
-               & division%slopes(1), division%slopes(2)))
-         end if
+         here%state = between(problem, run%last%state, trial%state, run%last%tangent, trial%tangent, part_at(fraction, &
+            & division%slopes(1), division%slopes(2)))
          here%system = run%last%system
          call correct(problem, run%last%state, division%control, .false., here%state, here%system, report, again=.true.)
       else if (size(problem%mark) > 0 .and. is_stress_free(run%last%state)) then
@@ -107,12 +93,6 @@ contains
          call advance(problem, run%last, division%control, here, report, keep_contact)
       end if
       if (.not. report%converged) return
-      if (.not. any(abs(division%at(:division%n_found) - fraction) <= 0.0_wp)) then
-         division%n_found = min(division%n_found + 1, size(division%at))
-         division%at = [fraction, division%at(1)]
-         division%found(2) = division%found(1)
-         division%found(1) = here%state
-      end if
       here%tangent = path_tangent_of(problem, run, here)
       call evaluate_tests(problem, here)
    end subroutine point_within
