@@ -8,7 +8,7 @@ module archive
    implicit none
    private
    public :: archive_t, archive_of, archive_one, archive_integers, archive_reals, archive_logicals
-   public :: without_zeros, with_zeros
+   public :: leave_out_zeros, with_zeros
    public :: archive_text, archive_flag, archive_number, archive_bounds, archive_begin_shared, archive_end_shared, archive_reset
 
    integer, parameter :: word_bits = storage_size(1) !! of an integer
@@ -43,18 +43,19 @@ contains
    end function archive_of
 
    !> Compresses words: each sequence of zeros becomes a zero and its length. More than half of the words of a state are zeros.
-   pure function without_zeros(words) result(packed)
+   pure subroutine leave_out_zeros(words, packed)
       integer, intent(in), contiguous :: words(:)
-      integer, allocatable :: packed(:)
+      integer, allocatable, intent(out) :: packed(:)
+      integer, allocatable :: room(:)
       integer :: i, n, zeros
-      allocate (packed(2 * size(words)))
+      allocate (room(2 * size(words)))
       n = 0
       i = 1
       do while (i <= size(words))
          n = n + 1
-         packed(n) = words(i)
+         room(n) = words(i)
          i = i + 1
-         if (packed(n) /= 0) cycle
+         if (room(n) /= 0) cycle
          zeros = 1
          do while (i <= size(words))
             if (words(i) /= 0) exit
@@ -62,12 +63,12 @@ contains
             i = i + 1
          end do
          n = n + 1
-         packed(n) = zeros
+         room(n) = zeros
       end do
-      packed = packed(:n)
-   end function without_zeros
+      packed = room(:n)
+   end subroutine leave_out_zeros
 
-   !> Restores the words that without_zeros has compressed; none if zeros have no length.
+   !> Restores the words that leave_out_zeros has compressed; none if zeros have no length.
    pure function with_zeros(packed) result(words)
       integer, intent(in) :: packed(:)
       integer, allocatable :: words(:)

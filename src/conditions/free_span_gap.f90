@@ -28,7 +28,6 @@ module free_span_gap
       integer :: contact = 0                   !! index into model%contact
       logical :: touches(2) = .false.          !! true: the first node of `first`, or the last node of `last`, touches this
       !! obstacle; the gap is zero there
-      type(profile_t), allocatable :: profile(:) !! (first:last)
       real(wp), allocatable :: at(:)           !! coordinates of the samples along the rod segment, increasing
       real(wp), allocatable :: gap(:)          !! gaps at the samples
    end type sampled_gap_t
@@ -77,7 +76,7 @@ contains
 
    !> Finds the least gap of neighbouring elements to an obstacle that they do not touch, and its place. The elements are those
    !> between two contact spans of a rod segment, or those that lie on another obstacle.
-   subroutine least_gap(problem, state, element, contact, touched, fails, least, where, largest)
+   subroutine least_gap(problem, state, element, contact, touched, fails, profile, least, where, largest)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: element(2)        !! first and last element
@@ -85,6 +84,7 @@ contains
       logical, intent(in) :: touched(:)        !! (nodes) node touches any obstacle
       logical, intent(in) :: fails(:)          !! (nodes) node touches this obstacle, but the node's own test fails; a penetration
       !! that begins at such a node belongs to the failing contact and is not counted
+      type(profile_t), intent(inout) :: profile(:) !! (elements) of this state; those not yet made are made
       real(wp), intent(out) :: least           !! structure's size if no sample counts
       real(wp), intent(out) :: where           !! coordinate along the rod segment
       real(wp), intent(out) :: largest         !! gap of largest size, with its sign (< 0: inside the obstacle)
@@ -95,8 +95,8 @@ contains
       line%last = element(2)
       line%contact = contact
       call look_beside(problem, state, line, touched, counts)
-      call make_profiles(problem, state, line)
-      call take_samples(problem, state, line)
+      call make_profiles(problem, state, element, profile)
+      call take_samples(problem, state, profile, line)
       from = problem%origin(line%first) + state%geometry%element(line%first)%s(1)
       to = problem%origin(line%last) + state%geometry%element(line%last)%s(2)
       begin = 1
@@ -113,19 +113,19 @@ contains
             if (i == 1 .or. i == size(gap)) then
                ! The gap may have a minimum further inside if it falls from an end without contact (segment boundary).
                if (line%touches(merge(1, 2, i == 1))) cycle
-               if (.not. falls_inwards(problem, state, line, i)) cycle
+               if (.not. falls_inwards(problem, state, profile, line, i)) cycle
             else
                if (gap(i) > gap(i - 1) .or. gap(i) > gap(i + 1)) cycle
                ! The minimum of a parabola through these samples cannot be below the least value so far.
                if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > least) cycle
             end if
-            call find_minimum(problem, state, line, i, value, place)
+            call find_minimum(problem, state, profile, line, i, value, place)
             ! Minima next to a contact span that are only rounding do not count.
             tops = [merge(maxval(gap(:i)), huge(value), line%touches(1)), merge(maxval(gap(i:)), huge(value), line%touches(2))]
             if (minval(tops) <= rounding_gap(problem) .and. value >= -rounding_gap(problem)) cycle
             ! Minima next to a contact span may also be discretisation errors: the penetration there must exceed the interpolation
             ! error.
-            if (place < counts(1) .or. place > counts(2)) value = value + doubt(problem, state, line, place)
+            if (place < counts(1) .or. place > counts(2)) value = value + doubt(problem, state, profile, line, place)
             call take(value, place)
          end do
       end associate
@@ -195,24 +195,26 @@ contains
    end subroutine to_next_touch
 
    !> Makes the interpolation of the displaced axis within each element. That of an element on its obstacle is exact at its ends.
-   subroutine make_profiles(problem, state, line)
+   subroutine make_profiles(problem, state, element, profile)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(sampled_gap_t), intent(inout) :: line
+      integer, intent(in) :: element(2)      !! first and last element
+      type(profile_t), intent(inout) :: profile(:)
       integer :: e
-      allocate (line%profile(line%first:line%last))
-      do e = line%first, line%last
-         line%profile(e) = new_profile(problem, state, e)
+      do e = element(1), element(2)
+         if (profile(e)%element == e) cycle
+         profile(e) = new_profile(problem, state, e)
          if (problem%conforms(e) > 0) cycle
-         if (problem%model%mesh%family(e) == family_ge) call mend_ends(problem, state, line%profile(e), 2)
+         if (problem%model%mesh%family(e) == family_ge) call mend_ends(problem, state, profile(e), 2)
       end do
    end subroutine make_profiles
 
    !> Samples the gap at equal parts of all elements. Beside a contact, `near` samples replace the first one; their distances from
    !> the contact fall geometrically.
-   subroutine take_samples(problem, state, line)
+   subroutine take_samples(problem, state, profile, line)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(profile_t), intent(in) :: profile(:)
       type(sampled_gap_t), intent(inout) :: line
       real(wp) :: part(near + 1)
       integer :: i, e, n
@@ -240,15 +242,16 @@ contains
             associate (g => state%geometry%element(e))
                line%at(n) = g%s(1) + tau(k) * (g%s(2) - g%s(1)) + problem%origin(e)
             end associate
-            line%gap(n) = gap_in(problem, state, line%contact, line%profile(e), tau(k))
+            line%gap(n) = gap_in(problem, state, line%contact, profile(e), tau(k))
          end do
       end subroutine add
    end subroutine take_samples
 
    !> True if the gap decreases from the first or last sample inwards and has increased again at the next sample.
-   logical function falls_inwards(problem, state, line, i) result(falls)
+   logical function falls_inwards(problem, state, profile, line, i) result(falls)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(profile_t), intent(in) :: profile(:)
       type(sampled_gap_t), intent(in) :: line
       integer, intent(in) :: i
       integer :: next
@@ -256,21 +259,22 @@ contains
       falls = line%gap(next) >= line%gap(i)
       ! Test of a place at a distance of sqrt(rounding unit) inwards: if rounding hides the decrease over this distance, the
       ! decrease is below rounding everywhere.
-      if (falls) falls = gap_along(problem, state, line, line%at(i) + sqrt(epsilon(1.0_wp)) * (line%at(next) - line%at(i))) &
-         & < line%gap(i)
+      if (falls) falls = gap_along(problem, state, profile, line, line%at(i) + sqrt(epsilon(1.0_wp)) * (line%at(next) - &
+         & line%at(i))) < line%gap(i)
    end function falls_inwards
 
    !> Finds the minimum of the gap between the neighbours of sample `i`, which is the lowest of the three.
-   subroutine find_minimum(problem, state, line, i, value, place)
+   subroutine find_minimum(problem, state, profile, line, i, value, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(profile_t), intent(in) :: profile(:)
       type(sampled_gap_t), intent(in) :: line
       integer, intent(in) :: i
       real(wp), intent(out) :: value, place
       type(golden_section_t) :: search
       call search%begin(line%at(max(i - 1, 1)), line%at(min(i + 1, size(line%at))), sections_to_rounding)
       do while (search%asks(place))
-         call search%tell(gap_along(problem, state, line, place))
+         call search%tell(gap_along(problem, state, profile, line, place))
       end do
       value = search%least
       ! Beside a symmetry plane from which the gap rises, rounding causes minima; these do not count.
@@ -280,28 +284,30 @@ contains
    end subroutine find_minimum
 
    !> Gap at a coordinate along the rod segment.
-   real(wp) function gap_along(problem, state, line, place) result(gap)
+   real(wp) function gap_along(problem, state, profile, line, place) result(gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(profile_t), intent(in) :: profile(:)
       type(sampled_gap_t), intent(in) :: line
       real(wp), intent(in) :: place
       real(wp) :: tau
       integer :: e
       call find_part(problem, state, line, place, e, tau)
-      gap = gap_in(problem, state, line%contact, line%profile(e), tau)
+      gap = gap_in(problem, state, line%contact, profile(e), tau)
    end function gap_along
 
    !> Bound of the error of the gap at a place: interpolation error of the element, and the residual gaps at contacts, whose exact
    !> gap is zero.
-   real(wp) function doubt(problem, state, line, place)
+   real(wp) function doubt(problem, state, profile, line, place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
+      type(profile_t), intent(in) :: profile(:)
       type(sampled_gap_t), intent(in) :: line
       real(wp), intent(in) :: place
       real(wp) :: tau
       integer :: e
       call find_part(problem, state, line, place, e, tau)
-      doubt = mended_error(line%profile(e), tau)
+      doubt = mended_error(profile(e), tau)
       if (line%touches(1)) doubt = doubt + abs(line%gap(1))
       if (line%touches(2)) doubt = doubt + abs(line%gap(size(line%gap)))
    end function doubt

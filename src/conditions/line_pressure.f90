@@ -3,7 +3,7 @@ module line_pressure
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, node_position
-   use conforming_span, only: conforming_forces, excess_curvature, node_track, track_sense, rod_angle, bend_at, &
+   use conforming_span, only: lying_t, conforming_forces, excess_curvature, node_track, track_sense, rod_angle, bend_at, &
       & track_joints, find_joints, ge_end, density_samples
    use obstacle_track, only: track_t
    use rod_load, only: ge_load_t, line_at
@@ -34,6 +34,7 @@ contains
       type(contact_span_t), intent(in) :: line            !! line contact in the present state
       type(pressure_t) :: pressure
       real(wp), allocatable :: at(:), density(:)
+      type(lying_t) :: kept
       real(wp) :: place
       integer :: e, i, n
       n = 0
@@ -51,17 +52,17 @@ contains
          end associate
       end do
       at = at(:n)
-      density = [(density_at(problem, state, line, at(i)), i=1, n)]
+      density = [(density_at(problem, state, line, at(i), kept), i=1, n)]
       pressure%at = at
       n = min(2, n)
       do i = 2, size(at) - 1
          call insert(pressure%at, n, at(i + 1))
          if (density(i) > density(i - 1) .or. density(i) >= density(i + 1)) cycle
-         place = least_between(problem, state, line, at(i - 1), at(i + 1))
-         if (density_at(problem, state, line, place) < density(i)) call insert(pressure%at, n, place)
+         place = least_between(problem, state, line, at(i - 1), at(i + 1), kept)
+         if (density_at(problem, state, line, place, kept) < density(i)) call insert(pressure%at, n, place)
       end do
       pressure%at = pressure%at(:n)
-      if (n > size(at)) density = [(density_at(problem, state, line, pressure%at(i)), i=1, n)]
+      if (n > size(at)) density = [(density_at(problem, state, line, pressure%at(i), kept), i=1, n)]
       call move_alloc(density, pressure%density)
    end function sample_line
 
@@ -84,24 +85,26 @@ contains
    end subroutine insert
 
    !> Place of the least density between two places, by golden section.
-   real(wp) function least_between(problem, state, line, first, last) result(place)
+   real(wp) function least_between(problem, state, line, first, last, kept) result(place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line
       real(wp), intent(in) :: first, last
+      type(lying_t), intent(inout) :: kept                !! as in conforming_forces
       type(golden_section_t) :: search
       call search%begin(first, last, sections)
       do while (search%asks(place))
-         call search%tell(density_at(problem, state, line, place))
+         call search%tell(density_at(problem, state, line, place, kept))
       end do
    end function least_between
 
    !> Density of a line contact's force at a coordinate along its rod segment.
-   real(wp) function density_at(problem, state, line, at) result(density)
+   real(wp) function density_at(problem, state, line, at, kept) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line            !! line contact in the present state
       real(wp), intent(in) :: at
+      type(lying_t), intent(inout), optional :: kept      !! as in conforming_forces
       real(wp) :: local(3), place(2), angle, tau
       integer :: e
       call find_point(problem, state, line%rod_segment, at, e, tau)
@@ -110,7 +113,7 @@ contains
          e = e - 1
          tau = 1.0_wp
       end if
-      call conforming_forces(problem, state, e, tau, local, place, angle, density)
+      call conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
    end function density_at
 
    !> Finds the least density along a line contact, and its place.

@@ -10,6 +10,7 @@ module span_tests
    use rod_state, only: state_t
    use free_span, only: free_span_t, free_spans, span_ends
    use free_span_gap, only: least_gap
+   use rod_profile, only: profile_t
    use line_pressure, only: least_pressure
    use contact_spans, only: contact_span_t, shortest
    use span_candidates, only: present_contact_spans
@@ -76,10 +77,11 @@ contains
       type(span_test_t), allocatable :: tests(:)
       type(span_test_t) :: test
       type(free_span_t), allocatable :: span(:)
+      type(profile_t), allocatable :: profile(:)
       logical, dimension(problem%model%mesh%n_nodes) :: touched, fails
       real(wp) :: largest
       integer :: k, i
-      allocate (tests(0))
+      allocate (tests(0), profile(merge(problem%model%mesh%n_elements, 0, valued)))
       touched = .false.
       touched(pack(problem%candidates%node, problem%candidates%contact_span > 0)) = .true.
       span = free_spans(problem)
@@ -90,7 +92,7 @@ contains
             if (.not. problem%covered(span(i)%rod_segment, k)) cycle
             test = span_test_t(kind=test_gap, contact=k, rod_segment=span(i)%rod_segment)
             largest = 0.0_wp
-            if (valued) call least_gap(problem, state, span(i)%element, k, touched, fails, test%value, test%at, largest)
+            if (valued) call least_gap(problem, state, span(i)%element, k, touched, fails, profile, test%value, test%at, largest)
             test%value = test%value / problem%size
             tests = [tests, test]
             test%beside = merge(span(i)%contact_span, 0, span(i)%contact == k)
@@ -111,7 +113,7 @@ contains
             associate (line => problem%contact_span(i))
                if (.not. line%line .or. line%contact == k .or. .not. problem%covered(line%rod_segment, k)) cycle
                test = span_test_t(kind=test_gap, contact=k, rod_segment=line%rod_segment)
-               if (valued) call least_gap(problem, state, line%element, k, touched, fails, test%value, test%at, largest)
+               if (valued) call least_gap(problem, state, line%element, k, touched, fails, profile, test%value, test%at, largest)
             end associate
             test%value = test%value / problem%size
             tests = [tests, test]

@@ -22,7 +22,7 @@ module path_continuity
    private
    public :: path_tangent_t, normal_plane, relation_t, path_tangent_at, relate, same_path, turned_over, too_far, at_corner, &
       & length_to_corner, angle_between, stands_still, chord_between, seen_from, between, part_at, lies_between, goes_back, &
-      & alike, blend_geometry, largest_turn, largest_distance
+      & alike, blended, largest_turn, largest_distance
 
    !> Unit tangent of a path at a point.
    type :: path_tangent_t
@@ -322,7 +322,8 @@ contains
       end do
    end function alike
 
-   !> Interpolates between two points of one path: cubic in displacements and load factor, linear in the other variables.
+   !> Interpolates between two points of one path: cubic in displacements and load factor, linear in the other variables and in
+   !> displacements of nodes that move along the rod, because the tangents are not the rates of these.
    function between(problem, from, to, before, after, part) result(state)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from, to     !! alike
@@ -330,7 +331,7 @@ contains
       real(wp), intent(in) :: part              !! 0 to 1, of the arc length
       type(state_t) :: state
       real(wp) :: length, weight(3)
-      state = from
+      state = blended(problem, [from, to], [1.0_wp - part, part])
       length = path_length(problem, from, to)
       weight = hermite(part)
       if (.not. (metric(problem, before%u, before%u) > 0.0_wp .and. metric(problem, after%u, after%u) > 0.0_wp)) &
@@ -338,14 +339,28 @@ contains
       weight([1, 3]) = weight([1, 3]) * length
       state%load_factor = from%load_factor + weight(1) * before%load + weight(2) * (to%load_factor - from%load_factor) + &
          & weight(3) * after%load
-      ! On a mesh with moving nodes the tangents are not the rates of the nodes' displacements: linear interpolation.
-      if (problem%moves_nodes()) weight = [0.0_wp, part, 0.0_wp]
-      state%u = from%u + weight(1) * before%u + weight(2) * (to%u - from%u) + weight(3) * after%u
-      state%z = from%z + part * (to%z - from%z)
-      state%reaction = from%reaction + part * (to%reaction - from%reaction)
+      if (.not. problem%moves_nodes()) state%u = from%u + weight(1) * before%u + weight(2) * (to%u - from%u) + weight(3) * after%u
       where (state%segment == segment_unknown) state%segment = to%segment
-      if (problem%moves_nodes()) call blend_geometry(problem, [from, to], [1.0_wp - part, part], state)
    end function between
+
+   !> Weighted mean of states of one path, at the weighted mean of their nodes' places. Flags are those of the first state.
+   function blended(problem, states, weight) result(state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: states(:)    !! alike
+      real(wp), intent(in) :: weight(:)         !! their sum is one
+      type(state_t) :: state
+      integer :: i
+      state = states(1)
+      do i = 2, size(states)
+         associate (first => states(1), other => states(i))
+            state%load_factor = state%load_factor + weight(i) * (other%load_factor - first%load_factor)
+            state%u = state%u + weight(i) * (other%u - first%u)
+            state%z = state%z + weight(i) * (other%z - first%z)
+            state%reaction = state%reaction + weight(i) * (other%reaction - first%reaction)
+         end associate
+      end do
+      if (problem%moves_nodes()) call blend_geometry(problem, states, weight, state)
+   end function blended
 
    !> Moves the nodes of a state to the weighted mean of their positions in other states; the weights sum to one.
    subroutine blend_geometry(problem, states, weight, state)

@@ -43,7 +43,7 @@ module path_control
       real(wp) :: load_scale = 0.0_wp          !! arc length per unit load factor
       real(wp), allocatable :: tangent(:, :)   !! (3, nodes) displacements of the unit path tangent at the start
       real(wp) :: tangent_load = 0.0_wp        !! load factor component of the tangent
-      real(wp), allocatable :: previous(:, :)  !! (3, nodes) tangent of the previous increment; not allocated: none
+      real(wp), allocatable :: previous(:, :)  !! (3, nodes) tangent of the previous increment; not allocated: none, or not used
       integer :: flat = 0                      !! candidate of a point contact whose relative curvature is to equal the increment,
       !! whatever the method; 0: none
       real(wp), allocatable :: watched !! displacement of the controlled monitor at the start; allocated if nodes have moved since

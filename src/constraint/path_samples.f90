@@ -6,7 +6,7 @@ module path_samples
    use rod_state, only: state_t
    use state_transfer, only: displacements_at
    use path_control, only: metric
-   use path_continuity, only: path_tangent_t, blend_geometry
+   use path_continuity, only: path_tangent_t, blended
    implicit none
    private
    public :: state_between, lagrange, zero_of_cubic, n_samples
@@ -26,19 +26,8 @@ contains
       real(wp) :: w(n_samples), d(n_samples), norm
       integer :: i
       call lagrange(at, x, w, d)
-      place = sample(1)
-      place%u = 0.0_wp
-      place%z = 0.0_wp
-      place%reaction = 0.0_wp
-      place%load_factor = 0.0_wp
-      do i = 1, n_samples
-         place%u = place%u + w(i) * sample(i)%u
-         place%z = place%z + w(i) * sample(i)%z
-         place%reaction = place%reaction + w(i) * sample(i)%reaction
-         place%load_factor = place%load_factor + w(i) * sample(i)%load_factor
-         heading%load = heading%load + d(i) * sample(i)%load_factor
-      end do
-      if (problem%moves_nodes()) call blend_geometry(problem, sample, w, place)
+      place = blended(problem, sample, w)
+      heading%load = dot_product(d, sample%load_factor)
       heading%u = 0.0_wp * place%u
       do i = 1, n_samples
          if (problem%moves_nodes()) then

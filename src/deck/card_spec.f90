@@ -266,7 +266,7 @@ contains
       do i = 1, n
          call move_item(items(i), longer(i))
       end do
-      longer(n + 1) = item
+      call move_item(item, longer(n + 1))
       call move_alloc(longer, items)
    end subroutine add_item
 

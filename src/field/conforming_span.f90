@@ -530,7 +530,7 @@ contains
       call home_at(problem, state, e, tau, x, home)
       u(1:2) = track%place + obstacle_shift(problem, state, problem%candidates%obstacle(problem%conforms(e))) - x
       ! The rotation is shifted by the same multiple of 2 pi as at the nodes.
-      near = 0.5_wp * sum(state%u(3, problem%model%mesh%node(:, e)))
+      near = 0.5_wp * (state%u(3, problem%model%mesh%node(1, e)) + state%u(3, problem%model%mesh%node(2, e)))
       u(3) = atan2(kept%sense * track%tangent(2), kept%sense * track%tangent(1)) - home
       u(3) = u(3) - 2.0_wp * pi * anint((u(3) - near) / (2.0_wp * pi))
    end subroutine conforming_displacement

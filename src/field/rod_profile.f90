@@ -199,8 +199,7 @@ contains
             home = 0.0_wp
             if (profile%curved) then
                along = [cos(g%end_angle(i)), sin(g%end_angle(i))]
-               call curve_bend(problem%model%curve(curve), problem%model%imperfection, abscissa(problem, profile, tau), bend, &
-                  & bend_rate)
+               call curve_bend(problem%model%curve(curve), problem%model%imperfection, g%s(i), bend, bend_rate)
                home(:, 1) = h * along
                home(:, 2) = h**2 * bend * [-along(2), along(1)]
                home(:, 3) = h**3 * (bend_rate * [-along(2), along(1)] - bend**2 * along)

@@ -49,7 +49,7 @@ contains
          associate (a1 => imperfection%amplitude(1), a2 => unit_peak * imperfection%amplitude(2))
             w = sin(at)**2 * (a1 + a2 * cos(at))
             dw = wave * sin(at) * (2 * cos(at) * (a1 + a2 * cos(at)) - a2 * sin(at)**2)
-            second = wave**2 * (2 * cos(2 * at) * (a1 + a2 * cos(at)) - 5 * a2 * sin(at)**2 * cos(at))
+            second = wave**2 * ((4 * cos(at)**2 - 2) * (a1 + a2 * cos(at)) - 5 * a2 * sin(at)**2 * cos(at))
             third = wave**3 * sin(at) * (7 * a2 * sin(at)**2 - 8 * a1 * cos(at) - 20 * a2 * cos(at)**2)
          end associate
       case (shape_nodal)

@@ -41,7 +41,8 @@ contains
       real(wp), intent(in) :: from, to
       real(wp) :: s(table_points)
       integer :: i
-      s = 0.5_wp * (from + to) + 0.5_wp * (to - from) * [(cos(pi * (i - 0.5_wp) / table_points), i=1, table_points)]
+      real(wp), parameter :: place(table_points) = [(cos(pi * (i - 0.5_wp) / table_points), i=1, table_points)]
+      s = 0.5_wp * (from + to) + 0.5_wp * (to - from) * place
    end function panel_places
 
    !> Appends a panel at the end of the table if the polynomial through the rates is accurate to rounding.
@@ -54,10 +55,12 @@ contains
       real(wp) :: c(0:table_points + 1), d(0:table_points), half, noise
       real(wp), allocatable :: longer(:), more(:, :)
       integer :: k, i, n
+      real(wp), parameter :: wave(table_points, 0:table_points - 1) = reshape([((cos(k * pi * (i - 0.5_wp) / table_points), &
+         & i=1, table_points), k=0, table_points - 1)], [table_points, table_points]) !! Chebyshev polynomials at the points
       ! Chebyshev coefficients of the rate, then of its integral.
       c = 0.0_wp
       do k = 0, table_points - 1
-         c(k) = sum(rate * [(cos(k * pi * (i - 0.5_wp) / table_points), i=1, table_points)]) * 2.0_wp / table_points
+         c(k) = sum(rate * wave(:, k)) * 2.0_wp / table_points
       end do
       c(0) = 0.5_wp * c(0)
       n = table%n + 1

@@ -236,19 +236,19 @@ contains
       type(curve_t), intent(in) :: curve        !! measured
       type(imperfection_t), intent(in) :: imperfections(:)
       real(wp), intent(in) :: from, length
-      real(wp) :: s, before, after, rate, step
+      real(wp) :: s, before, after, first, rate, step
       integer :: iteration
       s = from + length
       if (curve%imperfection == 0) return
       associate (table => imperfections(curve%imperfection)%table(curve%table))
-         call table_value(table, curve%offset + from, before, rate)
-         s = from + length / (1.0_wp + rate)
+         call table_value(table, curve%offset + from, before, first)
+         s = from + length / (1.0_wp + first)
          do iteration = 1, 20
             call table_value(table, curve%offset + s, after, rate)
             step = ((length - (s - from)) - (after - before)) / (1.0_wp + rate)
             s = s + step
-            ! The error after this step is of the order of its square.
-            if (abs(step) <= 0.1_wp * sqrt(epsilon(s)) * abs(length)) exit
+            ! The error after this step is half its square times the derivative of the rate, which has changed by about this much.
+            if (step**2 * (abs(rate - first) * abs(length) + abs(step)) <= 0.1_wp * epsilon(s) * abs(length)**3) exit
          end do
       end associate
    end function curve_abscissa

@@ -65,7 +65,7 @@ contains
 
    !> Corrects a predictor to equilibrium at the control's increment from `base`, by Newton's method with a new tangent in each
    !> iteration.
-   subroutine correct(problem, base, control, keep_contact, state, system, report, far_off)
+   subroutine correct(problem, base, control, keep_contact, state, system, report, far_off, again)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: base          !! converged state, or the predictor itself
       type(control_t), intent(in) :: control     !! its tangent is set if its method needs one
@@ -74,7 +74,10 @@ contains
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
       logical, intent(in), optional :: far_off   !! true: touchdown points may be far from their positions
+      logical, intent(in), optional :: again     !! true: at least one iteration more from the converged state, for a predictor so
+      !! close that the residual is small before the error is
       real(wp) :: rhs
+      logical :: more
       type(state_t) :: origin
       type(control_t) :: seen
       type(kept_t) :: kept(1)
@@ -85,8 +88,15 @@ contains
       end if
       origin = base
       seen = control
-      if (problem%moves_nodes()) call follow_nodes(problem, base, control, state, kept, origin, seen)
-      call control_row(problem, seen, origin, state, system, rhs)
-      call iterate(problem, base, control, state, system, rhs, keep_contact, huge(1), report, far_off)
+      more = .false.
+      if (present(again)) more = again
+      do
+         if (problem%moves_nodes()) call follow_nodes(problem, base, control, state, kept, origin, seen)
+         call control_row(problem, seen, origin, state, system, rhs)
+         call iterate(problem, base, control, state, system, rhs, keep_contact, huge(1), report, far_off)
+         if (.not. (more .and. report%converged)) return
+         more = .false.
+         report%converged = .false.
+      end do
    end subroutine correct
 end module corrector

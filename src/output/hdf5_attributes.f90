@@ -2,8 +2,7 @@
 module hdf5_attributes
    use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_char, c_null_char
    use hdf5, only: hid_t, hsize_t, h5oopen_f, h5oclose_f, h5acreate_f, h5aopen_f, h5awrite_f, h5aclose_f, &
-      & h5screate_f, h5screate_simple_f, h5sclose_f, h5s_scalar_f, h5tcopy_f, h5tclose_f, h5tset_cset_f, &
-      & h5t_cset_utf8_f, h5t_string, h5t_native_double, h5t_native_integer
+      & h5screate_f, h5screate_simple_f, h5sclose_f, h5s_scalar_f, h5t_native_double, h5t_native_integer
    use kinds, only: wp
    use hdf5_file, only: hdf5_file_t, hdf5_ok, hdf5_failed
    implicit none
@@ -20,12 +19,13 @@ module hdf5_attributes
 contains
 
    !> Attaches `units` and `description` to an open dataset.
-   subroutine hdf5_describe(dataset, units, description, status)
+   subroutine hdf5_describe(file, dataset, units, description, status)
+      type(hdf5_file_t), intent(in) :: file
       integer(hid_t), intent(in) :: dataset
       character(*), intent(in) :: units, description
       integer, intent(out) :: status            !! negative if it failed
-      call put_text(dataset, 'units', units, status)
-      if (status >= 0) call put_text(dataset, 'description', description, status)
+      call put_text(file, dataset, 'units', units, status)
+      if (status >= 0) call put_text(file, dataset, 'description', description, status)
    end subroutine hdf5_describe
 
    subroutine attribute_text(file, object, name, value)
@@ -38,7 +38,7 @@ contains
       if (.not. hdf5_ok(file)) return
       call h5oopen_f(file%handle, object, place, status)
       if (status >= 0) then
-         call put_text(place, name, value, status)
+         call put_text(file, place, name, value, status)
          call h5oclose_f(place, close_status)
       end if
       if (status < 0) call hdf5_failed(file, 'write attribute '//name//' of '//object)
@@ -110,21 +110,16 @@ contains
 
    !> Text attribute of variable length: Python readers get a str from it, and it may be longer than the 64 kB that fit into an
    !> object's header, as the deck's text may be.
-   subroutine put_text(place, name, value, status)
+   subroutine put_text(file, place, name, value, status)
+      type(hdf5_file_t), intent(in) :: file
       integer(hid_t), intent(in) :: place
       character(*), intent(in) :: name, value
       integer, intent(out) :: status
       character(len_trim(value) + 1, c_char), target :: text
       type(c_ptr), target :: pointer(1)
-      integer(hid_t) :: text_type
-      integer :: close_status
       text = trim(value)//c_null_char
       pointer(1) = c_loc(text)
-      call h5tcopy_f(h5t_string, text_type, status)
-      if (status < 0) return
-      call h5tset_cset_f(text_type, h5t_cset_utf8_f, status)
-      if (status >= 0) call put_attribute(place, name, text_type, [integer(hsize_t) ::], c_loc(pointer), status)
-      call h5tclose_f(text_type, close_status)
+      call put_attribute(place, name, file%text_type, [integer(hsize_t) ::], c_loc(pointer), status)
    end subroutine put_text
 
    !> Creates an attribute of an open object, or opens the one of that name, and writes it.

@@ -10,7 +10,7 @@ module hdf5_datasets
    use hdf5_attributes, only: hdf5_describe, hdf5_space
    implicit none
    private
-   public :: hdf5_write, hdf5_write_data, hdf5_overwrite, hdf5_text_type, padded
+   public :: hdf5_write, hdf5_write_data, hdf5_new_dataset, hdf5_overwrite, hdf5_text_type, padded
 
    integer(hsize_t), parameter :: few_integers = 64_hsize_t, part_of_row = 2048_hsize_t !! smallest and largest chunk length of the
    !! datasets of hdf5_overwrite
@@ -146,7 +146,7 @@ contains
          call h5pset_chunk_f(layout, 1, [max(few_integers, min(part_of_row, size(value, kind=hsize_t)))], status)
          call h5screate_simple_f(1, shape(value, hsize_t), space, status, [h5s_unlimited_f])
          call h5dcreate_f(file%handle, name, h5t_native_integer, space, dataset, status, layout)
-         if (status >= 0) call hdf5_describe(dataset, '1', description, status)
+         if (status >= 0) call hdf5_describe(file, dataset, '1', description, status)
          call h5sclose_f(space, status)
          call h5pclose_f(layout, status)
       end if
@@ -163,6 +163,20 @@ contains
       end subroutine write_all
    end subroutine hdf5_overwrite
 
+   !> Creates a dataset; one of this name is replaced. The caller closes it.
+   subroutine hdf5_new_dataset(file, name, data_type, space, dataset, status, layout)
+      type(hdf5_file_t), intent(inout) :: file
+      character(*), intent(in) :: name
+      integer(hid_t), intent(in) :: data_type, space
+      integer(hid_t), intent(out) :: dataset
+      integer, intent(out) :: status            !! negative if it failed
+      integer(hid_t), intent(in), optional :: layout !! creation properties
+      call h5dcreate_f(file%handle, name, data_type, space, dataset, status, layout)
+      if (status >= 0) return
+      call hdf5_remove(file, name)
+      if (hdf5_ok(file)) call h5dcreate_f(file%handle, name, data_type, space, dataset, status, layout)
+   end subroutine hdf5_new_dataset
+
    !> Dataset of any type and rank; a dataset with an empty dimension is created without data.
    subroutine hdf5_write_data(file, name, data_type, dims, data, units, description)
       type(hdf5_file_t), intent(inout) :: file
@@ -172,16 +186,15 @@ contains
       type(c_ptr), intent(in) :: data           !! the values
       integer(hid_t) :: space, dataset
       integer :: status, close_status
-      call hdf5_remove(file, name)
       if (.not. hdf5_ok(file)) return
       call hdf5_space(dims, space, status)
       if (status >= 0) then
-         call h5dcreate_f(file%handle, name, data_type, space, dataset, status)
+         call hdf5_new_dataset(file, name, data_type, space, dataset, status)
          call h5sclose_f(space, close_status)
       end if
       if (status >= 0) then
          if (product(dims) > 0) call h5dwrite_f(dataset, data_type, data, status)
-         if (status >= 0) call hdf5_describe(dataset, units, description, status)
+         if (status >= 0) call hdf5_describe(file, dataset, units, description, status)
          call h5dclose_f(dataset, close_status)
       end if
       if (status < 0) call hdf5_failed(file, 'write '//name)

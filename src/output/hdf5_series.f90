@@ -12,13 +12,13 @@ module hdf5_series
    use, intrinsic :: iso_c_binding, only: c_ptr, c_loc, c_f_pointer, c_null_ptr, c_null_char
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use hdf5, only: hid_t, hsize_t, h5pcreate_f, h5pset_chunk_f, h5pset_fill_value_f, h5pclose_f, h5p_dataset_create_f, &
-      & h5screate_simple_f, h5sselect_hyperslab_f, h5sclose_f, h5s_unlimited_f, h5s_select_set_f, h5dcreate_f, h5dclose_f, &
+      & h5screate_simple_f, h5sselect_hyperslab_f, h5sclose_f, h5s_unlimited_f, h5s_select_set_f, h5dclose_f, &
       & h5dset_extent_f, h5dget_space_f, h5dopen_f, h5sget_simple_extent_dims_f, h5dread_f, h5dwrite_f, h5t_native_double, &
       & h5t_native_integer
    use kinds, only: wp
    use hdf5_file, only: hdf5_file_t, hdf5_ok, hdf5_failed, hdf5_remove, hdf5_group
    use hdf5_attributes, only: hdf5_describe
-   use hdf5_datasets, only: hdf5_text_type, hdf5_write_data, padded
+   use hdf5_datasets, only: hdf5_text_type, hdf5_write_data, hdf5_new_dataset, padded
    implicit none
    private
    public :: series_set_t, series_table, series_defined, series_row, series_real, series_integer, series_text, series_reals
@@ -469,8 +469,6 @@ contains
       integer(hid_t) :: layout, space
       integer :: rank, status, close_status
       rank = size(chunk)
-      call hdf5_remove(file, name)
-      if (.not. hdf5_ok(file)) return
       limit = [column%row, h5s_unlimited_f]
       chunk = [column%row, min(chunk_rows, max(chunk_few, chunk_growth * buffered))]
       if (.not. column%ragged) chunk(rank) = max(1_hsize_t, min(chunk(rank), chunk_bytes / max(1, row_bytes(column))))
@@ -483,10 +481,10 @@ contains
       if (status >= 0) call h5pset_fill_value_f(layout, column%data_type, c_loc(column%fill), status)
       if (status >= 0) call h5screate_simple_f(rank, [column%row, 0_hsize_t], space, status, limit)
       if (status >= 0) then
-         call h5dcreate_f(file%handle, name, column%data_type, space, column%dataset, status, layout)
+         call hdf5_new_dataset(file, name, column%data_type, space, column%dataset, status, layout)
          call h5sclose_f(space, close_status)
       end if
-      if (status >= 0) call hdf5_describe(column%dataset, column%units, column%description, status)
+      if (status >= 0) call hdf5_describe(file, column%dataset, column%units, column%description, status)
       call h5pclose_f(layout, close_status)
       if (status < 0) call hdf5_failed(file, 'create '//name)
    end subroutine create

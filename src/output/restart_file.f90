@@ -1,6 +1,6 @@
 !> The group /restart of a result file: the checkpoint of a run, from which another run can continue.
 !>
-!>    state    words of the checkpoint (path/following/checkpoint), compressed by without_zeros
+!>    state    words of the checkpoint (path/following/checkpoint), compressed by leave_out_zeros
 !>    rows     numbers of rows, at the checkpoint, of the tables named in the attribute tables; later rows are newer than the
 !>             checkpoint. Three more numbers: branch being followed, branches so far, words of the state as written
 !>    attribute layout: layout of the types of which the words consist
@@ -9,7 +9,7 @@ module restart_file
       & h5dclose_f, h5dget_space_f, h5sget_simple_extent_npoints_f, h5sclose_f, h5oopen_f, h5oclose_f, &
       & h5t_native_integer, h5lexists_f
    use errors, only: error_t, fail
-   use archive, only: without_zeros, with_zeros
+   use archive, only: with_zeros
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_attributes, only: hdf5_attribute
    use hdf5_datasets, only: hdf5_overwrite
@@ -24,7 +24,7 @@ module restart_file
       integer :: kind = 0                         !! 0: no checkpoint
       character(:), allocatable :: path           !! name of the file
       character(:), allocatable :: deck           !! text of the deck
-      integer, allocatable :: state(:)
+      integer, allocatable :: state(:)            !! words of the checkpoint; those to be written are compressed
       character(:), allocatable :: tables         !! names of the tables, see series_rows
       character(:), allocatable :: written        !! names already in the file
       integer, allocatable :: rows(:)
@@ -38,7 +38,6 @@ contains
    subroutine write_restart(file, restart)
       type(hdf5_file_t), intent(inout) :: file
       type(restart_t), intent(inout) :: restart   !! its kind is reset: the checkpoint is written
-      integer, allocatable :: words(:)
       if (restart%kind == 0) return
       if (.not. allocated(restart%written)) restart%written = ''
       call hdf5_group(file, '/restart')
@@ -48,10 +47,9 @@ contains
          call hdf5_attribute(file, '/restart', 'tables', restart%tables)
          restart%written = restart%tables
       end if
-      words = without_zeros(restart%state)
-      call hdf5_overwrite(file, '/restart/rows', [restart%rows, restart%on_branch, restart%branches, size(words)], &
+      call hdf5_overwrite(file, '/restart/rows', [restart%rows, restart%on_branch, restart%branches, size(restart%state)], &
          & 'rows of the tables that belong to the state; the branch that the run stands on, 0: none; branches so far; words')
-      call hdf5_overwrite(file, '/restart/state', words, &
+      call hdf5_overwrite(file, '/restart/state', restart%state, &
          & 'where the run stands, for unilat --restart; only the version that wrote it can read it')
       restart%kind = 0
    end subroutine write_restart

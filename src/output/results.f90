@@ -19,6 +19,7 @@ module results
       & hdf5_note, hdf5_meddled, hdf5_has, hdf5_remove
    use hdf5_attributes, only: hdf5_attribute
    use hdf5_series, only: series_set_t, series_write, series_buffered, series_keep, series_rows
+   use archive, only: leave_out_zeros
    use restart_file, only: restart_t, write_restart
    implicit none
    private
@@ -129,7 +130,7 @@ contains
       integer, intent(in), contiguous :: words(:)
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
       results%standing%kind = 1
-      results%standing%state = words
+      call leave_out_zeros(words, results%standing%state)
       call series_rows(results%set, results%standing%tables, results%standing%rows)
       results%standing%on_branch = merge(results%n_branches, 0, results%current == 1)
       results%standing%branches = results%n_branches

@@ -24,14 +24,18 @@ def refuse_foreign(file: h5py.File, filename: str):
 
 def own_item(group: h5py.Group, name: str, filename: str) -> h5py.Group | h5py.Dataset | None:
     """A member of a group. None: not there, being written, or damaged; who reads it will find out."""
-    path = f"{group.name.rstrip('/')}/{name}"
     try:
-        link = group.get(name, getlink=True)
-        if isinstance(link, h5py.ExternalLink):
-            raise ResultsError(f"{filename}: {path} is a link to another file, {link.filename}; no such link is followed")
-        item = group[name] if isinstance(link, h5py.HardLink) else None
+        kind = group.id.links.get_info(name.encode("utf-8", "surrogateescape")).type
+        if kind == h5py.h5l.TYPE_EXTERNAL:
+            raise ResultsError(f"{filename}: {_path(group, name)} is a link to another file, {group.get(name, getlink=True).filename}; "
+                               "no such link is followed")
+        item = group[name] if kind == h5py.h5l.TYPE_HARD else None
     except (OSError, RuntimeError, KeyError, ValueError):
         return None
     if isinstance(item, h5py.Dataset) and (item.external or item.is_virtual):
-        raise ResultsError(f"{filename}: the numbers of {path} are in another file; none is read")
+        raise ResultsError(f"{filename}: the numbers of {_path(group, name)} are in another file; none is read")
     return item
+
+
+def _path(group: h5py.Group, name: str) -> str:
+    return f"{group.name.rstrip('/')}/{name}"

@@ -87,10 +87,9 @@ contains
          part = event%before / (event%before - event%after)
          here%state = between(problem, from%state, trial%state, from%tangent, trial%tangent, part)
          here%system = from%system
-         call correct(problem, from%state, holding_value(event%monitor, -event%before), .false., here%state, here%system, report)
-         ! A second correction: where the value hardly changes with the load, the residual is small before the load is exact.
-         if (report%converged) call correct(problem, from%state, holding_value(event%monitor, -event%before), .false., here%state, &
-            & here%system, report)
+         ! Where the value hardly changes with the load, the residual is small before the load is exact.
+         call correct(problem, from%state, holding_value(event%monitor, -event%before), .false., here%state, here%system, report, &
+            & again=.true.)
          if (.not. report%converged) return
          if (.not. alike(problem, from%state, here%state)) return
          if (.not. lies_between(problem, from%state, trial%state, from%tangent, trial%tangent, here%state)) return

@@ -8,7 +8,7 @@
 !>   mesh, step    mesh density from the errors of the point; next increment (go_to_next_increment)
 module path_follower
    use kinds, only: wp
-   use model, only: step_t
+   use model, only: step_t, method_generalised
    use problem, only: problem_t
    use path_control, only: is_arc_length, set_tangent
    use path_point, only: path_point_t
@@ -190,7 +190,7 @@ contains
             return
          end if
       end if
-      if (allocated(run%control%tangent)) run%control%previous = run%control%tangent
+      if (step%method == method_generalised) run%control%previous = run%control%tangent
       call next_increment(step, attempt%report, attempt%relation, problem%moves_nodes(), run%control)
    end subroutine go_to_next_increment
 end module path_follower

@@ -78,18 +78,12 @@ contains
       logical, intent(in) :: keep_contact          !! contact set of the start, whatever the signs of gaps and reactions
       type(path_point_t), intent(out) :: here      !! undefined unless the report says converged
       type(increment_t), intent(out) :: report
-      integer :: first
       division%control%increment = fraction * division%whole
       if (division%smooth .and. .not. from_start) then
          here%state = between(problem, run%last%state, trial%state, run%last%tangent, trial%tangent, part_at(fraction, &
             & division%slopes(1), division%slopes(2)))
          here%system = run%last%system
-         call correct(problem, run%last%state, division%control, .false., here%state, here%system, report)
-         ! A second correction: from such a close predictor the residual is small before the error is.
-         if (.not. report%converged) return
-         first = report%iterations
-         call correct(problem, run%last%state, division%control, .false., here%state, here%system, report)
-         report%iterations = first + report%iterations
+         call correct(problem, run%last%state, division%control, .false., here%state, here%system, report, again=.true.)
       else if (size(problem%mark) > 0 .and. is_stress_free(run%last%state)) then
          ! A stress-free start does not say where contact with a foundation ends: the increment is made backwards from its other
          ! end.
