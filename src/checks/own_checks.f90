@@ -1,8 +1,9 @@
 !> Verdict of the independent checks on one point: a point that fails is no equilibrium and is the last point of its path.
 module own_checks
    use kinds, only: wp
+   use text, only: to_text
    use run_accuracy, only: accuracy_t, worst_t, place_t
-   use columns, only: scientific, whole, brief
+   use columns, only: scientific, brief
    implicit none
    private
    public :: failed_words
@@ -43,10 +44,10 @@ contains
    pure function place_in_words(at) result(text)
       type(place_t), intent(in) :: at
       character(:), allocatable :: text
-      text = 'at point '//whole(at%point)
-      if (at%branch > 0) text = text//' of branch '//whole(at%branch)
+      text = 'at point '//to_text(at%point)
+      if (at%branch > 0) text = text//' of branch '//to_text(at%branch)
       text = text//' (load factor '//brief(at%load_factor)//')'
-      if (at%node > 0) text = text//', node '//whole(at%node)
-      if (at%element > 0) text = text//', element '//whole(at%element)
+      if (at%node > 0) text = text//', node '//to_text(at%node)
+      if (at%element > 0) text = text//', element '//to_text(at%element)
    end function place_in_words
 end module own_checks

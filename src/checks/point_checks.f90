@@ -1,6 +1,7 @@
 !> Checks of every recorded point: balance and signs, adequacy of mesh and number representation.
 module point_checks
    use kinds, only: wp
+   use text, only: to_text
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
    use ground_segments, only: followed_part
@@ -11,7 +12,7 @@ module point_checks
    use path_record, only: point_t
    use section_quantities, only: largest_strain
    use displacement_functional, only: left_open
-   use columns, only: whole, brief, scientific
+   use columns, only: brief, scientific
    use linear_system, only: system_t
    use tangent_modes, only: bending_stiffness
    use tangent_rounding, only: path_stiffness, rounding_cure
@@ -67,7 +68,7 @@ contains
          if (.not. strain > 0.0_wp) return
          call note_worst(accuracy%strain, strain, at, element=problem%model%mesh%element_label(e))
          if (strain > told_strain) call warn('strains are large', scientific(strain, 2)//' in element '// &
-            & whole(problem%model%mesh%element_label(e))//', and the rod theory assumes small strains: its forces are wrong '// &
+            & to_text(problem%model%mesh%element_label(e))//', and the rod theory assumes small strains: its forces are wrong '// &
             & 'by about that part', accuracy%strain_words)
       end subroutine check_strain
 
@@ -77,7 +78,7 @@ contains
          integer :: m
          call note_worst(accuracy%rolling, system%roll_range / problem%size, at)
          if (.not. system%roll_range > 0.0_wp) return
-         where = 'node '//whole(problem%model%mesh%node_label(problem%rolling))
+         where = 'node '//to_text(problem%model%mesh%node_label(problem%rolling))
          call warn('the loads do not tell how far the rod rolls about '//where, 'contact is as long before it as after it, by '// &
             & 'choice; loads and forces are the same for others, displacements are not', accuracy%rolling_words)
          if (allocated(accuracy%hanging_words)) return
@@ -85,7 +86,7 @@ contains
          do m = 1, size(problem%deck%monitor)
             if (left_open(problem, m, state, system)) names = names//', '//trim(problem%deck%monitor(m)%name)
          end do
-         if (names /= '') accuracy%hanging_words = 'from point '//whole(at%point)//' (load factor '//brief(at%load_factor)// &
+         if (names /= '') accuracy%hanging_words = 'from point '//to_text(at%point)//' (load factor '//brief(at%load_factor)// &
             & ') on the loads do not tell how far the rod rolls about '//where//', nor what hangs on it: '//names(3:)
       end subroutine check_rolling
 
@@ -110,7 +111,7 @@ contains
          character(*), intent(in) :: what, words
          character(:), allocatable, intent(inout) :: kept
          if (allocated(kept)) return
-         kept = what//' from point '//whole(at%point)//' (load factor '//brief(at%load_factor)//') on: '//words
+         kept = what//' from point '//to_text(at%point)//' (load factor '//brief(at%load_factor)//') on: '//words
          if (allocated(point%warning)) then
             point%warning = point%warning//'; '//what//': '//words
          else

@@ -2,8 +2,8 @@
 module load_words
    use kinds, only: wp
    use model, only: model_t, load_t, supports
-   use columns, only: brief, whole
-   use text, only: plural
+   use columns, only: brief
+   use text, only: plural, to_text
    implicit none
    private
    public :: words_t, load_lines, support_lines, spring_lines
@@ -168,16 +168,16 @@ contains
       character(:), allocatable :: text
       integer :: i
       associate (label => model%mesh%node_label(node), x => model%mesh%x(:, node(1)))
-         text = whole(label(1))
+         text = to_text(label(1))
          if (size(node) == 1) then
             text = 'node '//text//' at ('//brief(x(1))//', '//brief(x(2))//')'
             return
          end if
          do i = 2, min(size(node), most_labels)
-            text = text//', '//whole(label(i))
+            text = text//', '//to_text(label(i))
          end do
          text = 'nodes '//text
-         if (size(node) > most_labels) text = text//' and '//whole(size(node) - most_labels)//' more'
+         if (size(node) > most_labels) text = text//' and '//to_text(size(node) - most_labels)//' more'
       end associate
    end function nodes_text
 

@@ -5,12 +5,12 @@
 module path_series
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
+   use text, only: to_text
    use model, only: model_t, obstacles_move
    use path_record, only: point_t, critical_t
    use bar_series, only: value_columns_t, open_values, put_values, put_bars
    use error_text, only: stored_bar, stored_correction
    use force_series, only: force_series_t, open_forces, append_forces
-   use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group, hdf5_has, hdf5_remove
    use hdf5_datasets, only: hdf5_write
    use hdf5_series, only: series_set_t, series_table, series_defined, series_row, series_real, series_integer, series_text, &
@@ -83,8 +83,8 @@ contains
       series%n_points = series_length(set, series%path)
       series%n_critical = series_length(set, series%critical)
       k = series%n_critical + 1
-      do while (hdf5_has(file, group//'/critical/null_vector/'//whole(k)))
-         call hdf5_remove(file, group//'/critical/null_vector/'//whole(k))
+      do while (hdf5_has(file, group//'/critical/null_vector/'//to_text(k)))
+         call hdf5_remove(file, group//'/critical/null_vector/'//to_text(k))
          k = k + 1
       end do
    end subroutine open_path_series
@@ -136,7 +136,7 @@ contains
       type(path_series_t), intent(in) :: series
       type(hdf5_file_t), intent(inout) :: file
       real(wp), intent(in), contiguous :: null_vector(:, :, :) !! (3, nodes, multiplicity)
-      call hdf5_write(file, series%group//'/critical/null_vector/'//whole(series%n_critical), null_vector, &
+      call hdf5_write(file, series%group//'/critical/null_vector/'//to_text(series%n_critical), null_vector, &
          & '1, 1, radian / length', 'null vectors u, v and rotation of every node, the largest translation is 1')
    end subroutine write_null_vectors
 

@@ -2,6 +2,7 @@
 !> failure is stored in the file, see hdf5_file.
 module result_tables
    use kinds, only: wp, i8, degree
+   use text, only: to_text
    use timing, only: timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
    use model, only: model_t
    use obstacle_types, only: obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
@@ -18,7 +19,6 @@ module result_tables
    use path_record, only: branch_start_t, buckling_t
    use error_text, only: stored_bar, stored_correction, bar_description, corrected_description
    use run_accuracy, only: accuracy_t, check_t, checks_of
-   use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_room, hdf5_group
    use hdf5_attributes, only: hdf5_attribute
    use hdf5_datasets, only: hdf5_write
@@ -258,7 +258,7 @@ contains
    pure function branch_group(start) result(group)
       type(branch_start_t), intent(in) :: start
       character(:), allocatable :: group
-      group = '/branch/'//whole(start%branch)
+      group = '/branch/'//to_text(start%branch)
    end function branch_group
 
    !> Writes the modes of a buckling step; the group /buckling must exist.

@@ -8,7 +8,7 @@ module results
    use kinds, only: wp, i8
    use errors, only: error_t
    use model, only: model_t
-   use path_record, only: point_t, critical_t, branch_start_t, buckling_t, limit_point_t
+   use path_record, only: record_t, point_t, critical_t, branch_start_t, buckling_t, limit_point_t
    use run_accuracy, only: accuracy_t
    use result_tables, only: write_root, write_status, write_mesh, write_obstacles, write_candidates, write_branch, &
       & branch_group, write_buckling, write_performance, write_accuracy
@@ -23,8 +23,7 @@ module results
    implicit none
    private
    public :: results_t, results_open, results_parameter, results_leave, results_close
-   public :: results_note, results_meddled, results_due, results_state
-   public :: results_point, results_critical, results_branch, results_buckling, results_limit_point
+   public :: results_note, results_meddled, results_due, results_state, results_record
 
    real(wp), parameter :: flush_seconds = 0.2_wp  !! least time [s] between flushes while points are found; a row stays in memory so
    !! long
@@ -153,60 +152,35 @@ contains
       end if
    end subroutine results_parameter
 
-   !> Adds one accepted point to the present path.
-   subroutine results_point(results, point, error)
+   !> Adds a point or critical point to the present path, directs the following ones to another path, or adds the modes of a
+   !> buckling step or a point of a limit curve.
+   subroutine results_record(results, record, error)
       type(results_t), intent(inout) :: results
-      type(point_t), intent(in) :: point          !! as many monitors and reaction totals as the model has
+      class(record_t), intent(in) :: record       !! as many monitors and reaction totals as the model has
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      call append_point(results%path(results%current), results%set, point)
+      select type (record)
+      type is (point_t)
+         call append_point(results%path(results%current), results%set, record)
+      type is (critical_t)
+         call append_critical(results%path(results%current), results%set, record)
+         if (allocated(record%null_vector)) &
+            & call write_null_vectors(results%path(results%current), results%file, record%null_vector)
+      type is (branch_start_t)
+         results%current = min(record%branch, 1)
+         results%n_branches = max(results%n_branches, record%branch)
+         if (record%branch > 0) then
+            if (.not. results%has_branches) call hdf5_group(results%file, '/branch')
+            results%has_branches = .true.
+            call write_branch(results%file, record)
+            call open_path_series(results%path(1), results%set, results%file, results%model, branch_group(record))
+         end if
+      type is (buckling_t)
+         call write_buckling(results%file, results%model, record)
+      type is (limit_point_t)
+         call append_limit_point(results%limit_curves, results%set, record)
+      end select
       call write_when_due(results, error, .false.)
-   end subroutine results_point
-
-   !> Adds one critical point to the present path.
-   subroutine results_critical(results, critical, error)
-      type(results_t), intent(inout) :: results
-      type(critical_t), intent(in) :: critical    !! as many monitors as the model has
-      type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      associate (path => results%path(results%current))
-         call append_critical(path, results%set, critical)
-         if (allocated(critical%null_vector)) call write_null_vectors(path, results%file, critical%null_vector)
-         call write_when_due(results, error, .false.)
-      end associate
-   end subroutine results_critical
-
-   !> Directs the following rows to a new branch, or back to the path of the steps.
-   subroutine results_branch(results, start, error)
-      type(results_t), intent(inout) :: results
-      type(branch_start_t), intent(in) :: start   !! a branch not yet started, or branch 0
-      type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      results%current = min(start%branch, 1)
-      results%n_branches = max(results%n_branches, start%branch)
-      if (start%branch > 0) then
-         if (.not. results%has_branches) call hdf5_group(results%file, '/branch')
-         results%has_branches = .true.
-         call write_branch(results%file, start)
-         call open_path_series(results%path(1), results%set, results%file, results%model, branch_group(start))
-      end if
-      call write_when_due(results, error, .false.)
-   end subroutine results_branch
-
-   !> Writes the modes of a buckling step.
-   subroutine results_buckling(results, buckling, error)
-      type(results_t), intent(inout) :: results
-      type(buckling_t), intent(in) :: buckling
-      type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      call write_buckling(results%file, results%model, buckling)
-      call write_when_due(results, error, .false.)
-   end subroutine results_buckling
-
-   !> Adds one limit point to its curve.
-   subroutine results_limit_point(results, limit_point, error)
-      type(results_t), intent(inout) :: results
-      type(limit_point_t), intent(in) :: limit_point !! as many monitors as the model has
-      type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      call append_limit_point(results%limit_curves, results%set, limit_point)
-      call write_when_due(results, error, .false.)
-   end subroutine results_limit_point
+   end subroutine results_record
 
    !> Closes a file that contains the model and no path, or only a part of it.
    subroutine results_leave(results, error)

@@ -323,7 +323,7 @@ contains
             call bars_here(follower, point%bars)
             call note_curve_bar(follower%problem, point, trim(curve%name), step, outcome%accuracy)
          end if
-         call recorder%limit_point(point, error)
+         call recorder%take(point, error)
          if (allocated(error)) outcome%why = error%message
       end associate
    end subroutine report

@@ -183,7 +183,7 @@ contains
                & asked_at(problem, step, full%label), outcome), full%label, at, outcome%accuracy)
          end associate
       end if
-      call recorder%critical(full, error)
+      call recorder%take(full, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine announce
 

@@ -2,6 +2,7 @@
 !> message where a bar is wider than the deck allows.
 module error_report
    use kinds, only: wp
+   use text, only: to_text
    use model, only: step_t, method_linearised
    use problem, only: problem_t
    use rod_state, only: state_t
@@ -26,7 +27,7 @@ module error_report
    use error_text, only: bar_text
    use run_accuracy, only: accuracy_t, place_t, note_worst
    use path_record, only: buckling_t, limit_point_t
-   use columns, only: whole, brief, scientific
+   use columns, only: brief, scientific
    use timing, only: timing_start, timing_stop, phase_accuracy
    implicit none
    private
@@ -301,7 +302,7 @@ contains
       integer :: k
       do k = 1, size(buckling%load_factor)
          associate (bar => buckling%bar(k), factor => buckling%load_factor(k))
-            if (bar%estimated) call note_ratio(bar, abs(factor), 'the load factor of buckling mode '//whole(k)//' is '// &
+            if (bar%estimated) call note_ratio(bar, abs(factor), 'the load factor of buckling mode '//to_text(k)//' is '// &
                & brief(factor), place_t(step=buckling%step, load_factor=factor), widest, accuracy)
          end associate
       end do
@@ -374,12 +375,12 @@ contains
          & call note_worst(accuracy%error_bar, bars%load%bar / accuracy%load, at)
       made = any(problem%layout%rod_segment%placed)
       if (allocated(accuracy%bar_words) .or. .not. (made .or. label /= '')) return
-      there = ' at point '//whole(at%point)//' (load factor '//brief(at%load_factor)//')'
+      there = ' at point '//to_text(at%point)//' (load factor '//brief(at%load_factor)//')'
       if (label /= '') there = ' of '//label//there
       ! User values and turning points do not depend on the inertia.
       if (bars%missed /= 0 .and. .not. any(label == ['UZ', 'TP'])) then
          accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': finer elements have '// &
-            & whole(abs(bars%missed))//trim(merge(' more ', ' fewer', bars%missed > 0))// &
+            & to_text(abs(bars%missed))//trim(merge(' more ', ' fewer', bars%missed > 0))// &
             & ' unstable directions there; give more elements or a higher order'
          return
       end if
