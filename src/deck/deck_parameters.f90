@@ -15,8 +15,7 @@ module deck_parameters
 
    !> All parameters defined so far.
    type :: deck_parameters_t
-      integer :: n = 0
-      type(deck_parameter_t), allocatable :: list(:) !! the first n are in use
+      type(deck_parameter_t), allocatable :: list(:)
       type(name_list_t) :: names               !! in the same order
       integer :: guesses = 0
    contains
@@ -26,14 +25,9 @@ module deck_parameters
 contains
 
    !> Starts without parameters.
-   pure subroutine start(self)
-      class(deck_parameters_t), intent(inout) :: self
-      type(name_list_t) :: none
-      self%n = 0
-      self%guesses = 0
-      self%names = none
-      if (allocated(self%list)) deallocate (self%list)
-      allocate (self%list(16))
+   subroutine start(self)
+      class(deck_parameters_t), intent(out) :: self
+      allocate (self%list(0))
    end subroutine start
 
    !> Adds NAME=VALUE from the command line, before the deck is read.
@@ -97,41 +91,32 @@ contains
       type(spot_t), allocatable, intent(out) :: spots(:)  !! replaced parts; after an error the last one is its place
       character(:), allocatable, intent(out) :: wrong     !! description of the error; '' if there is none
       character(:), allocatable :: value
-      type(spot_t), allocatable :: more(:)
+      type(spot_t) :: spot
       type(growing_text_t) :: read
-      integer :: from, first, length, n
-      allocate (spots(4))
+      integer :: from, first, length
+      allocate (spots(0))
       call read%add('')
       wrong = ''
-      n = 0
       from = 1
       do
          first = index(typed(from:), '${')
          if (first == 0) exit
          first = from + first - 1
          length = index(typed(first:), '}')
-         if (n == size(spots)) then
-            allocate (more(2 * n))
-            more(:n) = spots
-            call move_alloc(more, spots)
-         end if
-         n = n + 1
-         associate (spot => spots(n))
-            spot%typed = [first, len_trim(typed)]
-            if (length > 0) spot%typed(2) = first + length - 1
-            if (length == 0) wrong = 'the closing } is missing'
-            if (length > 0) call value_of(self, typed(first + 2:spot%typed(2) - 1), value, wrong)
-            call read%add(typed(from:first - 1))
-            spot%read(1) = read%n + 1
-            if (wrong == '') call read%add(value)
-            spot%read(2) = read%n
-            from = spot%typed(2) + 1
-         end associate
+         spot%typed = [first, len_trim(typed)]
+         if (length > 0) spot%typed(2) = first + length - 1
+         if (length == 0) wrong = 'the closing } is missing'
+         if (length > 0) call value_of(self, typed(first + 2:spot%typed(2) - 1), value, wrong)
+         call read%add(typed(from:first - 1))
+         spot%read(1) = read%n + 1
+         if (wrong == '') call read%add(value)
+         spot%read(2) = read%n
+         spots = [spots, spot]
+         from = spot%typed(2) + 1
          if (wrong /= '') exit
       end do
       if (wrong == '') call read%add(typed(from:))
       filled = read%text(:read%n)
-      spots = spots(:n)
    end subroutine fill
 
    !> The text that replaces ${string}.
@@ -247,16 +232,9 @@ contains
    pure subroutine append(self, parameter)
       type(deck_parameters_t), intent(inout) :: self
       type(deck_parameter_t), intent(in) :: parameter
-      type(deck_parameter_t), allocatable :: more(:)
       integer :: i
       logical :: is_new
-      if (self%n == size(self%list)) then
-         allocate (more(2 * self%n))
-         more(:self%n) = self%list
-         call move_alloc(more, self%list)
-      end if
-      self%n = self%n + 1
-      self%list(self%n) = parameter
+      self%list = [self%list, parameter]
       call self%names%add(parameter%name, i, is_new)
    end subroutine append
 

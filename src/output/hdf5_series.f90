@@ -43,10 +43,9 @@ module hdf5_series
       character(1), allocatable :: buffer(:)
    end type column_t
 
-   !> One table. The first n columns are in use.
+   !> One table.
    type :: table_t
       character(:), allocatable :: group
-      integer :: n = 0
       type(column_t), allocatable :: column(:)
       logical :: defining = .true.                !! true: values define columns
       integer :: filled = 0                       !! columns of the present row that have their values
@@ -90,7 +89,7 @@ contains
       id = set%n
       set%present = id
       set%table(id)%group = group
-      allocate (set%table(id)%column(16))
+      allocate (set%table(id)%column(0))
    end subroutine series_table
 
    !> Ends the definition of a table. If it is continued from another file, its rows are read.
@@ -104,8 +103,8 @@ contains
          kept = kept_table(set, table%group)
          if (kept == 0) return
          table%buffered = set%kept_rows(kept)
-         table%filled = table%n
-         do i = 1, table%n
+         table%filled = size(table%column)
+         do i = 1, size(table%column)
             call take_up(table%column(i), file, table%group, table%buffered)
             set%bytes = set%bytes + size(table%column(i)%buffer)
          end do
@@ -203,22 +202,13 @@ contains
       integer :: first, last
       associate (table => set%table(set%present))
          if (table%defining) then
-            call add_column(table)
-            associate (column => table%column(table%n))
-               column%name = name
-               column%units = units
-               column%description = description
-               column%data_type = data_type
-               column%fill = fill
-               column%row = int(row, hsize_t)
-               column%ragged = ragged
-               allocate (column%buffer(0))
-            end associate
+            table%column = [table%column, column_t(name, units, description, -1_hid_t, data_type, fill, int(row, hsize_t), &
+               & ragged, [character(1) ::])]
             return
          end if
          table%filled = table%filled + 1
          if (allocated(table%wrong)) return
-         if (table%filled > table%n) then
+         if (table%filled > size(table%column)) then
             table%wrong = name
             return
          end if
@@ -241,23 +231,11 @@ contains
       end associate
    end subroutine put
 
-   !> Makes room for one more column.
-   subroutine add_column(table)
-      type(table_t), intent(inout) :: table
-      type(column_t), allocatable :: more(:)
-      if (table%n == size(table%column)) then
-         allocate (more(2 * table%n))
-         more(:table%n) = table%column
-         call move_alloc(more, table%column)
-      end if
-      table%n = table%n + 1
-   end subroutine add_column
-
    !> Stores the name of the first missing column as an error if the present row lacks a column.
    subroutine check_complete(table)
       type(table_t), intent(inout) :: table
-      if (table%buffered == 0 .or. table%filled == table%n .or. allocated(table%wrong)) return
-      table%wrong = table%column(min(table%n, table%filled + 1))%name
+      if (table%buffered == 0 .or. table%filled == size(table%column) .or. allocated(table%wrong)) return
+      table%wrong = table%column(min(size(table%column), table%filled + 1))%name
    end subroutine check_complete
 
    !> Bytes of one row.
@@ -399,7 +377,7 @@ contains
          associate (table => set%table(i))
             call check_complete(table)
             if (allocated(table%wrong)) call hdf5_failed(file, 'write rows of different size to '//table%group//'/'//table%wrong)
-            do k = 1, table%n
+            do k = 1, size(table%column)
                call write_column(table%column(k), file, table%group//'/'//table%column(k)%name, table%written, table%buffered, last)
             end do
             table%written = table%written + table%buffered

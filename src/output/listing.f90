@@ -240,42 +240,37 @@ contains
    subroutine keep_critical(listing, critical)
       type(listing_t), intent(inout) :: listing
       type(critical_t), intent(in) :: critical    !! as many monitors as the model has
-      type(critical_row_t), allocatable :: longer(:)
-      integer :: i, n
-      n = size(listing%critical)
-      allocate (longer(n + 1))
-      longer(:n) = listing%critical
-      associate (row => longer(n + 1))
-         row%branch = listing%branch
-         row%remark = remark(critical)
-         allocate (row%cell(6 + listing%n_monitors + size(listing%print)))
-         ! A critical point directly follows its point, unless it is only bracketed.
+      type(critical_row_t) :: row
+      integer :: i
+      row%branch = listing%branch
+      row%remark = remark(critical)
+      allocate (row%cell(6 + listing%n_monitors + size(listing%print)))
+      ! A critical point directly follows its point, unless it is only bracketed.
+      do i = 1, size(listing%print)
+         row%cell(6 + listing%n_monitors + i)%text = listing%printed(i)%text//listing%printed_bar(i)%text
+      end do
+      if (critical%point /= merge(listing%n_root, listing%n_branch, listing%branch == 0)) then
          do i = 1, size(listing%print)
-            row%cell(6 + listing%n_monitors + i)%text = listing%printed(i)%text//listing%printed_bar(i)%text
+            row%cell(6 + listing%n_monitors + i)%text = ''
          end do
-         if (critical%point /= merge(listing%n_root, listing%n_branch, listing%branch == 0)) then
-            do i = 1, size(listing%print)
-               row%cell(6 + listing%n_monitors + i)%text = ''
-            end do
-         end if
-         row%cell(1)%text = trim(critical%label)
-         row%cell(2)%text = to_text(critical%point)
-         row%cell(3)%text = to_text(critical%step)
-         row%cell(4)%text = significant(critical%load_factor, load_digits)
-         row%cell(5)%text = ''
-         row%cell(6)%text = ''
-         if (allocated(critical%bars)) then
-            row%cell(5)%text = bar_text(critical%bars%load)
-            row%cell(6)%text = corrected_text(critical%load_factor, critical%bars%load)
-            row%unbarred = ''
-            if (allocated(critical%bars%why) .and. .not. critical%bars%load%estimated) row%unbarred = critical%bars%why
-         end if
-         do i = 1, listing%n_monitors
-            row%cell(6 + i)%text = significant(critical%monitor(i), monitor_digits)
-            if (allocated(critical%bars)) row%cell(6 + i)%text = row%cell(6 + i)%text//unbounded_text(critical%bars%monitor(i))
-         end do
-      end associate
-      call move_alloc(longer, listing%critical)
+      end if
+      row%cell(1)%text = trim(critical%label)
+      row%cell(2)%text = to_text(critical%point)
+      row%cell(3)%text = to_text(critical%step)
+      row%cell(4)%text = significant(critical%load_factor, load_digits)
+      row%cell(5)%text = ''
+      row%cell(6)%text = ''
+      if (allocated(critical%bars)) then
+         row%cell(5)%text = bar_text(critical%bars%load)
+         row%cell(6)%text = corrected_text(critical%load_factor, critical%bars%load)
+         row%unbarred = ''
+         if (allocated(critical%bars%why) .and. .not. critical%bars%load%estimated) row%unbarred = critical%bars%why
+      end if
+      do i = 1, listing%n_monitors
+         row%cell(6 + i)%text = significant(critical%monitor(i), monitor_digits)
+         if (allocated(critical%bars)) row%cell(6 + i)%text = row%cell(6 + i)%text//unbounded_text(critical%bars%monitor(i))
+      end do
+      listing%critical = [listing%critical, row]
    end subroutine keep_critical
 
    !> Begins a branch, or returns to the path of the steps.
