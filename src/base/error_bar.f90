@@ -11,7 +11,7 @@ module error_bar
    use kinds, only: wp
    implicit none
    private
-   public :: error_bar_t, error_bars_t, place_bar_t, new_error_bar, no_error_bars, moved_error_bar, shifted_error_bar
+   public :: error_bar_t, error_bars_t, place_bar_t, new_error_bar, no_error_bars, moved_error_bar, shifted_error_bar, bar_of
    public :: largest_unseen, resolved, allowed_part, lacks_bound
 
    !> Error estimate of one number; all components have its unit.
@@ -126,6 +126,15 @@ contains
       error%correction = known%correction + difference
       error%bar = known%bar + of_estimate * abs(difference)
    end function shifted_error_bar
+
+   !> Error bar of the load factor, or of the monitor of an index.
+   pure function bar_of(bars, which) result(bar)
+      type(error_bars_t), intent(in) :: bars
+      integer, intent(in) :: which            !! 0: the load factor
+      type(error_bar_t) :: bar
+      bar = bars%load
+      if (which > 0) bar = bars%monitor(which)
+   end function bar_of
 
    !> Ratio of a bar to its allowed value. An unbounded error exceeds every allowed value, unless errors as large as the number
    !> itself are allowed.

@@ -2,7 +2,8 @@
 module own_checks
    use kinds, only: wp
    use text, only: to_text
-   use run_accuracy, only: accuracy_t, worst_t, place_t
+   use run_accuracy, only: accuracy_t, worst_t, place_t, check_penetration, check_tension, check_complementarity, &
+      & check_foundation, check_force_balance, check_moment_balance, check_node_balance
    use columns, only: scientific, brief
    implicit none
    private
@@ -19,13 +20,13 @@ contains
       type(accuracy_t), intent(in) :: here       !! worst values of that point alone
       character(:), allocatable :: text
       text = ''
-      call look('balance of forces', here%force_balance, unbalanced)
-      call look('balance of moments', here%moment_balance, unbalanced)
-      call look('balance of every node', here%node_balance, unbalanced)
-      call look('penetration', here%penetration, max(misplaced, here%asked))
-      call look('tension', here%tension, unbalanced)
-      call look('complementarity', here%complementarity, max(misplaced, here%asked))
-      call look('reactions and law of foundations', here%foundation, unbalanced)
+      call look('balance of forces', here%worst(check_force_balance), unbalanced)
+      call look('balance of moments', here%worst(check_moment_balance), unbalanced)
+      call look('balance of every node', here%worst(check_node_balance), unbalanced)
+      call look('penetration', here%worst(check_penetration), max(misplaced, here%asked))
+      call look('tension', here%worst(check_tension), unbalanced)
+      call look('complementarity', here%worst(check_complementarity), max(misplaced, here%asked))
+      call look('reactions and law of foundations', here%worst(check_foundation), unbalanced)
       if (text /= '') text = 'its own checks found it wrong: '//text
 
    contains

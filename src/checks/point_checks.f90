@@ -7,7 +7,8 @@ module point_checks
    use ground_segments, only: followed_part
    use balance, only: measure_balance
    use mesh_adequacy, only: verdict_t, judge_mesh, verdict_words
-   use run_accuracy, only: accuracy_t, place_t, note_worst, begin_point, take_point
+   use run_accuracy, only: accuracy_t, place_t, note_worst, begin_point, take_point, check_mesh, check_rounding, check_rolling, &
+      & check_strain
    use own_checks, only: failed_words
    use path_record, only: point_t
    use section_quantities, only: largest_strain
@@ -52,31 +53,31 @@ contains
       wrong = failed_words(here)
       call take_point(accuracy, here)
       call judge_mesh(problem, state, verdict)
-      if (size(verdict%element) > 0) call note_worst(accuracy%mesh, verdict%ratio, at, element=verdict%element(1))
+      if (size(verdict%element) > 0) call note_worst(accuracy, check_mesh, verdict%ratio, at, element=verdict%element(1))
       if (verdict%ratio > 1.0_wp) call warn('the mesh is too coarse', verdict_words(verdict), accuracy%mesh_words)
-      call check_rounding()
-      call check_rolling()
-      call check_strain()
+      call look_at_rounding()
+      call look_at_rolling()
+      call look_at_strain()
 
    contains
 
       !> Warns if a strain is not small beside 1.
-      subroutine check_strain()
+      subroutine look_at_strain()
          real(wp) :: strain
          integer :: e
          call largest_strain(problem, state, strain, e)
          if (.not. strain > 0.0_wp) return
-         call note_worst(accuracy%strain, strain, at, element=problem%model%mesh%element_label(e))
+         call note_worst(accuracy, check_strain, strain, at, element=problem%model%mesh%element_label(e))
          if (strain > told_strain) call warn('strains are large', scientific(strain, 2)//' in element '// &
             & to_text(problem%model%mesh%element_label(e))//', and the rod theory assumes small strains: its forces are wrong '// &
             & 'by about that part', accuracy%strain_words)
-      end subroutine check_strain
+      end subroutine look_at_strain
 
       !> Warns if the rod can roll, because its displacements are then only one solution of a family.
-      subroutine check_rolling()
+      subroutine look_at_rolling()
          character(:), allocatable :: names, where
          integer :: m
-         call note_worst(accuracy%rolling, system%roll_range / problem%size, at)
+         call note_worst(accuracy, check_rolling, system%roll_range / problem%size, at)
          if (.not. system%roll_range > 0.0_wp) return
          where = 'node '//to_text(problem%model%mesh%node_label(problem%rolling))
          call warn('the loads do not tell how far the rod rolls about '//where, 'contact is as long before it as after it, by '// &
@@ -88,11 +89,11 @@ contains
          end do
          if (names /= '') accuracy%hanging_words = 'from point '//to_text(at%point)//' (load factor '//brief(at%load_factor)// &
             & ') on the loads do not tell how far the rod rolls about '//where//', nor what hangs on it: '//names(3:)
-      end subroutine check_rolling
+      end subroutine look_at_rolling
 
       !> Warns if rounding is a large part of the stiffness along the path. Near limit points and on plateaus that stiffness is
       !> almost zero: rounding is then compared with the stiffness of the previous point, or with bending.
-      subroutine check_rounding()
+      subroutine look_at_rounding()
          real(wp) :: stiffness, rounding, scale
          ! The path does not depend on the tangent of a start with a stiffness homotopy, see stiffness_homotopy.
          if (is_stress_free(state) .and. followed_part(problem) < 1.0_wp) return
@@ -100,11 +101,11 @@ contains
          scale = max(stiffness, accuracy%stiffness, bending_stiffness(problem))
          ! A located point, at which some function is zero, is no reference for later points.
          if (point%label == '') accuracy%stiffness = stiffness
-         call note_worst(accuracy%rounding, rounding / scale, at)
+         call note_worst(accuracy, check_rounding, rounding / scale, at)
          if (rounding > told_rounding * scale) call warn('rounding spoils limit points and stability', &
             & 'it makes '//scientific(rounding / scale, 2)//' of the stiffness along the path: '// &
             & rounding_cure(problem, state), accuracy%rounding_words)
-      end subroutine check_rounding
+      end subroutine look_at_rounding
 
       !> Keeps the first warning of its kind for the run, and adds it to the point.
       subroutine warn(what, words, kept)

@@ -60,7 +60,7 @@ contains
       whole%file = a%file(:a%n_files)
       whole%origin = a%origin(:, :a%n)
       whole%typed = a%typed(:a%n_typed)
-      whole%parameter = a%parameters%list
+      whole%parameter = a%parameters%list(:a%parameters%n)
       whole%expanded = a%expanded%text(:a%expanded%n)
       whole%record = set_beforehand(a)//a%record%text(:a%record%n)
       source = whole
@@ -88,14 +88,14 @@ contains
       if (size(settings) == 0 .or. a%diagnostics%n > 0) return
       known = ''
       n = 0
-      do i = 1, size(a%parameters%list)
+      do i = 1, a%parameters%n
          if (.not. a%parameters%list(i)%in_deck) cycle
          n = n + 1
          if (n <= most_names) known = known//', '//a%parameters%list(i)%name
       end do
       if (known == '') known = ', none'
       if (n > most_names) known = known//' and '//to_text(n - most_names)//' more'
-      do i = 1, size(a%parameters%list)
+      do i = 1, a%parameters%n
          associate (parameter => a%parameters%list(i))
             if (.not. parameter%in_deck) call a%diagnostics%add(place_t(), '--set '//quoted(parameter%name)// &
                ': the deck has no such parameter (it has: '//known(3:)//')')
@@ -109,7 +109,7 @@ contains
       character(:), allocatable :: card
       integer :: i
       card = ''
-      do i = 1, size(a%parameters%list)
+      do i = 1, a%parameters%n
          if (a%parameters%list(i)%line == 0) card = card//a%parameters%list(i)%definition()//nl
       end do
       if (card /= '') card = '*PARAMETER'//nl//card

@@ -15,7 +15,8 @@ module deck_parameters
 
    !> All parameters defined so far.
    type :: deck_parameters_t
-      type(deck_parameter_t), allocatable :: list(:)
+      integer :: n = 0
+      type(deck_parameter_t), allocatable :: list(:) !! the first n are in use
       type(name_list_t) :: names               !! in the same order
       integer :: guesses = 0
    contains
@@ -27,7 +28,7 @@ contains
    !> Starts without parameters.
    subroutine start(self)
       class(deck_parameters_t), intent(out) :: self
-      allocate (self%list(0))
+      allocate (self%list(16))
    end subroutine start
 
    !> Adds NAME=VALUE from the command line, before the deck is read.
@@ -232,9 +233,16 @@ contains
    pure subroutine append(self, parameter)
       type(deck_parameters_t), intent(inout) :: self
       type(deck_parameter_t), intent(in) :: parameter
+      type(deck_parameter_t), allocatable :: more(:)
       integer :: i
       logical :: is_new
-      self%list = [self%list, parameter]
+      if (self%n == size(self%list)) then
+         allocate (more(2 * self%n))
+         more(:self%n) = self%list
+         call move_alloc(more, self%list)
+      end if
+      self%n = self%n + 1
+      self%list(self%n) = parameter
       call self%names%add(parameter%name, i, is_new)
    end subroutine append
 
