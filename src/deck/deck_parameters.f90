@@ -92,32 +92,41 @@ contains
       type(spot_t), allocatable, intent(out) :: spots(:)  !! replaced parts; after an error the last one is its place
       character(:), allocatable, intent(out) :: wrong     !! description of the error; '' if there is none
       character(:), allocatable :: value
-      type(spot_t) :: spot
+      type(spot_t), allocatable :: more(:)
       type(growing_text_t) :: read
-      integer :: from, first, length
-      allocate (spots(0))
+      integer :: from, first, length, n
+      allocate (spots(4))
       call read%add('')
       wrong = ''
+      n = 0
       from = 1
       do
          first = index(typed(from:), '${')
          if (first == 0) exit
          first = from + first - 1
          length = index(typed(first:), '}')
-         spot%typed = [first, len_trim(typed)]
-         if (length > 0) spot%typed(2) = first + length - 1
-         if (length == 0) wrong = 'the closing } is missing'
-         if (length > 0) call value_of(self, typed(first + 2:spot%typed(2) - 1), value, wrong)
-         call read%add(typed(from:first - 1))
-         spot%read(1) = read%n + 1
-         if (wrong == '') call read%add(value)
-         spot%read(2) = read%n
-         spots = [spots, spot]
-         from = spot%typed(2) + 1
+         if (n == size(spots)) then
+            allocate (more(2 * n))
+            more(:n) = spots
+            call move_alloc(more, spots)
+         end if
+         n = n + 1
+         associate (spot => spots(n))
+            spot%typed = [first, len_trim(typed)]
+            if (length > 0) spot%typed(2) = first + length - 1
+            if (length == 0) wrong = 'the closing } is missing'
+            if (length > 0) call value_of(self, typed(first + 2:spot%typed(2) - 1), value, wrong)
+            call read%add(typed(from:first - 1))
+            spot%read(1) = read%n + 1
+            if (wrong == '') call read%add(value)
+            spot%read(2) = read%n
+            from = spot%typed(2) + 1
+         end associate
          if (wrong /= '') exit
       end do
       if (wrong == '') call read%add(typed(from:))
       filled = read%text(:read%n)
+      spots = spots(:n)
    end subroutine fill
 
    !> The text that replaces ${string}.
