@@ -55,7 +55,7 @@ contains
       real(wp), allocatable :: dual(:, :), by_held(:)
       logical :: ok
       integer :: m
-      number = numbers_of(problem, state, system, ends, gap)
+      number = numbers_of(gap)
       shares = no_contributions(size(number), problem%model%mesh%n_elements)
       errors = new_element_errors(problem, state, system, at_start)
       shares%unfolding = norm2([(errors%excess_on_mode(problem, system, modes(:, m)), m=1, size(modes, 2))])
@@ -69,34 +69,62 @@ contains
          inside = look_inside(problem, state, number(m), finer, start, at_start)
          ! A prescribed monitor has the prescribed value on the element's own polynomial: between nodes the enriched polynomial
          ! differs there, and all numbers change with the correction of that difference.
-         call set_row(problem, system, errors, number(m), dual(:, m), inside%change - by_held(m) * held_inside%change, &
-            & m, shares)
+         call set_row(number(m), dual(:, m), inside%change - by_held(m) * held_inside%change, m)
          call add_inside(inside, 1.0_wp, m, shares)
          call add_inside(held_inside, abs(by_held(m)), m, shares)
       end do
-   end subroutine find_contributions
 
-   !> The numbers of the rows as functionals, in the order of the rows.
-   function numbers_of(problem, state, system, ends, gap) result(number)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: ends(:)
-      type(functional_t), allocatable, intent(in), optional :: gap
-      type(functional_t), allocatable :: number(:)
-      integer :: n, m, k
-      n = size(problem%model%monitor)
-      allocate (number(1 + n + size(ends)))
-      number(1) = new_load_functional(system%n, state%load_factor)
-      do m = 1, n
-         number(1 + m) = new_monitor_functional(problem, state, system, m)
-      end do
-      do k = 1, size(ends)
-         number(1 + n + k) = new_place_functional(problem, state, system, ends(k))
-      end do
-      if (.not. present(gap)) return
-      if (allocated(gap)) number = [number, gap]
-   end function numbers_of
+   contains
+
+      !> The numbers of the rows as functionals, in the order of the rows.
+      function numbers_of(gap) result(number)
+         type(functional_t), allocatable, intent(in), optional :: gap
+         type(functional_t), allocatable :: number(:)
+         integer :: n, m, k
+         n = size(problem%model%monitor)
+         allocate (number(1 + n + size(ends)))
+         number(1) = new_load_functional(system%n, state%load_factor)
+         do m = 1, n
+            number(1 + m) = new_monitor_functional(problem, state, system, m)
+         end do
+         do k = 1, size(ends)
+            number(1 + n + k) = new_place_functional(problem, state, system, ends(k))
+         end do
+         if (.not. present(gap)) return
+         if (allocated(gap)) number = [number, gap]
+      end function numbers_of
+
+      !> Computes the error contributions of one number, its row.
+      subroutine set_row(number, dual, change, row)
+         type(functional_t), intent(in) :: number
+         real(wp), intent(in) :: dual(:)            ! (unknowns) dual displacements of the number
+         real(wp), intent(in) :: change             ! change by the enriched polynomials between nodes
+         integer, intent(in) :: row
+         real(wp), dimension(problem%model%mesh%n_elements) :: share, of_kinks
+         real(wp) :: total(system%n), by_end(6, problem%model%mesh%n_elements), direct
+         total = dual
+         if (allocated(number%by_force)) total = total + number%by_force
+         by_end = element_duals(problem, system, total)
+         direct = 0.0_wp
+         if (allocated(number%by_force) .and. allocated(number%by_element)) then
+            by_end = by_end + number%by_element
+         else if (allocated(number%by_element)) then
+            direct = sum(errors%work(number%by_element))
+         end if
+         share = errors%work(by_end)
+         of_kinks = errors%work_of_kinks(problem, system, by_end)
+         shares%known(row) = .true.
+         ! The residual that Newton's method left is no error of the elements.
+         shares%rest(row) = dot_product(total, merge(0.0_wp, system%residual, system%fixed))
+         ! For numbers with places inside elements `change` contains the defect already.
+         if (.not. (allocated(number%inner) .or. allocated(number%section))) shares%rest(row) = shares%rest(row) + number%defect
+         shares%sum(row) = sum(share) + shares%rest(row) + change + direct
+         shares%size(row) = sum(abs(share)) + abs(shares%rest(row) + change + direct)
+         shares%rounding(row) = errors%rounding(system, by_end)
+         shares%inside(row) = sum(of_kinks)
+         shares%element(row, :) = abs(share) + of_kinks
+      end subroutine set_row
+   end subroutine find_contributions
 
    !> Contributions without any estimate: all rows are unknown.
    pure type(contributions_t) function no_contributions(rows, elements) result(shares)
@@ -105,41 +133,6 @@ contains
          & shares%element(rows, elements), source=0.0_wp)
       allocate (shares%known(rows), source=.false.)
    end function no_contributions
-
-   !> Computes the error contributions of one number, its row.
-   subroutine set_row(problem, system, errors, number, dual, change, row, shares)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      type(element_errors_t), intent(in) :: errors
-      type(functional_t), intent(in) :: number
-      real(wp), intent(in) :: dual(:)            !! (unknowns) dual displacements of the number
-      real(wp), intent(in) :: change             !! change by the enriched polynomials between nodes
-      integer, intent(in) :: row
-      type(contributions_t), intent(inout) :: shares
-      real(wp), dimension(problem%model%mesh%n_elements) :: share, of_kinks
-      real(wp) :: total(system%n), by_end(6, problem%model%mesh%n_elements), direct
-      total = dual
-      if (allocated(number%by_force)) total = total + number%by_force
-      by_end = element_duals(problem, system, total)
-      direct = 0.0_wp
-      if (allocated(number%by_force) .and. allocated(number%by_element)) then
-         by_end = by_end + number%by_element
-      else if (allocated(number%by_element)) then
-         direct = sum(errors%work(number%by_element))
-      end if
-      share = errors%work(by_end)
-      of_kinks = errors%work_of_kinks(problem, system, by_end)
-      shares%known(row) = .true.
-      ! The residual that Newton's method left is no error of the elements.
-      shares%rest(row) = dot_product(total, merge(0.0_wp, system%residual, system%fixed))
-      ! For numbers with places inside elements `change` contains the defect already.
-      if (.not. (allocated(number%inner) .or. allocated(number%section))) shares%rest(row) = shares%rest(row) + number%defect
-      shares%sum(row) = sum(share) + shares%rest(row) + change + direct
-      shares%size(row) = sum(abs(share)) + abs(shares%rest(row) + change + direct)
-      shares%rounding(row) = errors%rounding(system, by_end)
-      shares%inside(row) = sum(of_kinks)
-      shares%element(row, :) = abs(share) + of_kinks
-   end subroutine set_row
 
    !> Adds the error of a monitor inside its elements to their contributions, for a number that depends on the monitor.
    pure subroutine add_inside(inside, rate, row, shares)

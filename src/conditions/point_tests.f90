@@ -35,7 +35,7 @@ contains
          fixed = problem%model%fixed(3, problem%candidates%node(c))
          if (.not. kept .or. at_breakpoint(problem, c)) tests = [tests, new_test(problem, c, test_force, push(problem, state, &
             & scale, c))]
-         if (fixed) call test_beside_support(problem, state, c, tests)
+         if (fixed) call test_beside_support(tests)
          if (problem%contact_span(problem%candidates%contact_span(c))%line) then
             if (kept .and. at_breakpoint(problem, c)) tests = [tests, new_test(problem, c, test_couple, &
                & -lifting_couple(problem, state, c, scale))]
@@ -43,9 +43,36 @@ contains
             tests = [tests, curvature(problem, state, c)]
             if (kept) tests = [tests, leaving(problem, state, c)]
          else if (.not. fixed) then
-            call test_slopes(problem, state, c, tests)
+            call test_slopes(tests)
          end if
       end do
+
+   contains
+
+      !> Adds the curvature tests beside a support with fixed rotation, one for each side. There is no test for a side where the rod
+      !> leaves the obstacle at a fixed angle, because there curvature cannot bring the rod back into contact.
+      subroutine test_beside_support(tests)
+         type(span_test_t), allocatable, intent(inout) :: tests(:)
+         integer :: side
+         do side = 1, 2
+            if (.not. rests_beside(problem, c, side)) cycle
+            if (rise(problem, state, c, side) <= parallel_enough) tests = [tests, curvature(problem, state, c, side)]
+         end do
+      end subroutine test_beside_support
+
+      !> Adds the slope tests at the end of a rod or at a corner of the obstacle: the gap must increase with the distance from the
+      !> node.
+      subroutine test_slopes(tests)
+         type(span_test_t), allocatable, intent(inout) :: tests(:)
+         type(span_test_t) :: test
+         integer :: side
+         do side = 1, 2
+            if (problem%candidates%element(side, c) == 0) cycle
+            test = new_test(problem, c, test_slope, rise(problem, state, c, side))
+            test%sense = merge(1.0_wp, -1.0_wp, side == 2)
+            tests = [tests, test]
+         end do
+      end subroutine test_slopes
    end function tests_of_points
 
    !> A new test of the contact span at a candidate.
@@ -56,37 +83,6 @@ contains
       real(wp), intent(in) :: value
       test = span_test_t(kind=kind, value=value, contact_span=problem%candidates%contact_span(c), candidate=c)
    end function new_test
-
-   !> Adds the curvature tests beside a support with fixed rotation, one for each side. There is no test for a side where the rod
-   !> leaves the obstacle at a fixed angle, because there curvature cannot bring the rod back into contact.
-   subroutine test_beside_support(problem, state, c, tests)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: c
-      type(span_test_t), allocatable, intent(inout) :: tests(:)
-      integer :: side
-      do side = 1, 2
-         if (.not. rests_beside(problem, c, side)) cycle
-         if (rise(problem, state, c, side) <= parallel_enough) tests = [tests, curvature(problem, state, c, side)]
-      end do
-   end subroutine test_beside_support
-
-   !> Adds the slope tests at the end of a rod or at a corner of the obstacle: the gap must increase with the distance from the
-   !> node.
-   subroutine test_slopes(problem, state, c, tests)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: c
-      type(span_test_t), allocatable, intent(inout) :: tests(:)
-      type(span_test_t) :: test
-      integer :: side
-      do side = 1, 2
-         if (problem%candidates%element(side, c) == 0) cycle
-         test = new_test(problem, c, test_slope, rise(problem, state, c, side))
-         test%sense = merge(1.0_wp, -1.0_wp, side == 2)
-         tests = [tests, test]
-      end do
-   end subroutine test_slopes
 
    !> Slope of the gap beside a contact node on one side: derivative by the distance from the node, > 0 if the gap opens.
    real(wp) function rise(problem, state, c, side)

@@ -33,10 +33,72 @@ contains
          if (.not. ok) cycle
          model%imperfection = [model%imperfection, shape]
          origin = [origin, deck%at]
-         call mark_curves(model, chain)
+         call mark_curves()
       end do
-      call move_nodes(deck, model, origin)
+      call move_nodes(origin)
       call measure_curves(model%curve, model%imperfection)
+
+   contains
+
+      !> Assigns to the curves of a chain its imperfection, the last one in the list.
+      subroutine mark_curves()
+         integer :: i, e
+         do i = 1, size(chain%element)
+            e = chain%element(i)
+            if (model%mesh%s(1, e) > 0.0_wp) cycle
+            model%curve(model%mesh%curve(e))%imperfection = size(model%imperfection)
+            model%curve(model%mesh%curve(e))%offset = chain%knot(i)
+         end do
+      end subroutine mark_curves
+
+      !> Moves mesh%x; all curves that meet at a node must give it the same position.
+      subroutine move_nodes(origin)
+         type(position_t), intent(in) :: origin(:)    ! (imperfections) card of the imperfection
+         real(wp), parameter :: disagreement = 1.0e-3_wp
+         real(wp) :: shift(2, model%mesh%n_nodes), size_of_offset(model%mesh%n_nodes), w, dw, angle, here(2)
+         integer :: owner(model%mesh%n_nodes), e, k, node, i
+         logical :: visited(model%mesh%n_nodes), reported(size(origin))
+         if (size(origin) == 0) return
+         shift = 0.0_wp
+         size_of_offset = 0.0_wp
+         owner = 0
+         visited = .false.
+         reported = .false.
+         do e = 1, model%mesh%n_elements
+            if (model%mesh%curve(e) == 0) cycle
+            associate (curve => model%curve(model%mesh%curve(e)))
+               do k = 1, 2
+                  node = model%mesh%node(k, e)
+                  here = 0.0_wp
+                  w = 0.0_wp
+                  if (curve%imperfection > 0) then
+                     call imperfection_value(model%imperfection(curve%imperfection), curve%offset + model%mesh%s(k, &
+                        e), w, dw)
+                     angle = nominal_angle(curve, model%mesh%s(k, e))
+                     here = w * [-sin(angle), cos(angle)]
+                  end if
+                  if (.not. visited(node)) shift(:, node) = here
+                  visited(node) = .true.
+                  size_of_offset(node) = max(size_of_offset(node), abs(w))
+                  if (curve%imperfection > 0) owner(node) = curve%imperfection
+                  if (owner(node) == 0) cycle
+                  i = owner(node)
+                  if (norm2(here - shift(:, node)) <= disagreement * size_of_offset(node) + &
+                     1.0e-12_wp * model%imperfection(i)%length .or. reported(i)) cycle
+                  reported(i) = .true.
+                  deck%at = origin(i)
+                  call deck%wrong_card(node_words(model%mesh, node)//' is moved, but another curve that meets it '// &
+                     'there is not moved with it; the offset must be zero at such a node')
+               end do
+            end associate
+         end do
+         call deck%rewind()
+         model%mesh%x = model%mesh%x_nominal + shift
+         do e = 1, model%mesh%n_elements
+            if (model%mesh%curve(e) > 0) cycle
+            model%mesh%s(2, e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
+         end do
+      end subroutine move_nodes
    end subroutine read_imperfection_cards
 
    !> Reads the data lines, which are all sound.
@@ -127,70 +189,6 @@ contains
          if (chain%closed) offset(size(offset)) = offset(1)
       end subroutine read_nodal_offsets
    end subroutine read_shape
-
-   !> Assigns to the curves of a chain its imperfection, the last one in the list.
-   subroutine mark_curves(model, chain)
-      type(model_t), intent(inout) :: model
-      type(chain_t), intent(in) :: chain
-      integer :: i, e
-      do i = 1, size(chain%element)
-         e = chain%element(i)
-         if (model%mesh%s(1, e) > 0.0_wp) cycle
-         model%curve(model%mesh%curve(e))%imperfection = size(model%imperfection)
-         model%curve(model%mesh%curve(e))%offset = chain%knot(i)
-      end do
-   end subroutine mark_curves
-
-   !> Moves mesh%x; all curves that meet at a node must give it the same position.
-   subroutine move_nodes(deck, model, origin)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(inout) :: model
-      type(position_t), intent(in) :: origin(:)    ! (imperfections) card of the imperfection
-      real(wp), parameter :: disagreement = 1.0e-3_wp
-      real(wp) :: shift(2, model%mesh%n_nodes), size_of_offset(model%mesh%n_nodes), w, dw, angle, here(2)
-      integer :: owner(model%mesh%n_nodes), e, k, node, i
-      logical :: visited(model%mesh%n_nodes), reported(size(origin))
-      if (size(origin) == 0) return
-      shift = 0.0_wp
-      size_of_offset = 0.0_wp
-      owner = 0
-      visited = .false.
-      reported = .false.
-      do e = 1, model%mesh%n_elements
-         if (model%mesh%curve(e) == 0) cycle
-         associate (curve => model%curve(model%mesh%curve(e)))
-            do k = 1, 2
-               node = model%mesh%node(k, e)
-               here = 0.0_wp
-               w = 0.0_wp
-               if (curve%imperfection > 0) then
-                  call imperfection_value(model%imperfection(curve%imperfection), curve%offset + model%mesh%s(k, &
-                     e), w, dw)
-                  angle = nominal_angle(curve, model%mesh%s(k, e))
-                  here = w * [-sin(angle), cos(angle)]
-               end if
-               if (.not. visited(node)) shift(:, node) = here
-               visited(node) = .true.
-               size_of_offset(node) = max(size_of_offset(node), abs(w))
-               if (curve%imperfection > 0) owner(node) = curve%imperfection
-               if (owner(node) == 0) cycle
-               i = owner(node)
-               if (norm2(here - shift(:, node)) <= disagreement * size_of_offset(node) + &
-                  1.0e-12_wp * model%imperfection(i)%length .or. reported(i)) cycle
-               reported(i) = .true.
-               deck%at = origin(i)
-               call deck%wrong_card(node_words(model%mesh, node)//' is moved, but another curve that meets it '// &
-                  'there is not moved with it; the offset must be zero at such a node')
-            end do
-         end associate
-      end do
-      call deck%rewind()
-      model%mesh%x = model%mesh%x_nominal + shift
-      do e = 1, model%mesh%n_elements
-         if (model%mesh%curve(e) > 0) cycle
-         model%mesh%s(2, e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
-      end do
-   end subroutine move_nodes
 
    !> Reads the modes of all steps, and reports each *IMPERFECTION in the wrong part of the deck.
    subroutine read_mode_imperfection_cards(deck, model)

@@ -44,138 +44,113 @@ contains
       call count_up(counter_rejected)
       attempt%cuts = attempt%cuts + 1
       if (attempt%astray) attempt%failures = attempt%failures + 1
-      call release_marks(problem, run, attempt, done)
-      if (.not. done) call go_past_change(problem, step, run, attempt, recorder, done, outcome)
-      if (.not. done) call go_back_to_finer_mesh(problem, run, attempt, done)
-      if (.not. done) call double_mesh(problem, step, run, attempt, done)
-      if (.not. done) call go_around_corner(problem, step, run, attempt, recorder, done, outcome)
-      if (.not. done) call cut_increment(problem, step, run, attempt, recorder, outcome)
-   end subroutine try_recovery
+      call release_marks(done)
+      if (.not. done) call go_past_change(done)
+      if (.not. done) call go_back_to_finer_mesh(done)
+      if (.not. done) call double_mesh(done)
+      if (.not. done) call go_around_corner(done)
+      if (.not. done) call cut_increment()
 
-   !> Repeats the increment beside contact spans with elements that determine the contact with their foundations themselves:
-   !> interface points may meet one another or a touchdown point, or jump. The mesh of the next point has nodes at their new places.
-   subroutine release_marks(problem, run, attempt, done)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(in) :: attempt
-      logical, intent(out) :: done
-      integer :: m
-      done = problem%has_spans() .and. attempt%cuts >= cuts_before_release
-      if (done) done = any([(is_live(problem, run%last%state, m), m=1, size(problem%mark))])
-      if (.not. done) return
-      run%last%state%segment = segment_unknown
-      call linearise(problem, run%last%state, run%last%state, run%last%system)
-   end subroutine release_marks
+   contains
 
-   !> Searches for a change of contact spans just ahead and makes it.
-   subroutine go_past_change(problem, step, run, attempt, recorder, done, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: done
-      type(outcome_t), intent(inout) :: outcome
-      done = .false.
-      if (.not. (problem%has_spans() .and. attempt%cuts == cuts_before_change .and. allocated(run%trail))) return
-      attempt%trial = run%last
-      associate (request => attempt%request)
-         call pass_change(problem, step, run, attempt%trial, .true., huge(1), recorder, request, attempt%finished, outcome)
+      !> Repeats the increment beside contact spans with elements that determine the contact with their foundations themselves:
+      !> interface points may meet one another or a touchdown point, or jump. The mesh of the next point has nodes at their new
+      !> places.
+      subroutine release_marks(done)
+         logical, intent(out) :: done
+         integer :: m
+         done = problem%has_spans() .and. attempt%cuts >= cuts_before_release
+         if (done) done = any([(is_live(problem, run%last%state, m), m=1, size(problem%mark))])
+         if (.not. done) return
+         run%last%state%segment = segment_unknown
+         call linearise(problem, run%last%state, run%last%state, run%last%system)
+      end subroutine release_marks
+
+      !> Searches for a change of contact spans just ahead and makes it.
+      subroutine go_past_change(done)
+         logical, intent(out) :: done
+         done = .false.
+         if (.not. (problem%has_spans() .and. attempt%cuts == cuts_before_change .and. allocated(run%trail))) return
+         attempt%trial = run%last
+         associate (request => attempt%request)
+            call pass_change(problem, step, run, attempt%trial, .true., huge(1), recorder, request, attempt%finished, outcome)
+            done = ended(attempt, outcome)
+            if (done) return
+            call note_change(attempt)
+            done = request%set_changed .or. request%shorter .or. request%remeshes()
+            if (done) attempt%cuts = 0
+            if (request%shorter) call retry_shorter(run)
+         end associate
+      end subroutine go_past_change
+
+      !> Retries on the mesh used before the last coarsening.
+      subroutine go_back_to_finer_mesh(done)
+         logical, intent(out) :: done
+         type(point_on_mesh_t), allocatable :: finer
+         done = attempt%cuts > cuts_before_change .and. allocated(run%mesh%before_coarsening)
+         if (.not. done) return
+         call move_alloc(run%mesh%before_coarsening, finer)
+         call step_back(finer, problem, run)
+         run%control%increment = sign(attempt%first_increment, run%control%increment)
+         attempt%cuts = 0
+      end subroutine go_back_to_finer_mesh
+
+      !> Doubles the mesh density, once at each point, if the mesh was made by the program and may be too coarse for any increment.
+      subroutine double_mesh(done)
+         logical, intent(out) :: done
+         done = .false.
+         if (attempt%doubled_at == run%step_points) return
+         if (max(attempt%cuts, attempt%failures) <= cuts_before_mesh .and. .not. too_short(step, run, 0.5_wp)) return
+         attempt%doubled_at = run%step_points
+         attempt%failures = 0
+         call ask_for_twice(problem, run%last%state, attempt%request, done)
+         if (.not. done) return
+         if (too_short(step, run, 0.5_wp)) run%control%increment = sign(attempt%first_increment, run%control%increment)
+         call retry_refined(problem, run, attempt, .false.)
+      end subroutine double_mesh
+
+      !> Passes a corner of the path at a change of the contact set.
+      subroutine go_around_corner(done)
+         logical, intent(out) :: done
+         logical :: turned
+         done = .false.
+         if (attempt%cuts <= cuts_before_corner .and. .not. (attempt%astray .and. differ(run%last%state%active, &
+            & attempt%trial%state%active))) &
+            & return
+         call turn_corner(problem, step, run, attempt%corner_meshes, recorder, attempt%request, turned, attempt%finished, outcome)
          done = ended(attempt, outcome)
          if (done) return
-         call note_change(attempt)
-         done = request%set_changed .or. request%shorter .or. request%remeshes()
-         if (done) attempt%cuts = 0
-         if (request%shorter) call retry_shorter(run)
-      end associate
-   end subroutine go_past_change
+         if (attempt%request%remeshes()) then
+            attempt%corner_meshes = attempt%corner_meshes + 1
+            call retry_refined(problem, run, attempt, .false.)
+            done = .true.
+            return
+         end if
+         if (turned) attempt%cuts = 0
+         done = turned
+      end subroutine go_around_corner
 
-   !> Retries on the mesh used before the last coarsening.
-   subroutine go_back_to_finer_mesh(problem, run, attempt, done)
-      type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      logical, intent(out) :: done
-      type(point_on_mesh_t), allocatable :: finer
-      done = attempt%cuts > cuts_before_change .and. allocated(run%mesh%before_coarsening)
-      if (.not. done) return
-      call move_alloc(run%mesh%before_coarsening, finer)
-      call step_back(finer, problem, run)
-      run%control%increment = sign(attempt%first_increment, run%control%increment)
-      attempt%cuts = 0
-   end subroutine go_back_to_finer_mesh
-
-   !> Doubles the mesh density, once at each point, if the mesh was made by the program and may be too coarse for any increment.
-   subroutine double_mesh(problem, step, run, attempt, done)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      logical, intent(out) :: done
-      done = .false.
-      if (attempt%doubled_at == run%step_points) return
-      if (max(attempt%cuts, attempt%failures) <= cuts_before_mesh .and. .not. too_short(step, run, 0.5_wp)) return
-      attempt%doubled_at = run%step_points
-      attempt%failures = 0
-      call ask_for_twice(problem, run%last%state, attempt%request, done)
-      if (.not. done) return
-      if (too_short(step, run, 0.5_wp)) run%control%increment = sign(attempt%first_increment, run%control%increment)
-      call retry_refined(problem, run, attempt, .false.)
-   end subroutine double_mesh
-
-   !> Passes a corner of the path at a change of the contact set.
-   subroutine go_around_corner(problem, step, run, attempt, recorder, done, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: done
-      type(outcome_t), intent(inout) :: outcome
-      logical :: turned
-      done = .false.
-      if (attempt%cuts <= cuts_before_corner .and. .not. (attempt%astray .and. differ(run%last%state%active, &
-         & attempt%trial%state%active))) &
-         & return
-      call turn_corner(problem, step, run, attempt%corner_meshes, recorder, attempt%request, turned, attempt%finished, outcome)
-      done = ended(attempt, outcome)
-      if (done) return
-      if (attempt%request%remeshes()) then
-         attempt%corner_meshes = attempt%corner_meshes + 1
-         call retry_refined(problem, run, attempt, .false.)
-         done = .true.
-         return
-      end if
-      if (turned) attempt%cuts = 0
-      done = turned
-   end subroutine go_around_corner
-
-   !> Halves the increment, or shortens it to end before a corner due to foundations. If it becomes too short, contact is determined
-   !> from the nodes; the run ends if this gives no other contact set.
-   subroutine cut_increment(problem, step, run, attempt, recorder, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome
-      real(wp) :: part
-      part = 0.5_wp
-      if (attempt%astray) part = part_before(problem, step, run, attempt%corner)
-      run%control%increment = part * run%control%increment
-      if (attempt%report%hopeless) then
-         outcome%why = 'no first point: '//attempt%report%message
-      else if (attempt%cuts > max_cuts .or. too_short(step, run, 1.0_wp)) then
-         if (.not. allocated(attempt%report%message)) attempt%report%message = 'no equilibrium'
-         call retry_by_nodes(problem, step, run, attempt, recorder, outcome)
-         if (attempt%changed .or. ended(attempt, outcome)) return
-         call why_stuck(problem, step, run, attempt%report, outcome%why, outcome%turns)
-      else
-         call count_up(counter_cut)
-         ! The shorter increment may have meshes of its own.
-         attempt%meshes = 0
-      end if
-   end subroutine cut_increment
+      !> Halves the increment, or shortens it to end before a corner due to foundations. If it becomes too short, contact is
+      !> determined from the nodes; the run ends if this gives no other contact set.
+      subroutine cut_increment()
+         real(wp) :: part
+         part = 0.5_wp
+         if (attempt%astray) part = part_before(problem, step, run, attempt%corner)
+         run%control%increment = part * run%control%increment
+         if (attempt%report%hopeless) then
+            outcome%why = 'no first point: '//attempt%report%message
+         else if (attempt%cuts > max_cuts .or. too_short(step, run, 1.0_wp)) then
+            if (.not. allocated(attempt%report%message)) attempt%report%message = 'no equilibrium'
+            call retry_by_nodes(problem, step, run, attempt, recorder, outcome)
+            if (attempt%changed .or. ended(attempt, outcome)) return
+            call why_stuck(problem, step, run, attempt%report, outcome%why, outcome%turns)
+         else
+            call count_up(counter_cut)
+            ! The shorter increment may have meshes of its own.
+            attempt%meshes = 0
+         end if
+      end subroutine cut_increment
+   end subroutine try_recovery
 
    !> True if a fraction of the increment is below the smallest one.
    pure logical function too_short(step, run, part)
