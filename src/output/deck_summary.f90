@@ -2,13 +2,13 @@
 module deck_summary
    use kinds, only: wp, degree
    use cross_section, only: varies
-   use model, only: model_t, supports, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t, contact_t, method_load, &
-      & method_displacement, method_words, parameter_words
+   use model, only: model_t, supports, step_t, threshold_t, branch_t, limit_curve_t, contact_t, method_load, method_displacement, &
+      & method_words, parameter_words
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
       & ground_pasternak
    use element_families, only: family_name
    use model_words, only: monitor_description, side_name, kind_name, parameter_object
-   use load_words, only: words_t, load_lines, support_lines, spring_lines
+   use load_words, only: words_t, load_lines, support_lines, node_lines
    use columns, only: brief, left
    use text, only: plural, to_text, word_at
    use printable_text, only: printable
@@ -46,7 +46,7 @@ contains
             if (any(springs)) then
                call line('springs', 'at '//plural(count(any(springs, 1)), 'node')//': '//to_text(count(springs(1, :)))// &
                   & ' u, '//to_text(count(springs(2, :)))//' v, '//to_text(count(springs(3, :)))//' rotations')
-               call write_lines(spring_lines(model))
+               call write_lines(node_lines(model, model%spring, any(springs, 1), 'spring', 'rotation'))
             end if
          end associate
       end if
@@ -268,7 +268,10 @@ contains
          end if
          call line('step '//to_text(number), name//control_text(step))
          do i = 1, size(step%mode_offset)
-            call more(mode_offset_text(step%mode_offset(i)))
+            associate (offset => step%mode_offset(i))
+               call more('begins stress-free, '//plural(size(offset%element), 'element')//' offset by mode '// &
+                  & to_text(offset%mode)//' of '//trim(model%step(offset%step)%name)//', largest offset '//brief(offset%amplitude))
+            end associate
          end do
          if (allocated(step%load%motion)) then
             do i = 1, size(step%load%motion, 2)
@@ -335,15 +338,6 @@ contains
             end if
          end do
       end function stop_text
-
-      !> Buckling mode used as the imperfection of a step, in words.
-      pure function mode_offset_text(mode_offset) result(text)
-         type(mode_offset_t), intent(in) :: mode_offset
-         character(:), allocatable :: text
-         text = 'begins stress-free, '//plural(size(mode_offset%element), 'element')//' offset by mode '// &
-            & to_text(mode_offset%mode)//' of '//trim(model%step(mode_offset%step)%name)//', largest offset '// &
-            & brief(mode_offset%amplitude)
-      end function mode_offset_text
 
       pure function branch_text(step, branch) result(text)
          type(step_t), intent(in) :: step

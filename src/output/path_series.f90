@@ -17,7 +17,7 @@ module path_series
       & series_reals, series_ragged, series_length
    implicit none
    private
-   public :: path_series_t, open_path_series, append_point, append_critical, write_null_vectors
+   public :: path_series_t, open_path_series, append_point, append_critical
 
    integer, parameter :: note_length = 120        !! length of the notes on critical points; longer notes are cut
    character(*), parameter :: label_words = 'LP limit point, BP bifurcation, TP turning point of a monitor, ' &
@@ -122,23 +122,18 @@ contains
       call append_forces(series%force, set, point, series%n_points)
    end subroutine append_point
 
-   !> Appends one critical point without its null vectors.
-   subroutine append_critical(series, set, critical)
+   !> Appends one critical point, and writes its null vectors, named by its row number.
+   subroutine append_critical(series, set, file, critical)
       type(path_series_t), intent(inout) :: series
       type(series_set_t), intent(inout) :: set
+      type(hdf5_file_t), intent(inout) :: file
       type(critical_t), intent(in) :: critical    !! as many monitors as the model has
       series%n_critical = series%n_critical + 1
       call put_critical(set, series%critical, series%has, critical)
+      if (allocated(critical%null_vector)) call hdf5_write(file, series%group//'/critical/null_vector/'// &
+         & to_text(series%n_critical), critical%null_vector, '1, 1, radian / length', &
+         & 'null vectors u, v and rotation of every node, the largest translation is 1')
    end subroutine append_critical
-
-   !> Writes the null vectors of the critical point appended last, named by its row number.
-   subroutine write_null_vectors(series, file, null_vector)
-      type(path_series_t), intent(in) :: series
-      type(hdf5_file_t), intent(inout) :: file
-      real(wp), intent(in), contiguous :: null_vector(:, :, :) !! (3, nodes, multiplicity)
-      call hdf5_write(file, series%group//'/critical/null_vector/'//to_text(series%n_critical), null_vector, &
-         & '1, 1, radian / length', 'null vectors u, v and rotation of every node, the largest translation is 1')
-   end subroutine write_null_vectors
 
    ! The tables -----------------------------------------------------------------------------------------------------
 

@@ -13,17 +13,16 @@ module results
    use result_tables, only: write_root, write_status, write_mesh, write_obstacles, write_candidates, write_branch, &
       & branch_group, write_buckling, write_performance, write_accuracy
    use model_tables, only: write_supports, write_loads, write_sets
-   use path_series, only: path_series_t, open_path_series, append_point, append_critical, write_null_vectors
+   use path_series, only: path_series_t, open_path_series, append_point, append_critical
    use limit_series, only: limit_series_t, open_limit_series, append_limit_point
-   use hdf5_file, only: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_error, &
-      & hdf5_note, hdf5_meddled, hdf5_has, hdf5_remove
+   use hdf5_file, only: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_error, hdf5_has, hdf5_remove
    use hdf5_attributes, only: hdf5_attribute
    use hdf5_series, only: series_set_t, series_write, series_buffered, series_keep, series_rows
    use restart_file, only: restart_t, write_restart
    implicit none
    private
    public :: results_t, results_open, results_parameter, results_leave, results_close
-   public :: results_note, results_meddled, results_due, results_state, results_record
+   public :: results_due, results_state, results_record
 
    real(wp), parameter :: flush_seconds = 0.2_wp  !! least time [s] between flushes while points are found; a row stays in memory so
    !! long
@@ -162,9 +161,7 @@ contains
       type is (point_t)
          call append_point(results%path(results%current), results%set, record)
       type is (critical_t)
-         call append_critical(results%path(results%current), results%set, record)
-         if (allocated(record%null_vector)) &
-            & call write_null_vectors(results%path(results%current), results%file, record%null_vector)
+         call append_critical(results%path(results%current), results%set, results%file, record)
       type is (branch_start_t)
          results%current = min(record%branch, 1)
          results%n_branches = max(results%n_branches, record%branch)
@@ -207,19 +204,6 @@ contains
       call hdf5_close(results%file)
       call hdf5_error(results%file, error)
    end subroutine results_close
-
-   !> Message for the user about the file although nothing failed, returned once; empty: none.
-   subroutine results_note(results, note)
-      type(results_t), intent(inout) :: results
-      character(:), allocatable, intent(out) :: note
-      call hdf5_note(results%file, note)
-   end subroutine results_note
-
-   !> True if another program has removed or changed the file during the run.
-   pure logical function results_meddled(results)
-      type(results_t), intent(in) :: results
-      results_meddled = hdf5_meddled(results%file)
-   end function results_meddled
 
    !> Flushes if the last flush is long ago; writes the collected rows to the file in memory if there are many.
    subroutine write_when_due(results, error, with_state)
