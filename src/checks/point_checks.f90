@@ -8,8 +8,8 @@ module point_checks
    use balance, only: measure_balance
    use mesh_adequacy, only: verdict_t, judge_mesh, verdict_words
    use run_accuracy, only: accuracy_t, place_t, note_worst, begin_point, take_point, check_mesh, check_rounding, check_rolling, &
-      & check_strain
-   use own_checks, only: failed_words
+      & check_strain, worst_t, check_penetration, check_tension, check_complementarity, check_foundation, check_force_balance, &
+      & check_moment_balance, check_node_balance
    use path_record, only: point_t
    use section_quantities, only: largest_strain
    use displacement_functional, only: left_open
@@ -19,7 +19,7 @@ module point_checks
    use tangent_rounding, only: path_stiffness, rounding_cure
    implicit none
    private
-   public :: check_point
+   public :: check_point, failed_words
 
    !> Smallest ratio of rounding to the stiffness along the path that gives a warning: limit points are shifted by this fraction of
    !> an increment, their loads by its square.
@@ -28,6 +28,10 @@ module point_checks
    !> Strain above which a warning is given. The rod theory neglects strain beside 1: lengths, depths and stiffness of a section are
    !> those without it, and errors relative to the forces are of its size.
    real(wp), parameter :: told_strain = 0.05_wp
+
+   ! Bounds of the checks, far above the values of converged points.
+   real(wp), parameter :: unbalanced = 1.0e-4_wp     !! relative to the largest force
+   real(wp), parameter :: misplaced = 1.0e-7_wp      !! relative to the size of the structure
 
 contains
 
@@ -120,4 +124,41 @@ contains
          end if
       end subroutine warn
    end subroutine check_point
+
+   !> Names of the checks that a point fails, with value and place; '' if the point passes all checks.
+   pure function failed_words(here) result(text)
+      type(accuracy_t), intent(in) :: here       !! worst values of that point alone
+      character(:), allocatable :: text
+      text = ''
+      call look('balance of forces', here%worst(check_force_balance), unbalanced)
+      call look('balance of moments', here%worst(check_moment_balance), unbalanced)
+      call look('balance of every node', here%worst(check_node_balance), unbalanced)
+      call look('penetration', here%worst(check_penetration), max(misplaced, here%asked))
+      call look('tension', here%worst(check_tension), unbalanced)
+      call look('complementarity', here%worst(check_complementarity), max(misplaced, here%asked))
+      call look('reactions and law of foundations', here%worst(check_foundation), unbalanced)
+      if (text /= '') text = 'its own checks found it wrong: '//text
+
+   contains
+
+      pure subroutine look(name, worst, bound)
+         character(*), intent(in) :: name
+         type(worst_t), intent(in) :: worst
+         real(wp), intent(in) :: bound
+         if (worst%value <= bound) return
+         if (text /= '') text = text//'; '
+         text = text//name//' '//scientific(worst%value, 2)//' '//place_in_words(worst%at)
+      end subroutine look
+   end function failed_words
+
+   !> "at point 12 (load factor 1.5), node 7"
+   pure function place_in_words(at) result(text)
+      type(place_t), intent(in) :: at
+      character(:), allocatable :: text
+      text = 'at point '//to_text(at%point)
+      if (at%branch > 0) text = text//' of branch '//to_text(at%branch)
+      text = text//' (load factor '//brief(at%load_factor)//')'
+      if (at%node > 0) text = text//', node '//to_text(at%node)
+      if (at%element > 0) text = text//', element '//to_text(at%element)
+   end function place_in_words
 end module point_checks

@@ -28,7 +28,7 @@ contains
       end do
    end subroutine write_accuracy
 
-   !> Reasons not to trust the results, other than those that end a step (own_checks), in words; '' if there are none.
+   !> Reasons not to trust the results, other than those that end a step (point_checks), in words; '' if there are none.
    pure function failed_checks(accuracy) result(text)
       type(accuracy_t), intent(in) :: accuracy
       character(:), allocatable :: text

@@ -12,8 +12,8 @@ module limit_curves
    use model, only: step_t
    use linear_system, only: new_system
    use bordered_system, only: linearise
-   use archive, only: archive_t
-   use checkpoint, only: standing_t, on_curve
+   use archive, only: archive_t, archive_reset
+   use checkpoint, only: standing_t, on_curve, clear_end, change_steps
    use critical_points, only: critical_points_t
    use path_outcome, only: outcome_t, must_end, note_trouble
    use span_tests, only: spans_hold
@@ -22,10 +22,10 @@ module limit_curves
    use limit_rigid, only: make_rigid
    use limit_search, only: curve_walk_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
    use monitors, only: monitor_values
-   use limit_checkpoint, only: keep_walk, take_walk
    use limit_mesh, only: bars_here, refine_limit_point
    use error_report, only: note_curve_bar
    use path_record, only: recorder_t, limit_point_t
+   use run_archive, only: exchange_critical_points_t, exchange_curve_walk_t, exchange_outcome_t
    implicit none
    private
    public :: follow_limit_curves
@@ -327,4 +327,46 @@ contains
          if (allocated(error)) outcome%why = error%message
       end associate
    end subroutine report
+
+   !> Passes a checkpoint to the recorder.
+   subroutine keep_walk(frame, own, walk, now, recorder, outcome)
+      type(archive_t), intent(inout) :: frame          !! data with which the checkpoint begins; empty: none is kept
+      type(critical_points_t), intent(inout) :: own    !! critical points of the step's path
+      type(curve_walk_t), intent(inout) :: walk
+      logical, intent(in) :: now                       !! true: even if the recorder does not request one
+      class(recorder_t), intent(inout) :: recorder
+      type(outcome_t), intent(inout) :: outcome        !! why: the results cannot be written
+      type(error_t), allocatable :: error
+      integer :: n
+      if (frame%n == 0 .or. .not. (now .or. recorder%wants_state())) return
+      n = frame%n
+      call exchange(frame, own, walk, outcome)
+      call recorder%state(frame%words(:frame%n), error)
+      call archive_reset(frame, n)
+      if (allocated(error) .and. .not. allocated(outcome%why)) outcome%why = error%message
+   end subroutine keep_walk
+
+   !> Restores a run on a limit curve from a checkpoint of which the frame has been read.
+   subroutine take_walk(standing, own, walk, outcome)
+      type(standing_t), intent(inout) :: standing
+      type(critical_points_t), intent(inout) :: own
+      type(curve_walk_t), intent(inout) :: walk
+      type(outcome_t), intent(inout) :: outcome
+      call exchange(standing%archive, own, walk, outcome)
+      call clear_end(outcome)
+      if (.not. standing%changed) return
+      call change_steps(standing%steps, walk%follower%base)
+      call change_steps(standing%steps, walk%follower%problem)
+   end subroutine take_walk
+
+   !> Stores or reads the part of the checkpoint behind the frame.
+   subroutine exchange(a, own, walk, outcome)
+      type(archive_t), intent(inout) :: a
+      type(critical_points_t), intent(inout) :: own
+      type(curve_walk_t), intent(inout) :: walk
+      type(outcome_t), intent(inout) :: outcome
+      call exchange_critical_points_t(a, own)
+      call exchange_curve_walk_t(a, walk)
+      call exchange_outcome_t(a, outcome)
+   end subroutine exchange
 end module limit_curves
