@@ -8,7 +8,7 @@ program unilat
    use, intrinsic :: iso_fortran_env, only: input_unit, output_unit, error_unit
    use, intrinsic :: iso_c_binding, only: c_int
    use kinds, only: wp
-   use hdf5_file, only: hdf5_note, hdf5_meddled
+   use hdf5_file, only: hdf5_note
    use errors, only: error_t
    use command_line, only: command_line_t, read_command_line, help_text
    use build_info, only: program_version, compiler, lapack_version, hdf5_version
@@ -178,7 +178,7 @@ program unilat
    call finish_listing()
    if (allocated(error)) call stop_with(code_of(error), error%message)
    call tell_note()
-   if (hdf5_meddled(recorder%results%file)) call end_program(exit_refused)
+   if (recorder%results%file%meddled) call end_program(exit_refused)
    if (outcome%deck_line > 0) call stop_at_line(outcome%deck_line, outcome%why)
    if (outcome%ended) call stop_with(exit_ended, status)
    if (.not. outcome%complete) call stop_with(exit_stopped, status)

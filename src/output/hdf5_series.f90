@@ -22,7 +22,7 @@ module hdf5_series
    implicit none
    private
    public :: series_set_t, series_table, series_defined, series_row, series_real, series_integer, series_text, series_reals
-   public :: series_ragged, series_write, series_buffered, series_keep, series_rows, series_length
+   public :: series_ragged, series_write, series_keep, series_rows, series_length
 
    character(*), parameter :: nl = new_line('a')
 
@@ -53,13 +53,12 @@ module hdf5_series
       character(:), allocatable :: wrong          !! column of the first value that does not fit; not allocated: none
    end type table_t
 
-   !> All tables of a file. The first n are in use.
+   !> All tables of a file.
    type :: series_set_t
       private
-      integer :: n = 0
       type(table_t), allocatable :: table(:)
       integer :: present = 0                      !! table whose row is being filled
-      integer :: bytes = 0                        !! number of bytes in the buffers of all tables
+      integer, public :: bytes = 0                !! number of bytes in the buffers of all tables
       character(:), allocatable :: kept_name      !! names of tables continued from another file, each between line ends
       integer, allocatable :: kept_rows(:)        !! number of rows of these tables
    end type series_set_t
@@ -77,19 +76,11 @@ contains
       type(hdf5_file_t), intent(inout) :: file
       integer, intent(out) :: id                  !! number of the table
       character(*), intent(in) :: group           !! full path; the group above it must exist
-      type(table_t), allocatable :: more(:)
       call hdf5_group(file, group)
-      if (.not. allocated(set%table)) allocate (set%table(8))
-      if (set%n == size(set%table)) then
-         allocate (more(2 * set%n))
-         more(:set%n) = set%table
-         call move_alloc(more, set%table)
-      end if
-      set%n = set%n + 1
-      id = set%n
+      if (.not. allocated(set%table)) allocate (set%table(0))
+      set%table = [set%table, table_t(group, [column_t ::])]
+      id = size(set%table)
       set%present = id
-      set%table(id)%group = group
-      allocate (set%table(id)%column(0))
    end subroutine series_table
 
    !> Ends the definition of a table. If it is continued from another file, its rows are read.
@@ -221,7 +212,8 @@ contains
             first = row_bytes(column) * (table%buffered - 1)
             last = first + size(column%fill) * n
             set%bytes = set%bytes + row_bytes(column)
-            if (first + row_bytes(column) > size(column%buffer)) call grow(column%buffer, 2 * (first + row_bytes(column)))
+            if (first + row_bytes(column) > size(column%buffer)) &
+               & column%buffer = reshape(column%buffer, [2 * (first + row_bytes(column))], pad=[c_null_char])
             if (n > 0) then
                call c_f_pointer(data, bytes, [last - first])
                column%buffer(first + 1:last) = bytes
@@ -243,16 +235,6 @@ contains
       type(column_t), intent(in) :: column
       row_bytes = int(product(column%row)) * size(column%fill)
    end function row_bytes
-
-   !> Enlarges a buffer.
-   subroutine grow(buffer, n)
-      character(1), allocatable, intent(inout) :: buffer(:)
-      integer, intent(in) :: n                    !! bytes afterwards
-      character(1), allocatable :: larger(:)
-      allocate (larger(n))
-      larger(:size(buffer)) = buffer
-      call move_alloc(larger, buffer)
-   end subroutine grow
 
    !> Fills bytes of a buffer with the missing value.
    subroutine fill_up(column, first, last)
@@ -346,10 +328,10 @@ contains
       integer, allocatable, intent(out) :: rows(:)
       integer :: i
       names = nl
-      do i = 1, set%n
+      do i = 1, size(set%table)
          names = names//set%table(i)%group//nl
       end do
-      rows = set%table(:set%n)%written + set%table(:set%n)%buffered
+      rows = set%table%written + set%table%buffered
    end subroutine series_rows
 
    !> Rows of a table, in the file and in memory.
@@ -359,12 +341,6 @@ contains
       series_length = set%table(id)%written + set%table(id)%buffered
    end function series_length
 
-   !> Number of bytes in memory that are not yet written.
-   pure integer function series_buffered(set)
-      type(series_set_t), intent(in) :: set
-      series_buffered = set%bytes
-   end function series_buffered
-
    ! Writing ------------------------------------------------------------------------------------------------------
 
    !> Writes all collected rows to the file and empties the buffers. It does not flush the file.
@@ -373,7 +349,7 @@ contains
       type(hdf5_file_t), intent(inout) :: file
       logical, intent(in) :: last                 !! true: no rows follow
       integer :: i, k
-      do i = 1, set%n
+      do i = 1, size(set%table)
          associate (table => set%table(i))
             call check_complete(table)
             if (allocated(table%wrong)) call hdf5_failed(file, 'write rows of different size to '//table%group//'/'//table%wrong)
@@ -464,7 +440,7 @@ contains
          call h5dcreate_f(file%handle, name, column%data_type, space, column%dataset, status, layout)
          call h5sclose_f(space, close_status)
       end if
-      if (status >= 0) call hdf5_describe(column%dataset, column%units, column%description, status)
+      if (status >= 0) call hdf5_describe(file, name, column%units, column%description)
       call h5pclose_f(layout, close_status)
       if (status < 0) call hdf5_failed(file, 'create '//name)
    end subroutine create

@@ -24,7 +24,7 @@ module result_tables
    use hdf5_datasets, only: hdf5_write
    implicit none
    private
-   public :: write_root, write_status, write_mesh, write_obstacles, write_candidates, write_branch, branch_group
+   public :: write_root, write_mesh, write_obstacles, write_candidates, write_branch, branch_group
    public :: write_buckling, write_performance, write_accuracy, link_name
 
 contains
@@ -35,7 +35,7 @@ contains
       type(model_t), intent(in) :: model
       character(*), intent(in) :: deck            !! full text of the deck
       character(*), intent(in) :: version         !! of the program
-      call write_status(file, hdf5_room('running'))
+      call hdf5_attribute(file, '/', 'status', hdf5_room('running'))
       call hdf5_attribute(file, '/', 'title', model%title)
       call hdf5_attribute(file, '/', 'program', 'unilat')
       call hdf5_attribute(file, '/', 'version', version)
@@ -48,13 +48,6 @@ contains
          end if
       end if
    end subroutine write_root
-
-   !> Writes the status attribute: "running", "complete" or "stopped: reason".
-   subroutine write_status(file, status)
-      type(hdf5_file_t), intent(inout) :: file
-      character(*), intent(in) :: status
-      call hdf5_attribute(file, '/', 'status', status)
-   end subroutine write_status
 
    !> Writes nodes and elements.
    subroutine write_mesh(file, model)
@@ -74,24 +67,12 @@ contains
          section(i) = middle_section(model, home, i)
       end do
       call hdf5_write(file, '/mesh/bending_stiffness', section%ei, 'force length^2', 'EI of every element, at its middle')
-      if (any(follows_curves(model%mesh%family))) call write_directions(file, model, home)
+      ! Coordinates of few elements do not tell an arc from a polygon.
+      if (any(follows_curves(model%mesh%family))) call hdf5_write(file, '/mesh/direction', &
+         & reshape([(home%element(i)%end_angle, i=1, size(section))], [2, size(section)]), 'radian', &
+         & 'direction of the stress-free axis at both ends of every element, from the x axis to the left')
       if (allocated(model%tie)) call write_joints(file, model)
    end subroutine write_mesh
-
-   !> Writes where the axis points to at the ends of the elements: coordinates of few elements do not tell an arc from a polygon.
-   subroutine write_directions(file, model, home)
-      type(hdf5_file_t), intent(inout) :: file
-      type(model_t), intent(in) :: model
-      type(geometry_t), intent(in) :: home
-      real(wp), allocatable :: direction(:, :)
-      integer :: i
-      allocate (direction(2, model%mesh%n_elements))
-      do i = 1, model%mesh%n_elements
-         direction(:, i) = home%element(i)%end_angle
-      end do
-      call hdf5_write(file, '/mesh/direction', direction, 'radian', &
-         & 'direction of the stress-free axis at both ends of every element, from the x axis to the left')
-   end subroutine write_directions
 
    !> Writes /joints: released ends and rigid links. The jump at a release is the difference of the displacements of its two nodes.
    subroutine write_joints(file, model)

@@ -10,14 +10,14 @@ module results
    use model, only: model_t
    use path_record, only: record_t, point_t, critical_t, branch_start_t, buckling_t, limit_point_t
    use run_accuracy, only: accuracy_t
-   use result_tables, only: write_root, write_status, write_mesh, write_obstacles, write_candidates, write_branch, &
+   use result_tables, only: write_root, write_mesh, write_obstacles, write_candidates, write_branch, &
       & branch_group, write_buckling, write_performance, write_accuracy
    use model_tables, only: write_supports, write_loads, write_sets
    use path_series, only: path_series_t, open_path_series, append_point, append_critical
    use limit_series, only: limit_series_t, open_limit_series, append_limit_point
    use hdf5_file, only: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_error, hdf5_has, hdf5_remove
    use hdf5_attributes, only: hdf5_attribute
-   use hdf5_series, only: series_set_t, series_write, series_buffered, series_keep, series_rows
+   use hdf5_series, only: series_set_t, series_write, series_keep, series_rows
    use restart_file, only: restart_t, write_restart
    implicit none
    private
@@ -185,7 +185,7 @@ contains
       type(error_t), allocatable, intent(out) :: error !! data could not be written; the file is closed nevertheless
       call series_write(results%set, results%file, last=.true.)
       call hdf5_flush(results%file)
-      call write_status(results%file, 'model')
+      call hdf5_attribute(results%file, '/', 'status', 'model')
       call hdf5_close(results%file)
       call hdf5_error(results%file, error)
    end subroutine results_leave
@@ -200,7 +200,7 @@ contains
       call write_performance(results%file)
       call write_accuracy(results%file, accuracy)
       call write_restart(results%file, results%standing)
-      call write_status(results%file, status)
+      call hdf5_attribute(results%file, '/', 'status', status)
       call hdf5_close(results%file)
       call hdf5_error(results%file, error)
    end subroutine results_close
@@ -220,7 +220,7 @@ contains
          call hdf5_flush(results%file)
          call system_clock(results%flushed)
          results%last_took = results%flushed - now
-      else if (series_buffered(results%set) > flush_bytes) then
+      else if (results%set%bytes > flush_bytes) then
          call series_write(results%set, results%file, last=.false.)
       end if
       call hdf5_error(results%file, error)
