@@ -4,7 +4,7 @@ module model_tables
    use text, only: to_text
    use rod_geometry, only: geometry_t, new_geometry
    use rod_samples, only: add_line_loads
-   use gauss_tableau, only: new_tableau, max_stages
+   use gauss_tableau, only: max_stages
    use model, only: model_t, step_t, supports
    use pole_load, only: pole_load_t
    use hdf5_file, only: hdf5_file_t, hdf5_group
@@ -62,7 +62,7 @@ contains
       type(model_t), intent(in) :: model
       type(geometry_t) :: home
       integer :: i
-      home = new_geometry(model, [(new_tableau(i), i=1, max_stages)])
+      home = new_geometry(model)
       call hdf5_group(file, '/loads')
       do i = 1, size(model%step)
          call write_step_loads(file, model, home, model%step(i), '/loads/'//to_text(i))

@@ -9,7 +9,6 @@ module result_tables
       & ground_pasternak
    use obstacle_curve, only: curve_samples
    use obstacle_geometry, only: obstacle_gap
-   use gauss_tableau, only: tableau_t, max_stages, new_tableau
    use element_families, only: follows_curves
    use rod_geometry, only: geometry_t, new_geometry
    use cross_section, only: section_t
@@ -62,7 +61,7 @@ contains
          & 'rows of coordinates (from 0) of the first and second node of every element')
       call hdf5_write(file, '/mesh/node_label', model%mesh%node_label, '1', 'node numbers of the deck')
       call hdf5_write(file, '/mesh/element_label', model%mesh%element_label, '1', 'element numbers of the deck')
-      home = new_geometry(model, [(new_tableau(i), i=1, max_stages)])
+      home = new_geometry(model)
       do i = 1, model%mesh%n_elements
          section(i) = middle_section(model, home, i)
       end do
@@ -211,11 +210,9 @@ contains
       real(wp), allocatable, intent(out) :: round(:) !! (contacts) length of a closed chain, 0: open
       type(geometry_t) :: home
       type(candidates_t) :: list
-      type(tableau_t) :: tableau(max_stages)
       logical, parameter :: distributed(2) = [.false., .true.]
       integer :: i
-      tableau = [(new_tableau(i), i=1, max_stages)]
-      home = new_geometry(model, tableau)
+      home = new_geometry(model)
       allocate (along(sum([(size(model%contact(i)%node), i=1, size(model%contact))])))
       allocate (round(size(model%contact)), source=0.0_wp)
       do i = 1, 2

@@ -178,7 +178,7 @@ contains
       if (.not. held) return
       side = merge(1, 2, problem%beside(2, node) > 0)
       e = problem%beside(3 - side, node)
-      home = new_geometry(problem%model, problem%tableau)
+      home = new_geometry(problem%model)
       angle = home%element(e)%end_angle(side)
       held = problem%covered(problem%rod_segment(e), contact) .and. (.not. problem%model%fixed(3, node) .or. &
          & abs(dot_product(normal, [cos(angle), sin(angle)])) <= parallel)
