@@ -249,6 +249,8 @@ contains
       logical, intent(in), optional :: optional
       integer, intent(in), optional :: bound
       type(item_t) :: item
+      type(item_t), allocatable :: longer(:)
+      integer :: n, i
       item%name = name
       item%kind = kind
       item%meaning = meaning
@@ -260,8 +262,32 @@ contains
       item%required = .not. present(default)
       if (present(optional)) item%required = item%required .and. .not. optional
       if (present(bound)) item%bound = bound
-      items = [items, item]
+      n = size(items)
+      allocate (longer(n + 1))
+      do i = 1, n
+         call move_item(items(i), longer(i))
+      end do
+      longer(n + 1) = item
+      call move_alloc(longer, items)
    end subroutine add_item
+
+   !> Moves the contents of one item to another; the first is empty afterwards.
+   pure subroutine move_item(from, to)
+      type(item_t), intent(inout) :: from
+      type(item_t), intent(inout) :: to
+      call move_alloc(from%name, to%name)
+      to%kind = from%kind
+      to%required = from%required
+      call move_alloc(from%default, to%default)
+      to%times_field = from%times_field
+      call move_alloc(from%words, to%words)
+      call move_alloc(from%former, to%former)
+      call move_alloc(from%only, to%only)
+      to%bound = from%bound
+      to%most = from%most
+      call move_alloc(from%unit, to%unit)
+      call move_alloc(from%meaning, to%meaning)
+   end subroutine move_item
 
    !> An optional text, '' if it is not given.
    pure function text_of(given) result(string)
