@@ -19,32 +19,28 @@ module hdf5_attributes
 
 contains
 
-   !> Attaches `units` and `description` to a dataset.
-   subroutine hdf5_describe(file, dataset, units, description)
-      type(hdf5_file_t), intent(inout) :: file
-      character(*), intent(in) :: dataset       !! its full path
+   !> Attaches `units` and `description` to an open dataset.
+   subroutine hdf5_describe(dataset, units, description, status)
+      integer(hid_t), intent(in) :: dataset
       character(*), intent(in) :: units, description
-      call attribute_text(file, dataset, 'units', units)
-      call attribute_text(file, dataset, 'description', description)
+      integer, intent(out) :: status            !! negative if it failed
+      call put_text(dataset, 'units', units, status)
+      if (status >= 0) call put_text(dataset, 'description', description, status)
    end subroutine hdf5_describe
 
-   !> Text of variable length: Python readers get a str from it, and it may be longer than the 64 kB that fit into an object's
-   !> header, as the deck's text may be.
    subroutine attribute_text(file, object, name, value)
       type(hdf5_file_t), intent(inout) :: file
       character(*), intent(in) :: object        !! full path of the group or dataset; '/' is the file itself
       character(*), intent(in) :: name
       character(*), intent(in) :: value         !! any length; trailing blanks are dropped
-      character(len_trim(value) + 1, c_char), target :: text
-      type(c_ptr), target :: pointer(1)
-      integer(hid_t) :: text_type
-      integer :: status
-      text = trim(value)//c_null_char
-      pointer(1) = c_loc(text)
-      call h5tcopy_f(h5t_string, text_type, status)
-      if (status >= 0) call h5tset_cset_f(text_type, h5t_cset_utf8_f, status)
-      if (status >= 0) call attribute_data(file, object, name, text_type, [integer(hsize_t) ::], c_loc(pointer))
-      if (status >= 0) call h5tclose_f(text_type, status)
+      integer(hid_t) :: place
+      integer :: status, close_status
+      if (.not. hdf5_ok(file)) return
+      call h5oopen_f(file%handle, object, place, status)
+      if (status >= 0) then
+         call put_text(place, name, value, status)
+         call h5oclose_f(place, close_status)
+      end if
       if (status < 0) call hdf5_failed(file, 'write attribute '//name//' of '//object)
    end subroutine attribute_text
 
@@ -94,32 +90,61 @@ contains
       call attribute_data(file, object, name, h5t_native_double, shape(value, hsize_t), c_loc(copy))
    end subroutine attribute_real_2
 
-   !> Attribute of any type and rank, rank 0 when `dims` is empty; one of that name is overwritten.
+   !> Numeric attribute of any rank; rank 0 when `dims` is empty.
    subroutine attribute_data(file, object, name, data_type, dims, data)
       type(hdf5_file_t), intent(inout) :: file
       character(*), intent(in) :: object, name
       integer(hid_t), intent(in) :: data_type
       integer(hsize_t), intent(in) :: dims(:)
       type(c_ptr), intent(in) :: data
-      integer(hid_t) :: place, space, attribute
+      integer(hid_t) :: place
       integer :: status, close_status
       if (.not. hdf5_ok(file)) return
       call h5oopen_f(file%handle, object, place, status)
       if (status >= 0) then
-         call hdf5_space(dims, space, status)
-         if (status >= 0) then
-            call h5acreate_f(place, name, data_type, space, attribute, status)
-            call h5sclose_f(space, close_status)
-            if (status < 0) call h5aopen_f(place, name, attribute, status) ! it exists
-         end if
-         if (status >= 0) then
-            call h5awrite_f(attribute, data_type, data, status)
-            call h5aclose_f(attribute, close_status)
-         end if
+         call put_attribute(place, name, data_type, dims, data, status)
          call h5oclose_f(place, close_status)
       end if
       if (status < 0) call hdf5_failed(file, 'write attribute '//name//' of '//object)
    end subroutine attribute_data
+
+   !> Text attribute of variable length: Python readers get a str from it, and it may be longer than the 64 kB that fit into an
+   !> object's header, as the deck's text may be.
+   subroutine put_text(place, name, value, status)
+      integer(hid_t), intent(in) :: place
+      character(*), intent(in) :: name, value
+      integer, intent(out) :: status
+      character(len_trim(value) + 1, c_char), target :: text
+      type(c_ptr), target :: pointer(1)
+      integer(hid_t) :: text_type
+      integer :: close_status
+      text = trim(value)//c_null_char
+      pointer(1) = c_loc(text)
+      call h5tcopy_f(h5t_string, text_type, status)
+      if (status < 0) return
+      call h5tset_cset_f(text_type, h5t_cset_utf8_f, status)
+      if (status >= 0) call put_attribute(place, name, text_type, [integer(hsize_t) ::], c_loc(pointer), status)
+      call h5tclose_f(text_type, close_status)
+   end subroutine put_text
+
+   !> Creates an attribute of an open object, or opens the one of that name, and writes it.
+   subroutine put_attribute(place, name, data_type, dims, data, status)
+      integer(hid_t), intent(in) :: place, data_type
+      character(*), intent(in) :: name
+      integer(hsize_t), intent(in) :: dims(:)
+      type(c_ptr), intent(in) :: data
+      integer, intent(out) :: status
+      integer(hid_t) :: space, attribute
+      integer :: close_status
+      call hdf5_space(dims, space, status)
+      if (status < 0) return
+      call h5acreate_f(place, name, data_type, space, attribute, status)
+      call h5sclose_f(space, close_status)
+      if (status < 0) call h5aopen_f(place, name, attribute, status) ! it exists
+      if (status < 0) return
+      call h5awrite_f(attribute, data_type, data, status)
+      call h5aclose_f(attribute, close_status)
+   end subroutine put_attribute
 
    !> Data space of fixed extents; a scalar one when `dims` is empty. The caller closes it.
    subroutine hdf5_space(dims, space, status)

@@ -146,7 +146,7 @@ contains
          call h5pset_chunk_f(layout, 1, [max(few_integers, min(part_of_row, size(value, kind=hsize_t)))], status)
          call h5screate_simple_f(1, shape(value, hsize_t), space, status, [h5s_unlimited_f])
          call h5dcreate_f(file%handle, name, h5t_native_integer, space, dataset, status, layout)
-         if (status >= 0) call hdf5_describe(file, name, '1', description)
+         if (status >= 0) call hdf5_describe(dataset, '1', description, status)
          call h5sclose_f(space, status)
          call h5pclose_f(layout, status)
       end if
@@ -181,7 +181,7 @@ contains
       end if
       if (status >= 0) then
          if (product(dims) > 0) call h5dwrite_f(dataset, data_type, data, status)
-         if (status >= 0) call hdf5_describe(file, name, units, description)
+         if (status >= 0) call hdf5_describe(dataset, units, description, status)
          call h5dclose_f(dataset, close_status)
       end if
       if (status < 0) call hdf5_failed(file, 'write '//name)

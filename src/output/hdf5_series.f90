@@ -440,7 +440,7 @@ contains
          call h5dcreate_f(file%handle, name, column%data_type, space, column%dataset, status, layout)
          call h5sclose_f(space, close_status)
       end if
-      if (status >= 0) call hdf5_describe(file, name, column%units, column%description)
+      if (status >= 0) call hdf5_describe(column%dataset, column%units, column%description, status)
       call h5pclose_f(layout, close_status)
       if (status < 0) call hdf5_failed(file, 'create '//name)
    end subroutine create
