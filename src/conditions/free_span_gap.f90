@@ -94,8 +94,8 @@ contains
       line%first = element(1)
       line%last = element(2)
       line%contact = contact
-      call look_beside(counts)
-      call make_profiles()
+      call look_beside(problem, state, line, touched, counts)
+      call make_profiles(problem, state, line)
       call take_samples(problem, state, line)
       from = problem%origin(line%first) + state%geometry%element(line%first)%s(1)
       to = problem%origin(line%last) + state%geometry%element(line%last)%s(2)
@@ -113,19 +113,19 @@ contains
             if (i == 1 .or. i == size(gap)) then
                ! The gap may have a minimum further inside if it falls from an end without contact (segment boundary).
                if (line%touches(merge(1, 2, i == 1))) cycle
-               if (.not. falls_inwards()) cycle
+               if (.not. falls_inwards(problem, state, line, i)) cycle
             else
                if (gap(i) > gap(i - 1) .or. gap(i) > gap(i + 1)) cycle
                ! The minimum of a parabola through these samples cannot be below the least value so far.
                if (2.0_wp * gap(i) - max(gap(i - 1), gap(i + 1)) > least) cycle
             end if
-            call find_minimum(value, place)
+            call find_minimum(problem, state, line, i, value, place)
             ! Minima next to a contact span that are only rounding do not count.
             tops = [merge(maxval(gap(:i)), huge(value), line%touches(1)), merge(maxval(gap(i:)), huge(value), line%touches(2))]
             if (minval(tops) <= rounding_gap(problem) .and. value >= -rounding_gap(problem)) cycle
             ! Minima next to a contact span may also be discretisation errors: the penetration there must exceed the interpolation
             ! error.
-            if (place < counts(1) .or. place > counts(2)) value = value + doubt()
+            if (place < counts(1) .or. place > counts(2)) value = value + doubt(problem, state, line, place)
             call take(value, place)
          end do
       end associate
@@ -139,79 +139,35 @@ contains
          least = value
          where = place
       end subroutine take
-
-      !> Determines whether the ends of the sampled elements touch this obstacle, and between which coordinates gaps count that are
-      !> no local minima. The margin at a contact is a part of the length of the whole free span, across segment boundaries.
-      subroutine look_beside(counts)
-         real(wp), intent(out) :: counts(2)       ! coordinates along the rod segment
-         real(wp) :: more(2), ends(2), margin
-         logical :: zero(2), touching(problem%model%mesh%n_nodes)
-         integer :: side
-         touching = .false.
-         touching(pack(problem%candidates%node, problem%candidates%contact_span > 0 .and. problem%candidates%contact == &
-            & line%contact)) = &
-            & .true.
-         line%touches = touching([problem%model%mesh%node(1, line%first), problem%model%mesh%node(2, line%last)])
-         ends = [problem%origin(line%first) + state%geometry%element(line%first)%s(1), &
-            & problem%origin(line%last) + state%geometry%element(line%last)%s(2)]
-         do side = 1, 2
-            call to_next_touch(problem, state, touched, touching, merge(line%first, line%last, side == 1), side, more(side), &
-               & zero(side))
-         end do
-         margin = beside * (ends(2) - ends(1) + sum(more))
-         counts = ends
-         if (zero(1)) counts(1) = max(ends(1), ends(1) - more(1) + margin)
-         if (zero(2)) counts(2) = min(ends(2), ends(2) + more(2) - margin)
-      end subroutine look_beside
-
-      !> Makes the interpolation of the displaced axis within each element. That of an element on its obstacle is exact at its ends.
-      subroutine make_profiles()
-         integer :: e
-         allocate (line%profile(line%first:line%last))
-         do e = line%first, line%last
-            line%profile(e) = new_profile(problem, state, e)
-            if (problem%conforms(e) > 0) cycle
-            if (problem%model%mesh%family(e) == family_ge) call mend_ends(problem, state, line%profile(e), 2)
-         end do
-      end subroutine make_profiles
-
-      !> True if the gap decreases from the first or last sample inwards and has increased again at the next sample.
-      logical function falls_inwards() result(falls)
-         integer :: next
-         next = merge(i + 1, i - 1, i == 1)
-         falls = line%gap(next) >= line%gap(i)
-         ! Test of a place at a distance of sqrt(rounding unit) inwards: if rounding hides the decrease over this distance, the
-         ! decrease is below rounding everywhere.
-         if (falls) falls = gap_along(problem, state, line, line%at(i) + sqrt(epsilon(1.0_wp)) * (line%at(next) - line%at(i))) &
-            & < line%gap(i)
-      end function falls_inwards
-
-      !> Finds the minimum of the gap between the neighbours of sample `i`, which is the lowest of the three.
-      subroutine find_minimum(value, place)
-         real(wp), intent(out) :: value, place
-         type(golden_section_t) :: search
-         call search%begin(line%at(max(i - 1, 1)), line%at(min(i + 1, size(line%at))), sections_to_rounding)
-         do while (search%asks(place))
-            call search%tell(gap_along(problem, state, line, place))
-         end do
-         value = search%least
-         ! Beside a symmetry plane from which the gap rises, rounding causes minima; these do not count.
-         if (value < line%gap(i) - rounding_gap(problem)) return
-         value = line%gap(i)
-         place = line%at(i)
-      end subroutine find_minimum
-
-      !> Bound of the error of the gap at a place: interpolation error of the element, and the residual gaps at contacts, whose
-      !> exact gap is zero.
-      real(wp) function doubt()
-         real(wp) :: tau
-         integer :: e
-         call find_part(problem, state, line, place, e, tau)
-         doubt = mended_error(line%profile(e), tau)
-         if (line%touches(1)) doubt = doubt + abs(line%gap(1))
-         if (line%touches(2)) doubt = doubt + abs(line%gap(size(line%gap)))
-      end function doubt
    end subroutine least_gap
+
+   !> Determines whether the ends of the sampled elements touch this obstacle, and between which coordinates gaps count that are no
+   !> local minima. The margin at a contact is a part of the length of the whole free span, across segment boundaries.
+   pure subroutine look_beside(problem, state, line, touched, counts)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(sampled_gap_t), intent(inout) :: line
+      logical, intent(in) :: touched(:)        !! (nodes)
+      real(wp), intent(out) :: counts(2)       !! coordinates along the rod segment
+      real(wp) :: more(2), ends(2), margin
+      logical :: zero(2), touching(problem%model%mesh%n_nodes)
+      integer :: side
+      touching = .false.
+      touching(pack(problem%candidates%node, problem%candidates%contact_span > 0 .and. problem%candidates%contact == &
+         & line%contact)) = &
+         & .true.
+      line%touches = touching([problem%model%mesh%node(1, line%first), problem%model%mesh%node(2, line%last)])
+      ends = [problem%origin(line%first) + state%geometry%element(line%first)%s(1), &
+         & problem%origin(line%last) + state%geometry%element(line%last)%s(2)]
+      do side = 1, 2
+         call to_next_touch(problem, state, touched, touching, merge(line%first, line%last, side == 1), side, more(side), &
+            & zero(side))
+      end do
+      margin = beside * (ends(2) - ends(1) + sum(more))
+      counts = ends
+      if (zero(1)) counts(1) = max(ends(1), ends(1) - more(1) + margin)
+      if (zero(2)) counts(2) = min(ends(2), ends(2) + more(2) - margin)
+   end subroutine look_beside
 
    !> Determines the length of the free span beyond one end of an element; `touches` is true if the span ends with contact to this
    !> obstacle.
@@ -237,6 +193,20 @@ contains
          end associate
       end do
    end subroutine to_next_touch
+
+   !> Makes the interpolation of the displaced axis within each element. That of an element on its obstacle is exact at its ends.
+   subroutine make_profiles(problem, state, line)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(sampled_gap_t), intent(inout) :: line
+      integer :: e
+      allocate (line%profile(line%first:line%last))
+      do e = line%first, line%last
+         line%profile(e) = new_profile(problem, state, e)
+         if (problem%conforms(e) > 0) cycle
+         if (problem%model%mesh%family(e) == family_ge) call mend_ends(problem, state, line%profile(e), 2)
+      end do
+   end subroutine make_profiles
 
    !> Samples the gap at equal parts of all elements. Beside a contact, `near` samples replace the first one; their distances from
    !> the contact fall geometrically.
@@ -275,6 +245,40 @@ contains
       end subroutine add
    end subroutine take_samples
 
+   !> True if the gap decreases from the first or last sample inwards and has increased again at the next sample.
+   logical function falls_inwards(problem, state, line, i) result(falls)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(sampled_gap_t), intent(in) :: line
+      integer, intent(in) :: i
+      integer :: next
+      next = merge(i + 1, i - 1, i == 1)
+      falls = line%gap(next) >= line%gap(i)
+      ! Test of a place at a distance of sqrt(rounding unit) inwards: if rounding hides the decrease over this distance, the
+      ! decrease is below rounding everywhere.
+      if (falls) falls = gap_along(problem, state, line, line%at(i) + sqrt(epsilon(1.0_wp)) * (line%at(next) - line%at(i))) &
+         & < line%gap(i)
+   end function falls_inwards
+
+   !> Finds the minimum of the gap between the neighbours of sample `i`, which is the lowest of the three.
+   subroutine find_minimum(problem, state, line, i, value, place)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(sampled_gap_t), intent(in) :: line
+      integer, intent(in) :: i
+      real(wp), intent(out) :: value, place
+      type(golden_section_t) :: search
+      call search%begin(line%at(max(i - 1, 1)), line%at(min(i + 1, size(line%at))), sections_to_rounding)
+      do while (search%asks(place))
+         call search%tell(gap_along(problem, state, line, place))
+      end do
+      value = search%least
+      ! Beside a symmetry plane from which the gap rises, rounding causes minima; these do not count.
+      if (value < line%gap(i) - rounding_gap(problem)) return
+      value = line%gap(i)
+      place = line%at(i)
+   end subroutine find_minimum
+
    !> Gap at a coordinate along the rod segment.
    real(wp) function gap_along(problem, state, line, place) result(gap)
       type(problem_t), intent(in) :: problem
@@ -286,6 +290,21 @@ contains
       call find_part(problem, state, line, place, e, tau)
       gap = gap_in(problem, state, line%contact, line%profile(e), tau)
    end function gap_along
+
+   !> Bound of the error of the gap at a place: interpolation error of the element, and the residual gaps at contacts, whose exact
+   !> gap is zero.
+   real(wp) function doubt(problem, state, line, place)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(sampled_gap_t), intent(in) :: line
+      real(wp), intent(in) :: place
+      real(wp) :: tau
+      integer :: e
+      call find_part(problem, state, line, place, e, tau)
+      doubt = mended_error(line%profile(e), tau)
+      if (line%touches(1)) doubt = doubt + abs(line%gap(1))
+      if (line%touches(2)) doubt = doubt + abs(line%gap(size(line%gap)))
+   end function doubt
 
    !> Finds the element at a coordinate along the rod segment, by bisection, and the part `tau` of the element before this place.
    pure subroutine find_part(problem, state, line, place, e, tau)
