@@ -247,13 +247,10 @@ contains
       allocate (row%cell(6 + listing%n_monitors + size(listing%print)))
       ! A critical point directly follows its point, unless it is only bracketed.
       do i = 1, size(listing%print)
-         row%cell(6 + listing%n_monitors + i)%text = listing%printed(i)%text//listing%printed_bar(i)%text
+         row%cell(6 + listing%n_monitors + i)%text = ''
+         if (critical%point == merge(listing%n_root, listing%n_branch, listing%branch == 0)) &
+            & row%cell(6 + listing%n_monitors + i)%text = listing%printed(i)%text//listing%printed_bar(i)%text
       end do
-      if (critical%point /= merge(listing%n_root, listing%n_branch, listing%branch == 0)) then
-         do i = 1, size(listing%print)
-            row%cell(6 + listing%n_monitors + i)%text = ''
-         end do
-      end if
       row%cell(1)%text = trim(critical%label)
       row%cell(2)%text = to_text(critical%point)
       row%cell(3)%text = to_text(critical%step)
