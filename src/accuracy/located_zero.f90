@@ -17,11 +17,11 @@ module located_zero
    use element_gap, only: element_gap_t, gap_value, gap_look
    use rod_profile, only: profile_error
    use state_functional, only: functional_t, new_functional
+   use gap_functional, only: new_place_gap_functional
    use tangent_modes, only: modes_t, lowest_modes, apply_tangent, mode_tolerance, most_null_vectors
    use axial_rigidity, only: shrinking_forces
-   use bordered_system, only: solve_effective, unknowns_of
+   use bordered_system, only: solve_effective
    use null_directions, only: likeness, times_metric, new_null_directions, leave_out
-   use displacement_functional, only: add_place
    implicit none
    private
    public :: as_zero, zero_t, new_zero, zero_value, left_of_zero, find_event_gap, between_nodes, located_gap, mode_rounding
@@ -283,24 +283,4 @@ contains
       call leave_out(problem, spread(held, 2, 1), direction, answer)
       added = dot_product(answer, left)
    end function of_other_modes
-
-   !> Change of the gap: displacement of the place relative to the obstacle along the normal, less the closing of the gap.
-   type(functional_t) function new_place_gap_functional(problem, state, system, contact, e, tau, gap, normal) result(number)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system      !! assembled at `state`
-      integer, intent(in) :: contact            !! index into model%contact
-      integer, intent(in) :: e                  !! element
-      real(wp), intent(in) :: tau               !! place in the element, 0 to 1
-      real(wp), intent(in) :: gap, normal(2)    !! gap there, and its gradient
-      real(wp) :: by_node(3, problem%model%mesh%n_nodes)
-      by_node = 0.0_wp
-      number%value = gap
-      call add_place(problem, state, system, e, tau, [normal, 0.0_wp], by_node, number)
-      number%by_unknown = unknowns_of(problem, system, by_node)
-      associate (o => problem%model%contact(contact)%obstacle, load => problem%model%step(problem%step)%load)
-         number%by_load = number%by_load - dot_product(normal, load%motion(:, o)) - load%closing(o) - &
-            & load%resolved(o) * problem%overlap(contact)
-      end associate
-   end function new_place_gap_functional
 end module located_zero

@@ -14,7 +14,7 @@
 !> monitor             any of these sums with the deck's factor and offset (monitors)
 !> place               position of a touchdown point (place_functional)
 !> section quantity    section force, strain or stress at a place (section_quantities)
-!> gap at a place      gap between an obstacle and a place inside an element (located_zero)
+!> gap at a place      gap between an obstacle and a place inside an element (gap_functional)
 !> relative curvature  curvature of the rod less that of the obstacle at a point contact (relative_curvature)
 module state_functional
    use kinds, only: wp

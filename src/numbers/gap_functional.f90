@@ -1,0 +1,35 @@
+!> Gap between an obstacle and a place inside an element as a functional.
+module gap_functional
+   use kinds, only: wp
+   use problem, only: problem_t
+   use rod_state, only: state_t
+   use linear_system, only: system_t
+   use bordered_system, only: unknowns_of
+   use displacement_functional, only: add_place
+   use state_functional, only: functional_t
+   implicit none
+   private
+   public :: new_place_gap_functional
+
+contains
+
+   !> Change of the gap: displacement of the place relative to the obstacle along the normal, less the closing of the gap.
+   type(functional_t) function new_place_gap_functional(problem, state, system, contact, e, tau, gap, normal) result(number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system      !! assembled at `state`
+      integer, intent(in) :: contact            !! index into model%contact
+      integer, intent(in) :: e                  !! element
+      real(wp), intent(in) :: tau               !! place in the element, 0 to 1
+      real(wp), intent(in) :: gap, normal(2)    !! gap there, and its gradient
+      real(wp) :: by_node(3, problem%model%mesh%n_nodes)
+      by_node = 0.0_wp
+      number%value = gap
+      call add_place(problem, state, system, e, tau, [normal, 0.0_wp], by_node, number)
+      number%by_unknown = unknowns_of(problem, system, by_node)
+      associate (o => problem%model%contact(contact)%obstacle, load => problem%model%step(problem%step)%load)
+         number%by_load = number%by_load - dot_product(normal, load%motion(:, o)) - load%closing(o) - &
+            & load%resolved(o) * problem%overlap(contact)
+      end associate
+   end function new_place_gap_functional
+end module gap_functional
