@@ -91,6 +91,9 @@ contains
       integer :: kept, i
       associate (table => set%table(id))
          table%defining = .false.
+         do i = 1, size(table%column)
+            allocate (table%column(i)%buffer(0))
+         end do
          kept = kept_table(set, table%group)
          if (kept == 0) return
          table%buffered = set%kept_rows(kept)
@@ -194,7 +197,7 @@ contains
       associate (table => set%table(set%present))
          if (table%defining) then
             table%column = [table%column, column_t(name, units, description, -1_hid_t, data_type, fill, int(row, hsize_t), &
-               & ragged, [character(1) ::])]
+               & ragged)]
             return
          end if
          table%filled = table%filled + 1
