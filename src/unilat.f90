@@ -8,6 +8,7 @@ program unilat
    use, intrinsic :: iso_fortran_env, only: input_unit, output_unit, error_unit
    use, intrinsic :: iso_c_binding, only: c_int
    use kinds, only: wp
+   use hdf5_file, only: hdf5_note
    use errors, only: error_t
    use command_line, only: command_line_t, read_command_line, help_text
    use build_info, only: program_version, compiler, lapack_version, hdf5_version
@@ -37,7 +38,7 @@ program unilat
    use problem, only: problem_t, new_problem
    use path_loop, only: follow_path, outcome_t
    use run_recorder, only: run_recorder_t
-   use results, only: results_open, results_parameter, results_leave, results_close, results_note, results_meddled
+   use results, only: results_open, results_parameter, results_leave, results_close
    use listing, only: listing_open, listing_close
    use progress, only: progress_open, progress_close
    use run_summary, only: failed_checks
@@ -177,7 +178,7 @@ program unilat
    call finish_listing()
    if (allocated(error)) call stop_with(code_of(error), error%message)
    call tell_note()
-   if (results_meddled(recorder%results)) call end_program(exit_refused)
+   if (recorder%results%file%meddled) call end_program(exit_refused)
    if (outcome%deck_line > 0) call stop_at_line(outcome%deck_line, outcome%why)
    if (outcome%ended) call stop_with(exit_ended, status)
    if (.not. outcome%complete) call stop_with(exit_stopped, status)
@@ -226,7 +227,7 @@ contains
    !> Prints the notes about the result file on standard error.
    subroutine tell_note()
       character(:), allocatable :: note
-      call results_note(recorder%results, note)
+      call hdf5_note(recorder%results%file, note)
       if (note /= '') write (error_unit, '(a)') 'unilat: '//note
    end subroutine tell_note
 

@@ -6,7 +6,8 @@ module output_fixture
    use model, only: model_t, limit_curve_t, family_ge, family_ul2, method_load, quantity_reaction, parameter_modulus, new_load, &
       & parameter_constant_load
    use obstacle_types, only: obstacle_circle
-   use run_accuracy, only: accuracy_t, worst_t, place_t
+   use run_accuracy, only: accuracy_t, worst_t, place_t, check_residual, check_penetration, check_tension, check_complementarity, &
+      & check_foundation, check_mesh, check_rounding, check_force_balance, check_moment_balance, check_node_balance
    use path_record, only: point_t, critical_t, region_t, buckling_t, limit_point_t
    implicit none
    private
@@ -77,19 +78,19 @@ contains
    !> that of the mesh, number 9.
    function small_accuracy() result(accuracy)
       type(accuracy_t) :: accuracy
-      accuracy%residual = worst(1)
-      accuracy%penetration = worst(2)
-      accuracy%tension = worst(3)
-      accuracy%complementarity = worst(4)
-      accuracy%complementarity%at%node = 20
-      accuracy%complementarity%at%branch = 3
-      accuracy%force_balance = worst(5)
-      accuracy%moment_balance = worst(6)
-      accuracy%node_balance = worst(7)
-      accuracy%foundation = worst(8)
-      accuracy%mesh = worst(9)
-      accuracy%mesh%at%element = 8
-      accuracy%rounding = worst(10)
+      accuracy%worst(check_residual) = worst(1)
+      accuracy%worst(check_penetration) = worst(2)
+      accuracy%worst(check_tension) = worst(3)
+      accuracy%worst(check_complementarity) = worst(4)
+      accuracy%worst(check_complementarity)%at%node = 20
+      accuracy%worst(check_complementarity)%at%branch = 3
+      accuracy%worst(check_force_balance) = worst(5)
+      accuracy%worst(check_moment_balance) = worst(6)
+      accuracy%worst(check_node_balance) = worst(7)
+      accuracy%worst(check_foundation) = worst(8)
+      accuracy%worst(check_mesh) = worst(9)
+      accuracy%worst(check_mesh)%at%element = 8
+      accuracy%worst(check_rounding) = worst(10)
    contains
       type(worst_t) function worst(n)
          integer, intent(in) :: n

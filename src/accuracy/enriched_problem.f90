@@ -59,7 +59,7 @@ contains
       call copy_problem(problem, finer)
       where (collocates(finer%model%mesh%family)) finer%model%mesh%stages = finer%model%mesh%stages + 1
       if (any(problem%ground%founded)) then
-         finer%ground = new_ground(finer%model, finer%tableau, new_geometry(finer%model, finer%tableau))
+         finer%ground = new_ground(finer%model, finer%tableau, new_geometry(finer%model))
          finer%ground%chain = problem%ground%chain
          finer%ground%tabled = problem%ground%tabled
       end if

@@ -8,12 +8,15 @@ module error_contributions
    use linear_system, only: system_t
    use element_products, only: element_deformation
    use path_control, only: control_t, held_by
-   use state_functional, only: functional_t, new_load_functional
+   use state_functional, only: functional_t, new_load_functional, inner_place_t, section_place_t
    use monitors, only: new_monitor_functional
    use place_functional, only: new_place_functional
-   use inside_elements, only: inside_t, look_inside
    use element_errors, only: element_errors_t, new_element_errors, element_duals
    use path_duals, only: solve_path_duals
+   use section_quantities, only: section_value
+   use bordered_system, only: apply_increment
+   use deck_nodes, only: place_defect
+   use state_transfer, only: kept_t, point_displacement
    implicit none
    private
    public :: contributions_t, find_contributions, eigenvalue_shares
@@ -31,6 +34,15 @@ module error_contributions
       logical, allocatable :: known(:)           !! (rows) false: no estimate for this number
       real(wp) :: unfolding = 0.0_wp             !! force on the null vectors of a bifurcation, beyond the error of that force
    end type contributions_t
+
+   !> Change of a number by the enriched polynomials inside elements.
+   type :: inside_t
+      real(wp) :: change = 0.0_wp                !! number from the enriched polynomials minus the number
+      real(wp) :: most = 0.0_wp                  !! bound of that change
+      integer, allocatable :: element(:)         !! elements with the number's places inside; empty: none
+   end type inside_t
+
+   integer, parameter :: samples = 7             !! places in an element at which two polynomials are compared
 
 contains
 
@@ -55,7 +67,7 @@ contains
       real(wp), allocatable :: dual(:, :), by_held(:)
       logical :: ok
       integer :: m
-      number = numbers_of(problem, state, system, ends, gap)
+      number = numbers_of(gap)
       shares = no_contributions(size(number), problem%model%mesh%n_elements)
       errors = new_element_errors(problem, state, system, at_start)
       shares%unfolding = norm2([(errors%excess_on_mode(problem, system, modes(:, m)), m=1, size(modes, 2))])
@@ -69,34 +81,62 @@ contains
          inside = look_inside(problem, state, number(m), finer, start, at_start)
          ! A prescribed monitor has the prescribed value on the element's own polynomial: between nodes the enriched polynomial
          ! differs there, and all numbers change with the correction of that difference.
-         call set_row(problem, system, errors, number(m), dual(:, m), inside%change - by_held(m) * held_inside%change, &
-            & m, shares)
+         call set_row(number(m), dual(:, m), inside%change - by_held(m) * held_inside%change, m)
          call add_inside(inside, 1.0_wp, m, shares)
          call add_inside(held_inside, abs(by_held(m)), m, shares)
       end do
-   end subroutine find_contributions
 
-   !> The numbers of the rows as functionals, in the order of the rows.
-   function numbers_of(problem, state, system, ends, gap) result(number)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: ends(:)
-      type(functional_t), allocatable, intent(in), optional :: gap
-      type(functional_t), allocatable :: number(:)
-      integer :: n, m, k
-      n = size(problem%model%monitor)
-      allocate (number(1 + n + size(ends)))
-      number(1) = new_load_functional(system%n, state%load_factor)
-      do m = 1, n
-         number(1 + m) = new_monitor_functional(problem, state, system, m)
-      end do
-      do k = 1, size(ends)
-         number(1 + n + k) = new_place_functional(problem, state, system, ends(k))
-      end do
-      if (.not. present(gap)) return
-      if (allocated(gap)) number = [number, gap]
-   end function numbers_of
+   contains
+
+      !> The numbers of the rows as functionals, in the order of the rows.
+      function numbers_of(gap) result(number)
+         type(functional_t), allocatable, intent(in), optional :: gap
+         type(functional_t), allocatable :: number(:)
+         integer :: n, m, k
+         n = size(problem%model%monitor)
+         allocate (number(1 + n + size(ends)))
+         number(1) = new_load_functional(system%n, state%load_factor)
+         do m = 1, n
+            number(1 + m) = new_monitor_functional(problem, state, system, m)
+         end do
+         do k = 1, size(ends)
+            number(1 + n + k) = new_place_functional(problem, state, system, ends(k))
+         end do
+         if (.not. present(gap)) return
+         if (allocated(gap)) number = [number, gap]
+      end function numbers_of
+
+      !> Computes the error contributions of one number, its row.
+      subroutine set_row(number, dual, change, row)
+         type(functional_t), intent(in) :: number
+         real(wp), intent(in) :: dual(:)            ! (unknowns) dual displacements of the number
+         real(wp), intent(in) :: change             ! change by the enriched polynomials between nodes
+         integer, intent(in) :: row
+         real(wp), dimension(problem%model%mesh%n_elements) :: share, of_kinks
+         real(wp) :: total(system%n), by_end(6, problem%model%mesh%n_elements), direct
+         total = dual
+         if (allocated(number%by_force)) total = total + number%by_force
+         by_end = element_duals(problem, system, total)
+         direct = 0.0_wp
+         if (allocated(number%by_force) .and. allocated(number%by_element)) then
+            by_end = by_end + number%by_element
+         else if (allocated(number%by_element)) then
+            direct = sum(errors%work(number%by_element))
+         end if
+         share = errors%work(by_end)
+         of_kinks = errors%work_of_kinks(problem, system, by_end)
+         shares%known(row) = .true.
+         ! The residual that Newton's method left is no error of the elements.
+         shares%rest(row) = dot_product(total, merge(0.0_wp, system%residual, system%fixed))
+         ! For numbers with places inside elements `change` contains the defect already.
+         if (.not. (allocated(number%inner) .or. allocated(number%section))) shares%rest(row) = shares%rest(row) + number%defect
+         shares%sum(row) = sum(share) + shares%rest(row) + change + direct
+         shares%size(row) = sum(abs(share)) + abs(shares%rest(row) + change + direct)
+         shares%rounding(row) = errors%rounding(system, by_end)
+         shares%inside(row) = sum(of_kinks)
+         shares%element(row, :) = abs(share) + of_kinks
+      end subroutine set_row
+   end subroutine find_contributions
 
    !> Contributions without any estimate: all rows are unknown.
    pure type(contributions_t) function no_contributions(rows, elements) result(shares)
@@ -105,41 +145,6 @@ contains
          & shares%element(rows, elements), source=0.0_wp)
       allocate (shares%known(rows), source=.false.)
    end function no_contributions
-
-   !> Computes the error contributions of one number, its row.
-   subroutine set_row(problem, system, errors, number, dual, change, row, shares)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      type(element_errors_t), intent(in) :: errors
-      type(functional_t), intent(in) :: number
-      real(wp), intent(in) :: dual(:)            !! (unknowns) dual displacements of the number
-      real(wp), intent(in) :: change             !! change by the enriched polynomials between nodes
-      integer, intent(in) :: row
-      type(contributions_t), intent(inout) :: shares
-      real(wp), dimension(problem%model%mesh%n_elements) :: share, of_kinks
-      real(wp) :: total(system%n), by_end(6, problem%model%mesh%n_elements), direct
-      total = dual
-      if (allocated(number%by_force)) total = total + number%by_force
-      by_end = element_duals(problem, system, total)
-      direct = 0.0_wp
-      if (allocated(number%by_force) .and. allocated(number%by_element)) then
-         by_end = by_end + number%by_element
-      else if (allocated(number%by_element)) then
-         direct = sum(errors%work(number%by_element))
-      end if
-      share = errors%work(by_end)
-      of_kinks = errors%work_of_kinks(problem, system, by_end)
-      shares%known(row) = .true.
-      ! The residual that Newton's method left is no error of the elements.
-      shares%rest(row) = dot_product(total, merge(0.0_wp, system%residual, system%fixed))
-      ! For numbers with places inside elements `change` contains the defect already.
-      if (.not. (allocated(number%inner) .or. allocated(number%section))) shares%rest(row) = shares%rest(row) + number%defect
-      shares%sum(row) = sum(share) + shares%rest(row) + change + direct
-      shares%size(row) = sum(abs(share)) + abs(shares%rest(row) + change + direct)
-      shares%rounding(row) = errors%rounding(system, by_end)
-      shares%inside(row) = sum(of_kinks)
-      shares%element(row, :) = abs(share) + of_kinks
-   end subroutine set_row
 
    !> Adds the error of a monitor inside its elements to their contributions, for a number that depends on the monitor.
    pure subroutine add_inside(inside, rate, row, shares)
@@ -174,4 +179,69 @@ contains
          end do
       end do
    end function eigenvalue_shares
+
+   !> Change of a number between nodes due to enriched polynomials, in which the elements have no internal residuals.
+   function look_inside(problem, state, number, finer, start, at_start) result(inside)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(functional_t), intent(in) :: number
+      type(problem_t), intent(in) :: finer       !! the enriched problem
+      type(state_t), intent(in) :: start         !! the same point as a state of the enriched problem
+      type(system_t), intent(in) :: at_start     !! system of the enriched problem, assembled there
+      type(inside_t) :: inside
+      type(kept_t) :: own, enriched
+      type(state_t) :: solved                    ! enriched state without internal residuals
+      real(wp) :: largest
+      integer :: i, j
+      allocate (inside%element(0))
+      if (allocated(number%section)) call look_at_sections()
+      if (.not. allocated(number%inner)) return
+      inside%element = number%inner%element
+      do i = 1, size(number%inner)
+         associate (place => number%inner(i))
+            inside%change = inside%change + difference(place, place%tau)
+            ! At the place itself two polynomials may agree by chance.
+            largest = maxval([(abs(difference(place, real(j, wp) / (samples + 1))), j=1, samples)])
+            inside%most = inside%most + 4.0_wp * place%tau * (1.0_wp - place%tau) * largest
+         end associate
+      end do
+      inside%most = max(inside%most, abs(inside%change))
+
+   contains
+
+      !> Change of sections in enriched elements with the same nodal displacements.
+      subroutine look_at_sections()
+         real(wp) :: none(at_start%n)
+         solved = start
+         none = 0.0_wp
+         call apply_increment(finer, at_start, none, 0.0_wp, solved)
+         inside%element = number%section%element
+         do i = 1, size(number%section)
+            associate (place => number%section(i))
+               inside%change = inside%change + place%factor * section_change(place, place%tau)
+               largest = maxval([(abs(section_change(place, real(j, wp) / (samples + 1))), j=1, samples)])
+               inside%most = inside%most + 4.0_wp * place%tau * (1.0_wp - place%tau) * abs(place%factor) * largest
+            end associate
+         end do
+         inside%most = max(inside%most, abs(inside%change))
+      end subroutine look_at_sections
+
+      real(wp) function section_change(place, tau)
+         type(section_place_t), intent(in) :: place
+         real(wp), intent(in) :: tau             !! position in the element, 0 to 1
+         section_change = section_value(finer, solved, place%element, tau, place%quantity, place%sense) - &
+            & section_value(problem, state, place%element, tau, place%quantity, place%sense)
+      end function section_change
+
+      !> Difference of the two polynomials in an element, with the weights of a place.
+      real(wp) function difference(place, tau)
+         type(inner_place_t), intent(in) :: place
+         real(wp), intent(in) :: tau             !! position in the element, 0 to 1
+         real(wp), dimension(3) :: u, v, defect
+         call place_defect(finer, start, at_start, place%element, tau, enriched%profile, defect)
+         call point_displacement(problem, state, place%element, tau, own, u)
+         call point_displacement(finer, start, place%element, tau, enriched, v)
+         difference = dot_product(place%weight, defect + v - u)
+      end function difference
+   end function look_inside
 end module error_contributions

@@ -12,7 +12,7 @@ module mesh_request
    use span_division, only: present_demand
    use mesh_density, only: mesh_density_t, new_demands, as_mirrored, with_smooth_density, in_whole_parts
    use ground_segments, only: is_cut, gap_rounding
-   use error_bar, only: error_bar_t, error_bars_t, largest_unseen, allowed_part, lacks_bound
+   use error_bar, only: error_bar_t, error_bars_t, largest_unseen, allowed_part, lacks_bound, bar_of
    implicit none
    private
    public :: refinement_t, request_mesh, spare_mesh, motion_sizes, stays_within, value_sizes, rounding_of, excess, &
@@ -75,7 +75,7 @@ contains
       type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) requested mesh density
       type(mesh_density_t) :: here(size(problem%layout%rod_segment))
       integer :: k
-      call mesh_for_bars(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, demand)
+      call mesh_for_bars()
       if (unsettled .or. .not. allocated(bars%may_open)) return
       if (.not. any(bars%may_open .and. problem%layout%rod_segment(problem%rod_segment)%placed)) return
       last%in_vain = tries > most_unknown
@@ -90,100 +90,89 @@ contains
             & demand(k)%elements = max(demand(k)%elements, 2.0_wp)
       end do
       demand = laid_out(problem, state, demand)
-   end subroutine request_mesh
 
-   !> Requests a finer mesh if bars are wider than allowed.
-   subroutine mesh_for_bars(problem, state, bars, sizes, counted, asked, critical, tries, can_settle, last, unsettled, &
-      & demand)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state         !! the point of the bars
-      type(error_bars_t), intent(in) :: bars
-      real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values of the errors
-      integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
-      real(wp), intent(in) :: asked              !! relative tolerance
-      logical, intent(in) :: critical            !! true: a critical point, where bars must be bounded and rounding counts
-      integer, intent(in) :: tries               !! insufficient requests for the same point so far
-      type(refinement_t), intent(inout) :: last  !! history of these requests
-      logical, intent(in) :: can_settle          !! true: the iteration can continue to a smaller residual
-      logical, intent(out) :: unsettled          !! true: the iteration's remainder exceeds its part and must be reduced first
-      type(mesh_density_t), allocatable, intent(out) :: demand(:) !! (rod segments) requested mesh density
-      real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio, rounding
-      logical :: free(problem%model%mesh%n_elements), known, bounded, cut, helps, on_its_way
-      integer :: now, k
-      free = problem%layout%rod_segment(problem%rod_segment)%placed
-      now = count(free)
-      unsettled = .false.
-      if (now == 0) return
-      call indicate(bars, sizes, counted, asked, critical, critical .or. problem%model%step(problem%step)%bars_everywhere, &
-         & can_settle, indicator, ratio, known, bounded, unsettled)
-      if (tries == 0) then
-         if (known .or. last%doublings == 0) last = refinement_t(demand=present_demand(problem, state))
-         last%ratio = huge(ratio)
-         last%elements = now
-         last%ratio_before = huge(ratio)
-         last%elements_before = now
-         last%in_vain = .false.
-      end if
-      if (known .and. .not. allocated(bars%share)) then
-         ! If foundation contact ends inside an element, a node is placed there; more elements do not help.
-         cut = .false.
-         rounding = gap_rounding(state)
-         do k = 1, problem%ground%chain%n
-            if (is_cut(problem, state, k, rounding)) cut = .true.
-         end do
-         if (tries > 0 .or. .not. cut) return
-         demand = present_demand(problem, state)
-         if (size(problem%mark) == 0) demand = new_demands(problem%layout)
-         return
-      end if
-      if ((known .and. bounded .and. ratio <= 1.0_wp) .or. unsettled) return
-      g = elements_share(problem, free, indicator)
-      whole = sum(g)
-      if (.not. whole > 0.0_wp) then
-         if (known) return
-         g = merge(1.0_wp, 0.0_wp, free)
-         whole = now
-      end if
-      if (known) then
-         helps = ratio <= enough_progress * last%ratio
-         on_its_way = comes_there(ratio, now, last%ratio_before, last%elements_before, count(problem%layout%rod_segment%placed))
-         if (tries > most_cancelling) helps = helps .and. on_its_way
-         if (helps .or. tries == 0) then
-            last%ratio = ratio
+   contains
+
+      !> Requests a finer mesh if bars are wider than allowed.
+      subroutine mesh_for_bars()
+         real(wp) :: indicator(problem%model%mesh%n_elements), g(problem%model%mesh%n_elements), whole, wanted, ratio, rounding
+         logical :: free(problem%model%mesh%n_elements), known, bounded, cut, helps, on_its_way
+         integer :: now, k
+         free = problem%layout%rod_segment(problem%rod_segment)%placed
+         now = count(free)
+         unsettled = .false.
+         if (now == 0) return
+         call indicate(bars, sizes, counted, asked, critical, critical .or. problem%model%step(problem%step)%bars_everywhere, &
+            & can_settle, indicator, ratio, known, bounded, unsettled)
+         if (tries == 0) then
+            if (known .or. last%doublings == 0) last = refinement_t(demand=present_demand(problem, state))
+            last%ratio = huge(ratio)
             last%elements = now
+            last%ratio_before = huge(ratio)
+            last%elements_before = now
             last%in_vain = .false.
-         else if (tries > most_cancelling .or. (tries > merge(1, most_unbounded, bounded) .and. now >= 2 * last%elements .and. &
-            & enough_progress * ratio > 1.0_wp .and. .not. on_its_way)) then
-            ! More elements do not help. But errors of coarse meshes may cancel, by symmetry on the first mesh or when they are
-            ! almost within tolerance, and a few more elements may give bounds. Refinement is therefore given up only after several
-            ! meshes.
-            last%in_vain = .true.
+         end if
+         if (known .and. .not. allocated(bars%share)) then
+            ! If foundation contact ends inside an element, a node is placed there; more elements do not help.
+            cut = .false.
+            rounding = gap_rounding(state)
+            do k = 1, problem%ground%chain%n
+               if (is_cut(problem, state, k, rounding)) cut = .true.
+            end do
+            if (tries > 0 .or. .not. cut) return
+            demand = present_demand(problem, state)
+            if (size(problem%mark) == 0) demand = new_demands(problem%layout)
             return
          end if
-         last%ratio_before = ratio
-         last%elements_before = now
-         ! Contributions of elements given by the deck remain on any mesh.
-         if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
-         wanted = number_for(problem, free, whole, part_of_asked * asked)
-         if (tries > 0 .or. .not. bounded) wanted = max(wanted, least * now)
-         ! On coarse meshes errors may cancel, but not on a slightly finer mesh; with twice the elements they do not cancel. (If the
-         ! number were always doubled, the mesh would be doubled at every point where more elements do not help.)
-         if (.not. helps .and. tries > most_cancelling) wanted = max(wanted, 2.0_wp * last%elements)
-         wanted = min(wanted, most * now)
-         g = g / whole
-      else
-         last%in_vain = max(tries, last%doublings) > most_unknown
-         if (last%in_vain) return
-         last%doublings = last%doublings + 1
-         wanted = 2.0_wp * now
-      end if
-      if (.not. (known .and. bounded)) then
-         ! Error contributions are unreliable: no element becomes longer.
-         g = merge(max(g / max(sum(g), tiny(g)), 1.0_wp / now), 0.0_wp, free)
-         g = g / sum(g)
-      end if
-      demand = demand_of(problem, state, wanted, g)
-   end subroutine mesh_for_bars
+         if ((known .and. bounded .and. ratio <= 1.0_wp) .or. unsettled) return
+         g = elements_share(problem, free, indicator)
+         whole = sum(g)
+         if (.not. whole > 0.0_wp) then
+            if (known) return
+            g = merge(1.0_wp, 0.0_wp, free)
+            whole = now
+         end if
+         if (known) then
+            helps = ratio <= enough_progress * last%ratio
+            on_its_way = comes_there(ratio, now, last%ratio_before, last%elements_before, count(problem%layout%rod_segment%placed))
+            if (tries > most_cancelling) helps = helps .and. on_its_way
+            if (helps .or. tries == 0) then
+               last%ratio = ratio
+               last%elements = now
+               last%in_vain = .false.
+            else if (tries > most_cancelling .or. (tries > merge(1, most_unbounded, bounded) .and. now >= 2 * last%elements .and. &
+               & enough_progress * ratio > 1.0_wp .and. .not. on_its_way)) then
+               ! More elements do not help. But errors of coarse meshes may cancel, by symmetry on the first mesh or when they are
+               ! almost within tolerance, and a few more elements may give bounds. Refinement is therefore given up only after
+               ! several meshes.
+               last%in_vain = .true.
+               return
+            end if
+            last%ratio_before = ratio
+            last%elements_before = now
+            ! Contributions of elements given by the deck remain on any mesh.
+            if (2.0_wp * sum(indicator, mask=free) < sum(indicator)) return
+            wanted = number_for(problem, free, whole, part_of_asked * asked)
+            if (tries > 0 .or. .not. bounded) wanted = max(wanted, least * now)
+            ! On coarse meshes errors may cancel, but not on a slightly finer mesh; with twice the elements they do not cancel. (If
+            ! the number were always doubled, the mesh would be doubled at every point where more elements do not help.)
+            if (.not. helps .and. tries > most_cancelling) wanted = max(wanted, 2.0_wp * last%elements)
+            wanted = min(wanted, most * now)
+            g = g / whole
+         else
+            last%in_vain = max(tries, last%doublings) > most_unknown
+            if (last%in_vain) return
+            last%doublings = last%doublings + 1
+            wanted = 2.0_wp * now
+         end if
+         if (.not. (known .and. bounded)) then
+            ! Error contributions are unreliable: no element becomes longer.
+            g = merge(max(g / max(sum(g), tiny(g)), 1.0_wp / now), 0.0_wp, free)
+            g = g / sum(g)
+         end if
+         demand = demand_of(problem, state, wanted, g)
+      end subroutine mesh_for_bars
+   end subroutine request_mesh
 
    !> True if finer meshes can satisfy the tolerance: the error, extrapolated at the rate between two meshes, reaches the tolerance
    !> before rounding dominates. Rounding grows as the fourth power of the number of elements of a rod. Slope discontinuities inside
@@ -247,13 +236,7 @@ contains
       known = .not. (bars%too_coarse .or. bars%unsure) .and. bars%missed == 0
       if (.not. known .or. .not. allocated(bars%share)) return
       do k = 1, size(counted)
-         associate (bar => bars%load)
-            if (counted(k) == 0) call add(bar%estimated, bar%bounded, bar%bar, bar%rounding, 1)
-         end associate
-         if (counted(k) == 0) cycle
-         associate (bar => bars%monitor(counted(k)))
-            call add(bar%estimated, bar%bounded, bar%bar, bar%rounding, 1 + counted(k))
-         end associate
+         call add(bar_of(bars, counted(k)), 1 + counted(k))
       end do
       ! The place of a touchdown point needs a bounded bar only, of any width.
       if (any(counted == 0) .and. allocated(bars%place)) bounded = bounded .and. .not. any(lacks_bound(bars%place%bar, asked))
@@ -261,25 +244,24 @@ contains
    contains
 
       !> Includes one number: its contributions scaled to its bar.
-      subroutine add(told, has_bounds, bar, rounding, row)
-         logical, intent(in) :: told, has_bounds
-         real(wp), intent(in) :: bar, rounding
+      subroutine add(number, row)
+         type(error_bar_t), intent(in) :: number
          integer, intent(in) :: row
          real(wp) :: allowed, of_mesh, left
-         if (.not. told .or. .not. sizes(row) > 0.0_wp) return
+         if (.not. number%estimated .or. .not. sizes(row) > 0.0_wp) return
          allowed = asked * sizes(row)
-         unsettled = unsettled .or. (can_settle .and. abs(bars%rest(row)) > max(part_of_iteration * allowed, rounding))
+         unsettled = unsettled .or. (can_settle .and. abs(bars%rest(row)) > max(part_of_iteration * allowed, number%rounding))
          left = of_rest * abs(bars%rest(row))
-         of_mesh = bar - rounding - left
-         if (critical) left = left + rounding
-         if (.not. critical .and. is_rounding(bar, rounding)) return
+         of_mesh = number%bar - number%rounding - left
+         if (critical) left = left + number%rounding
+         if (.not. critical .and. is_rounding(number)) return
          if (.not. of_mesh > 0.0_wp) return
          ! Rounding wider than the tolerance is reported at the end; the mesh is made as accurate as the rounding.
          allowed = max(allowed - left, left)
          ! The remainder of the iteration is no error of any element.
          if (of_mesh > allowed) unsettled = unsettled .or. (can_settle .and. abs(bars%rest(row)) > max(sum(bars%share(row, :)), &
-            & rounding))
-         if (of_mesh > allowed .or. bounds) bounded = bounded .and. has_bounds
+            & number%rounding))
+         if (of_mesh > allowed .or. bounds) bounded = bounded .and. number%bounded
          ratio = max(ratio, of_mesh / allowed)
          if (.not. sum(bars%share(row, :)) > 0.0_wp) return
          indicator = max(indicator, bars%share(row, :) / sum(bars%share(row, :)) * of_mesh * asked / allowed)
@@ -287,9 +269,9 @@ contains
    end subroutine indicate
 
    !> True for a bar that is mainly rounding, which is ignored at points between critical points, such as the first point of a path.
-   elemental logical function is_rounding(bar, rounding)
-      real(wp), intent(in) :: bar, rounding
-      is_rounding = 2.0_wp * rounding > bar
+   elemental logical function is_rounding(number)
+      type(error_bar_t), intent(in) :: number
+      is_rounding = 2.0_wp * number%rounding > number%bar
    end function is_rounding
 
    !> g = contribution^(1/(2s + 1)) of the elements with free nodes; equal for all elements of an optimal mesh.
@@ -453,11 +435,7 @@ contains
       ratio = 0.0_wp
       which = 0
       do k = 1, size(counted)
-         if (counted(k) == 0) then
-            call take(bars%load)
-         else
-            call take(bars%monitor(counted(k)))
-         end if
+         call take(bar_of(bars, counted(k)))
       end do
 
    contains
@@ -471,7 +449,7 @@ contains
          of_mesh = number
          of_mesh%bounded = number%bounded .or. .not. told
          if (.not. critical) then
-            if (is_rounding(number%bar, number%rounding)) return
+            if (is_rounding(number)) return
             of_mesh%bar = number%bar - number%rounding
          end if
          part = allowed_part(of_mesh, asked, sizes(1 + counted(k)))

@@ -36,15 +36,11 @@ contains
       type(error_t), allocatable, intent(out) :: error !! as parse_arguments, or an argument is too long
       character(argument_length), allocatable :: argument(:)
       integer :: i, status
-      options%deck = ''
-      options%output = ''
-      options%template = ''
-      options%restart = ''
-      options%from = ''
       allocate (argument(command_argument_count()))
       do i = 1, size(argument)
          call get_command_argument(i, argument(i), status=status)
          if (status /= 0) then
+            call parse_arguments(argument(:0), options, error)
             call fail(error, 'an argument has more than 1000 characters')
             return
          end if
@@ -93,16 +89,7 @@ contains
          else
             select case (argument(i))
             case ('-o')
-               if (options%output /= '') then
-                  call fail(error, '-o is given twice')
-               else if (i == size(argument)) then
-                  call fail(error, '-o needs the name of a file')
-               else if (argument(i + 1) == '' .or. argument(i + 1)(1:1) == '-') then
-                  call fail(error, '-o needs the name of a file, not '''//quoted(trim(argument(i + 1)))//'''')
-               else
-                  i = i + 1
-                  options%output = trim(argument(i))
-               end if
+               call take_value('-o', 'the name of a file', options%output)
             case ('--set')
                if (i == size(argument)) then
                   call fail(error, '--set needs name=value')
@@ -110,31 +97,12 @@ contains
                   call fail(error, '--set needs name=value, not '''//quoted(trim(argument(i + 1)))//'''')
                else
                   i = i + 1
-                  call append(options%set, argument(i))
+                  options%set = [character(argument_length) :: options%set, argument(i)]
                end if
             case ('--restart')
-               if (options%restart /= '') then
-                  call fail(error, '--restart is given twice')
-               else if (i == size(argument)) then
-                  call fail(error, '--restart needs the name of a result file')
-               else if (argument(i + 1) == '' .or. argument(i + 1)(1:1) == '-') then
-                  call fail(error, '--restart needs the name of a result file, not '''//trim(argument(i + 1))//'''')
-               else
-                  i = i + 1
-                  options%restart = trim(argument(i))
-               end if
+               call take_value('--restart', 'the name of a result file', options%restart)
             case ('--from')
-               if (options%from /= '') then
-                  call fail(error, '--from is given twice')
-               else if (i == size(argument)) then
-                  call fail(error, '--from needs a point: its number or its label, as LP1')
-               else if (argument(i + 1) == '' .or. argument(i + 1)(1:1) == '-') then
-                  call fail(error, '--from needs a point: its number or its label, as LP1, not '''// &
-                     & quoted(trim(argument(i + 1)))//'''')
-               else
-                  i = i + 1
-                  options%from = trim(argument(i))
-               end if
+               call take_value('--from', 'a point: its number or its label, as LP1', options%from)
             case ('--max-seconds')
                if (options%max_seconds > 0.0_wp) then
                   call fail(error, '--max-seconds is given twice')
@@ -186,6 +154,22 @@ contains
 
    contains
 
+      !> Takes the next argument as the value of an option, which may be given once.
+      subroutine take_value(option, needs, value)
+         character(*), intent(in) :: option, needs          !! name of the option; its value in words
+         character(:), allocatable, intent(inout) :: value  !! '': not given yet
+         if (value /= '') then
+            call fail(error, option//' is given twice')
+         else if (i == size(argument)) then
+            call fail(error, option//' needs '//needs)
+         else if (argument(i + 1) == '' .or. argument(i + 1)(1:1) == '-') then
+            call fail(error, option//' needs '//needs//', not '''//quoted(trim(argument(i + 1)))//'''')
+         else
+            i = i + 1
+            value = trim(argument(i))
+         end if
+      end subroutine take_value
+
       !> Takes the next argument as the topic of --help or --cards, unless it is an option.
       subroutine take_topic(options_too)
          logical, intent(in) :: options_too    !! true: an option is accepted as a topic, too
@@ -204,17 +188,6 @@ contains
       if (verify(trim(text), '0123456789.') == 0) read (text, *, iostat=status) seconds_of
       if (status /= 0) seconds_of = 0.0_wp
    end function seconds_of
-
-   !> Adds an argument to a list.
-   pure subroutine append(list, argument)
-      character(argument_length), allocatable, intent(inout) :: list(:)
-      character(*), intent(in) :: argument
-      character(argument_length), allocatable :: longer(:)
-      allocate (longer(size(list) + 1))
-      longer(:size(list)) = list
-      longer(size(longer)) = argument
-      call move_alloc(longer, list)
-   end subroutine append
 
    !> Text printed by --help, lines ended by newlines.
    pure function help_text() result(string)

@@ -11,7 +11,7 @@ module error_bar
    use kinds, only: wp
    implicit none
    private
-   public :: error_bar_t, error_bars_t, place_bar_t, new_error_bar, no_error_bars, moved_error_bar, shifted_error_bar
+   public :: error_bar_t, error_bars_t, place_bar_t, new_error_bar, no_error_bars, shifted_error_bar, bar_of
    public :: largest_unseen, resolved, allowed_part, lacks_bound
 
    !> Error estimate of one number; all components have its unit.
@@ -102,20 +102,6 @@ contains
       end function width
    end function new_error_bar
 
-   !> Error bar of a number that is known for a fixed argument, from this bar and the error bar of the argument.
-   elemental function moved_error_bar(held, argument, rate) result(error)
-      type(error_bar_t), intent(in) :: held
-      type(error_bar_t), intent(in) :: argument
-      real(wp), intent(in) :: rate            !! derivative of the number by its argument
-      type(error_bar_t) :: error
-      error%estimated = held%estimated .and. argument%estimated .and. ieee_is_finite(rate)
-      if (.not. error%estimated) return
-      error%bounded = held%bounded .and. argument%bounded
-      error%correction = held%correction + rate * argument%correction
-      error%bar = held%bar + abs(rate) * argument%bar
-      error%rounding = held%rounding + abs(rate) * argument%rounding
-   end function moved_error_bar
-
    !> Error bar of a number that replaces one with a known bar and differs from it.
    elemental function shifted_error_bar(known, difference) result(error)
       type(error_bar_t), intent(in) :: known
@@ -126,6 +112,15 @@ contains
       error%correction = known%correction + difference
       error%bar = known%bar + of_estimate * abs(difference)
    end function shifted_error_bar
+
+   !> Error bar of the load factor, or of the monitor of an index.
+   pure function bar_of(bars, which) result(bar)
+      type(error_bars_t), intent(in) :: bars
+      integer, intent(in) :: which            !! 0: the load factor
+      type(error_bar_t) :: bar
+      bar = bars%load
+      if (which > 0) bar = bars%monitor(which)
+   end function bar_of
 
    !> Ratio of a bar to its allowed value. An unbounded error exceeds every allowed value, unless errors as large as the number
    !> itself are allowed.

@@ -5,7 +5,8 @@
 module printable_text
    implicit none
    private
-   public :: printable, printable_lines, shortened, quoted, quoted_path, character_end, control_place, control_words
+   public :: printable, printable_lines, shortened, quoted, quoted_path, character_end, inside_character, &
+      & control_place, control_words
 
    integer, parameter :: longest_quote = 80 !! [bytes] longest quotation of a field in a message: the longest name
    integer, parameter :: longest_path = 300 !! [bytes] longest file name in a message

@@ -3,7 +3,6 @@
 !> This is the only global state of the program: signals belong to the process.
 module run_end
    use, intrinsic :: iso_c_binding, only: c_double, c_int, c_long
-   use kinds, only: wp
    implicit none
    private
    public :: watch_for_end, end_wanted, reason_to_end, guard_exit, ends_by_itself, has_stack
@@ -14,22 +13,27 @@ module run_end
       & 'ended by SIGPIPE: nobody reads the listing any more', 'the seconds of --max-seconds are used up']
 
    interface
-      subroutine c_watch(seconds) bind(c, name='unilat_watch')
+      !> From this call on, the signals TERM, INT, HUP, XCPU, XFSZ and PIPE are recorded and do not end the program; a second TERM,
+      !> INT or HUP ends it.
+      subroutine watch_for_end(max_seconds) bind(c, name='unilat_watch')
          import :: c_double
-         real(c_double), value :: seconds
-      end subroutine c_watch
+         real(c_double), value :: max_seconds !! seconds from this call until the run ends; 0: no limit
+      end subroutine watch_for_end
 
       integer(c_int) function c_received() bind(c, name='unilat_received')
          import :: c_int
       end function c_received
 
-      subroutine c_guard_exit(without_memory, otherwise) bind(c, name='unilat_guard_exit')
+      !> Sets the exit codes for the case that the Fortran runtime ends the program.
+      subroutine guard_exit(without_memory, otherwise) bind(c, name='unilat_guard_exit')
          import :: c_int
-         integer(c_int), value :: without_memory, otherwise
-      end subroutine c_guard_exit
+         integer(c_int), value :: without_memory !! exit code if an array could not be allocated
+         integer(c_int), value :: otherwise
+      end subroutine guard_exit
 
-      subroutine c_ends_by_itself() bind(c, name='unilat_ends_by_itself')
-      end subroutine c_ends_by_itself
+      !> Announces that the program ends by itself: the exit codes of guard_exit no longer apply.
+      subroutine ends_by_itself() bind(c, name='unilat_ends_by_itself')
+      end subroutine ends_by_itself
 
       integer(c_int) function c_has_stack(bytes) bind(c, name='unilat_has_stack')
          import :: c_int, c_long
@@ -38,13 +42,6 @@ module run_end
    end interface
 
 contains
-
-   !> From this call on, the signals TERM, INT, HUP, XCPU, XFSZ and PIPE are recorded and do not end the program; a second TERM, INT
-   !> or HUP ends it.
-   subroutine watch_for_end(max_seconds)
-      real(wp), intent(in) :: max_seconds         !! seconds from this call until the run ends; 0: no limit
-      call c_watch(real(max_seconds, c_double))
-   end subroutine watch_for_end
 
    !> True if the run must end as soon as possible.
    logical function end_wanted()
@@ -59,18 +56,6 @@ contains
       words = ''
       if (number > 0) words = trim(reason(number))
    end function reason_to_end
-
-   !> Sets the exit codes for the case that the Fortran runtime ends the program.
-   subroutine guard_exit(without_memory, otherwise)
-      integer, intent(in) :: without_memory       !! exit code if an array could not be allocated
-      integer, intent(in) :: otherwise
-      call c_guard_exit(int(without_memory, c_int), int(otherwise, c_int))
-   end subroutine guard_exit
-
-   !> Announces that the program ends by itself: the exit codes of guard_exit no longer apply.
-   subroutine ends_by_itself()
-      call c_ends_by_itself()
-   end subroutine ends_by_itself
 
    !> Ensures a stack of at least the given size; false if the system's limit is smaller.
    logical function has_stack(bytes)

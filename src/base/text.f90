@@ -6,9 +6,9 @@ module text
    public :: upper, squeeze, same_name, is_blank, to_text, rounded, nearest_word, plural
    public :: parse_integer, parse_real, word_count, word_at, word_index, separated
 
-   !> The shortest text of an integer, or of a real that reads back as the same number.
+   !> The shortest text of an integer of either kind, or of a real that reads back as the same number.
    interface to_text
-      module procedure integer_to_text, real_to_text
+      module procedure integer_to_text, long_to_text, real_to_text
    end interface to_text
 
    integer(i8), parameter :: room_for_a_digit = 900719925474099_i8 !! below it, 10 m + 9 is exact in working precision
@@ -63,10 +63,16 @@ contains
    pure function integer_to_text(value) result(string)
       integer, intent(in) :: value !! any integer
       character(:), allocatable :: string
+      string = long_to_text(int(value, i8))
+   end function integer_to_text
+
+   pure function long_to_text(value) result(string)
+      integer(i8), intent(in) :: value !! any integer
+      character(:), allocatable :: string
       character(20) :: buffer
       write (buffer, '(i0)') value
       string = trim(buffer)
-   end function integer_to_text
+   end function long_to_text
 
    pure function real_to_text(value) result(string)
       real(wp), intent(in) :: value !! any real; NaN and infinities are named
@@ -147,14 +153,12 @@ contains
       character(*), intent(in) :: list    !! words between bars
       integer, intent(in) :: position     !! from 1 to word_count(list)
       character(:), allocatable :: word
-      integer :: first, bar, i
-      first = 1
-      do i = 2, position
-         first = first + index(list(first:), '|')
+      integer :: first, last, i
+      last = 0
+      do i = 1, position
+         call next_word(list, first, last)
       end do
-      bar = index(list(first:), '|')
-      if (bar == 0) bar = len_trim(list) - first + 2
-      word = list(first:first + bar - 2)
+      word = list(first:last)
    end function word_at
 
    !> The words of a list separated by bars with another separator between them.

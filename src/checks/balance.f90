@@ -21,7 +21,8 @@ module balance
    use inner_forces, only: inner_forces_t
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at
-   use run_accuracy, only: accuracy_t, place_t, note_worst
+   use run_accuracy, only: accuracy_t, place_t, note_worst, check_residual, check_penetration, check_tension, &
+      & check_complementarity, check_foundation, check_force_balance, check_moment_balance, check_node_balance
    implicit none
    private
    public :: measure_balance
@@ -52,7 +53,7 @@ contains
       size_ = problem%size
       ! The stress-free start is no equilibrium, for initial overlaps may exist.
       if (is_stress_free(state)) return
-      call note_worst(accuracy%residual, residual, at)
+      call note_worst(accuracy, check_residual, residual, at)
       allocate (support(3, problem%model%mesh%n_nodes), source=0.0_wp)
       middle = 0.5_wp * (maxval(state%geometry%x, 2) + minval(state%geometry%x, 2))
       total = 0.0_wp
@@ -98,12 +99,12 @@ contains
       if (size(problem%ties%carrier) > 0) call add_carried()
       call add_joints()
       accuracy%force = scale
-      call note_worst(accuracy%force_balance, beyond(norm2(total(1:2)), noise) / scale, at)
-      call note_worst(accuracy%moment_balance, beyond(abs(total(3)), noise * size_) / (scale * size_), at)
+      call note_worst(accuracy, check_force_balance, beyond(norm2(total(1:2)), noise) / scale, at)
+      call note_worst(accuracy, check_moment_balance, beyond(abs(total(3)), noise * size_) / (scale * size_), at)
       where (problem%model%fixed) left = 0.0_wp
       left(3, :) = left(3, :) / size_
       node = maxloc(maxval(abs(left), 1), 1)
-      call note_worst(accuracy%node_balance, beyond(maxval(abs(left(:, node))), noise) / scale, at, &
+      call note_worst(accuracy, check_node_balance, beyond(maxval(abs(left(:, node))), noise) / scale, at, &
          & node=problem%model%mesh%node_label(node))
 
    contains
@@ -196,9 +197,9 @@ contains
                counted = merge(push * normal, 0.0_wp, problem%model%fixed(1:2, node))
                x = node_position(state, node) + roll%arm - middle
                total = total - [counted, x(1) * counted(2) - x(2) * counted(1)]
-               call note_worst(accuracy%penetration, abs(gap - roll%rise) / problem%size, at, &
+               call note_worst(accuracy, check_penetration, abs(gap - roll%rise) / problem%size, at, &
                   & node=problem%model%mesh%node_label(node))
-               call note_worst(accuracy%tension, (-push - least_push(c) - sign_slack * scale) / max(accuracy%reaction, &
+               call note_worst(accuracy, check_tension, (-push - least_push(c) - sign_slack * scale) / max(accuracy%reaction, &
                   & least_reaction * scale), at, node=problem%model%mesh%node_label(node))
             end associate
          end do
@@ -208,7 +209,7 @@ contains
             do i = 0, density_samples
                tau = real(i, wp) / density_samples
                call conforming_forces(problem, state, e, tau, local, x, angle, density, kept)
-               call note_worst(accuracy%tension, (-density * problem%size - line_slack * scale) / max(accuracy%reaction, &
+               call note_worst(accuracy, check_tension, (-density * problem%size - line_slack * scale) / max(accuracy%reaction, &
                   & least_reaction * scale), at, element=problem%model%mesh%element_label(e))
             end do
          end do
@@ -225,7 +226,8 @@ contains
                      if (e == touches_in) cycle
                   end if
                   if (e > 0 .and. gaps(i) < 0.0_wp) gaps(i) = gaps(i) + place_doubt(e, tau, profile)
-                  call note_worst(accuracy%penetration, -gaps(i) / problem%size, at, node=problem%deck%mesh%node_label(node(i)))
+                  call note_worst(accuracy, check_penetration, -gaps(i) / problem%size, at, &
+                     & node=problem%deck%mesh%node_label(node(i)))
                end do
             end associate
          end do
@@ -291,7 +293,7 @@ contains
                least = min(least, push(1))
             end do
          end do
-         if (most > noise / shortest .and. pulled > 0) call note_worst(accuracy%tension, -least / most, at, &
+         if (most > noise / shortest .and. pulled > 0) call note_worst(accuracy, check_tension, -least / most, at, &
             & element=problem%model%mesh%element_label(pulled))
       end subroutine add_foundations
    end subroutine measure_balance
@@ -319,7 +321,7 @@ contains
       real(wp), intent(inout) :: total(3)        !! total force and moment
       real(wp), intent(inout) :: left(:, :)      !! (3, nodes) unbalanced force and moment
       real(wp), parameter :: let_in = 10.0_wp * gap_tolerance ! accepted penetration of an open node, over the size
-      real(wp) :: x(2), force(2), gap, normal(2), bend, largest, push, spring, depth, pull, unsettled, uncertain
+      real(wp) :: x(2), force(2), gap, normal(2), bend, largest, push, spring, depth, unsettled, uncertain
       integer :: c, i, node, label
       logical :: rigid, coupled
       if (problem%candidates%n == 0) return
@@ -348,25 +350,33 @@ contains
             depth = -gap
             if (problem%candidates%bilateral(c) .or. (state%active(c) .and. coupled)) depth = abs(gap)
             if (state%active(c) .or. .not. problem%candidates%bilateral(c)) &
-               & call note_worst(accuracy%penetration, depth / problem%size, at, node=label)
-            call note_worst(accuracy%complementarity, abs(state%reaction(c) * gap) / (largest * problem%size), at, node=label)
-            if (coupled .and. state%active(c)) call note_worst(accuracy%foundation, &
-               & (abs(gap) - rounding_gap(problem)) / problem%coupling%local(problem%coupling%entry(c)) / largest, at, node=label)
+               & call note(check_penetration, depth / problem%size)
+            call note(check_complementarity, abs(state%reaction(c) * gap) / (largest * problem%size))
+            if (coupled .and. state%active(c)) call note(check_foundation, &
+               & (abs(gap) - rounding_gap(problem)) / problem%coupling%local(problem%coupling%entry(c)) / largest)
          else
             if (.not. problem%candidates%bilateral(c) .and. state%reaction(c) > 0.0_wp .and. gap > 0.0_wp) &
-               & call note_worst(accuracy%complementarity, state%reaction(c) * gap / (largest * problem%size), at, node=label)
+               & call note(check_complementarity, state%reaction(c) * gap / (largest * problem%size))
             call foundation_answer(problem, c, gap, push, spring)
             ! An open node may penetrate until its reaction would exceed the equilibrium tolerance: the start of contact is located
             ! to this accuracy.
             uncertain = rounding_gap(problem)
             if (.not. state%active(c)) uncertain = let_in * problem%size
-            call note_worst(accuracy%foundation, (abs(state%reaction(c) - push) - spring * uncertain - &
-               & merge(unsettled, 0.0_wp, push <= 0.0_wp .or. .not. state%active(c))) / largest, at, node=label)
+            call note(check_foundation, (abs(state%reaction(c) - push) - spring * uncertain - &
+               & merge(unsettled, 0.0_wp, push <= 0.0_wp .or. .not. state%active(c))) / largest)
          end if
          if (problem%candidates%bilateral(c)) cycle
-         pull = -state%reaction(c) - unsettled
-         call note_worst(accuracy%tension, pull / largest, at, node=label)
+         call note(check_tension, (-state%reaction(c) - unsettled) / largest)
       end do
+
+   contains
+
+      !> Keeps a value of the present candidate if it is the worst.
+      subroutine note(check, value)
+         integer, intent(in) :: check
+         real(wp), intent(in) :: value
+         call note_worst(accuracy, check, value, at, node=label)
+      end subroutine note
    end subroutine measure_contact
 
    !> Force of a foundation at a node for a given gap.

@@ -17,10 +17,11 @@
 !>             the strain energy of this deflection may be 5/2 of `wanted` of the whole strain energy.
 module mesh_adequacy
    use kinds, only: wp, pi
+   use text, only: to_text
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_gap
    use section_forces, only: end_forces, local_forces, rod_direction
-   use columns, only: scientific, whole
+   use columns, only: scientific
    implicit none
    private
    public :: verdict_t, judge_mesh, verdict_words, compression
@@ -203,8 +204,8 @@ contains
             return
          end if
          if (n > 1) text = text//', '
-         text = text//whole(label(first))
-         if (i > first) text = text//'-'//whole(label(i))
+         text = text//to_text(label(first))
+         if (i > first) text = text//'-'//to_text(label(i))
          i = i + 1
       end do
    end function ranges

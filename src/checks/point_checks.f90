@@ -1,23 +1,25 @@
 !> Checks of every recorded point: balance and signs, adequacy of mesh and number representation.
 module point_checks
    use kinds, only: wp
+   use text, only: to_text
    use problem, only: problem_t
    use rod_state, only: state_t, is_stress_free
    use ground_segments, only: followed_part
    use balance, only: measure_balance
    use mesh_adequacy, only: verdict_t, judge_mesh, verdict_words
-   use run_accuracy, only: accuracy_t, place_t, note_worst, begin_point, take_point
-   use own_checks, only: failed_words
+   use run_accuracy, only: accuracy_t, place_t, note_worst, begin_point, take_point, check_mesh, check_rounding, check_rolling, &
+      & check_strain, worst_t, check_penetration, check_tension, check_complementarity, check_foundation, check_force_balance, &
+      & check_moment_balance, check_node_balance
    use path_record, only: point_t
    use section_quantities, only: largest_strain
    use displacement_functional, only: left_open
-   use columns, only: whole, brief, scientific
+   use columns, only: brief, scientific
    use linear_system, only: system_t
    use tangent_modes, only: bending_stiffness
    use tangent_rounding, only: path_stiffness, rounding_cure
    implicit none
    private
-   public :: check_point
+   public :: check_point, failed_words
 
    !> Smallest ratio of rounding to the stiffness along the path that gives a warning: limit points are shifted by this fraction of
    !> an increment, their loads by its square.
@@ -26,6 +28,10 @@ module point_checks
    !> Strain above which a warning is given. The rod theory neglects strain beside 1: lengths, depths and stiffness of a section are
    !> those without it, and errors relative to the forces are of its size.
    real(wp), parameter :: told_strain = 0.05_wp
+
+   ! Bounds of the checks, far above the values of converged points.
+   real(wp), parameter :: unbalanced = 1.0e-4_wp     !! relative to the largest force
+   real(wp), parameter :: misplaced = 1.0e-7_wp      !! relative to the size of the structure
 
 contains
 
@@ -51,33 +57,33 @@ contains
       wrong = failed_words(here)
       call take_point(accuracy, here)
       call judge_mesh(problem, state, verdict)
-      if (size(verdict%element) > 0) call note_worst(accuracy%mesh, verdict%ratio, at, element=verdict%element(1))
+      if (size(verdict%element) > 0) call note_worst(accuracy, check_mesh, verdict%ratio, at, element=verdict%element(1))
       if (verdict%ratio > 1.0_wp) call warn('the mesh is too coarse', verdict_words(verdict), accuracy%mesh_words)
-      call check_rounding()
-      call check_rolling()
-      call check_strain()
+      call look_at_rounding()
+      call look_at_rolling()
+      call look_at_strain()
 
    contains
 
       !> Warns if a strain is not small beside 1.
-      subroutine check_strain()
+      subroutine look_at_strain()
          real(wp) :: strain
          integer :: e
          call largest_strain(problem, state, strain, e)
          if (.not. strain > 0.0_wp) return
-         call note_worst(accuracy%strain, strain, at, element=problem%model%mesh%element_label(e))
+         call note_worst(accuracy, check_strain, strain, at, element=problem%model%mesh%element_label(e))
          if (strain > told_strain) call warn('strains are large', scientific(strain, 2)//' in element '// &
-            & whole(problem%model%mesh%element_label(e))//', and the rod theory assumes small strains: its forces are wrong '// &
+            & to_text(problem%model%mesh%element_label(e))//', and the rod theory assumes small strains: its forces are wrong '// &
             & 'by about that part', accuracy%strain_words)
-      end subroutine check_strain
+      end subroutine look_at_strain
 
       !> Warns if the rod can roll, because its displacements are then only one solution of a family.
-      subroutine check_rolling()
+      subroutine look_at_rolling()
          character(:), allocatable :: names, where
          integer :: m
-         call note_worst(accuracy%rolling, system%roll_range / problem%size, at)
+         call note_worst(accuracy, check_rolling, system%roll_range / problem%size, at)
          if (.not. system%roll_range > 0.0_wp) return
-         where = 'node '//whole(problem%model%mesh%node_label(problem%rolling))
+         where = 'node '//to_text(problem%model%mesh%node_label(problem%rolling))
          call warn('the loads do not tell how far the rod rolls about '//where, 'contact is as long before it as after it, by '// &
             & 'choice; loads and forces are the same for others, displacements are not', accuracy%rolling_words)
          if (allocated(accuracy%hanging_words)) return
@@ -85,13 +91,13 @@ contains
          do m = 1, size(problem%deck%monitor)
             if (left_open(problem, m, state, system)) names = names//', '//trim(problem%deck%monitor(m)%name)
          end do
-         if (names /= '') accuracy%hanging_words = 'from point '//whole(at%point)//' (load factor '//brief(at%load_factor)// &
+         if (names /= '') accuracy%hanging_words = 'from point '//to_text(at%point)//' (load factor '//brief(at%load_factor)// &
             & ') on the loads do not tell how far the rod rolls about '//where//', nor what hangs on it: '//names(3:)
-      end subroutine check_rolling
+      end subroutine look_at_rolling
 
       !> Warns if rounding is a large part of the stiffness along the path. Near limit points and on plateaus that stiffness is
       !> almost zero: rounding is then compared with the stiffness of the previous point, or with bending.
-      subroutine check_rounding()
+      subroutine look_at_rounding()
          real(wp) :: stiffness, rounding, scale
          ! The path does not depend on the tangent of a start with a stiffness homotopy, see stiffness_homotopy.
          if (is_stress_free(state) .and. followed_part(problem) < 1.0_wp) return
@@ -99,18 +105,18 @@ contains
          scale = max(stiffness, accuracy%stiffness, bending_stiffness(problem))
          ! A located point, at which some function is zero, is no reference for later points.
          if (point%label == '') accuracy%stiffness = stiffness
-         call note_worst(accuracy%rounding, rounding / scale, at)
+         call note_worst(accuracy, check_rounding, rounding / scale, at)
          if (rounding > told_rounding * scale) call warn('rounding spoils limit points and stability', &
             & 'it makes '//scientific(rounding / scale, 2)//' of the stiffness along the path: '// &
             & rounding_cure(problem, state), accuracy%rounding_words)
-      end subroutine check_rounding
+      end subroutine look_at_rounding
 
       !> Keeps the first warning of its kind for the run, and adds it to the point.
       subroutine warn(what, words, kept)
          character(*), intent(in) :: what, words
          character(:), allocatable, intent(inout) :: kept
          if (allocated(kept)) return
-         kept = what//' from point '//whole(at%point)//' (load factor '//brief(at%load_factor)//') on: '//words
+         kept = what//' from point '//to_text(at%point)//' (load factor '//brief(at%load_factor)//') on: '//words
          if (allocated(point%warning)) then
             point%warning = point%warning//'; '//what//': '//words
          else
@@ -118,4 +124,41 @@ contains
          end if
       end subroutine warn
    end subroutine check_point
+
+   !> Names of the checks that a point fails, with value and place; '' if the point passes all checks.
+   pure function failed_words(here) result(text)
+      type(accuracy_t), intent(in) :: here       !! worst values of that point alone
+      character(:), allocatable :: text
+      text = ''
+      call look('balance of forces', here%worst(check_force_balance), unbalanced)
+      call look('balance of moments', here%worst(check_moment_balance), unbalanced)
+      call look('balance of every node', here%worst(check_node_balance), unbalanced)
+      call look('penetration', here%worst(check_penetration), max(misplaced, here%asked))
+      call look('tension', here%worst(check_tension), unbalanced)
+      call look('complementarity', here%worst(check_complementarity), max(misplaced, here%asked))
+      call look('reactions and law of foundations', here%worst(check_foundation), unbalanced)
+      if (text /= '') text = 'its own checks found it wrong: '//text
+
+   contains
+
+      pure subroutine look(name, worst, bound)
+         character(*), intent(in) :: name
+         type(worst_t), intent(in) :: worst
+         real(wp), intent(in) :: bound
+         if (worst%value <= bound) return
+         if (text /= '') text = text//'; '
+         text = text//name//' '//scientific(worst%value, 2)//' '//place_in_words(worst%at)
+      end subroutine look
+   end function failed_words
+
+   !> "at point 12 (load factor 1.5), node 7"
+   pure function place_in_words(at) result(text)
+      type(place_t), intent(in) :: at
+      character(:), allocatable :: text
+      text = 'at point '//to_text(at%point)
+      if (at%branch > 0) text = text//' of branch '//to_text(at%branch)
+      text = text//' (load factor '//brief(at%load_factor)//')'
+      if (at%node > 0) text = text//', node '//to_text(at%node)
+      if (at%element > 0) text = text//', element '//to_text(at%element)
+   end function place_in_words
 end module point_checks

@@ -5,12 +5,12 @@ module point_tests
    use kinds, only: wp, parallel
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, candidate_gap, may_react
-   use conforming_span, only: rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation
+   use conforming_span, only: rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation, conforming_forces
    use touchdown_points, only: point_force
-   use breakpoint_forces, only: breakpoint_force, at_breakpoint, left_over
+   use breakpoint_forces, only: breakpoint_force, at_breakpoint, left_over, breakpoint_couple
    use contact_spans, only: line_share
-   use lifted_little, only: lifting_couple, lifts_little
    use test_kinds, only: span_test_t, test_force, test_curvature, test_slope, test_leaving, test_couple
+   use lifted_node, only: inside_line, lifted_beside, lifted_at_mirror, stays_down
    implicit none
    private
    public :: tests_of_points
@@ -35,7 +35,7 @@ contains
          fixed = problem%model%fixed(3, problem%candidates%node(c))
          if (.not. kept .or. at_breakpoint(problem, c)) tests = [tests, new_test(problem, c, test_force, push(problem, state, &
             & scale, c))]
-         if (fixed) call test_beside_support(problem, state, c, tests)
+         if (fixed) call test_beside_support(tests)
          if (problem%contact_span(problem%candidates%contact_span(c))%line) then
             if (kept .and. at_breakpoint(problem, c)) tests = [tests, new_test(problem, c, test_couple, &
                & -lifting_couple(problem, state, c, scale))]
@@ -43,9 +43,36 @@ contains
             tests = [tests, curvature(problem, state, c)]
             if (kept) tests = [tests, leaving(problem, state, c)]
          else if (.not. fixed) then
-            call test_slopes(problem, state, c, tests)
+            call test_slopes(tests)
          end if
       end do
+
+   contains
+
+      !> Adds the curvature tests beside a support with fixed rotation, one for each side. There is no test for a side where the rod
+      !> leaves the obstacle at a fixed angle, because there curvature cannot bring the rod back into contact.
+      subroutine test_beside_support(tests)
+         type(span_test_t), allocatable, intent(inout) :: tests(:)
+         integer :: side
+         do side = 1, 2
+            if (.not. rests_beside(problem, c, side)) cycle
+            if (rise(problem, state, c, side) <= parallel_enough) tests = [tests, curvature(problem, state, c, side)]
+         end do
+      end subroutine test_beside_support
+
+      !> Adds the slope tests at the end of a rod or at a corner of the obstacle: the gap must increase with the distance from the
+      !> node.
+      subroutine test_slopes(tests)
+         type(span_test_t), allocatable, intent(inout) :: tests(:)
+         type(span_test_t) :: test
+         integer :: side
+         do side = 1, 2
+            if (problem%candidates%element(side, c) == 0) cycle
+            test = new_test(problem, c, test_slope, rise(problem, state, c, side))
+            test%sense = merge(1.0_wp, -1.0_wp, side == 2)
+            tests = [tests, test]
+         end do
+      end subroutine test_slopes
    end function tests_of_points
 
    !> A new test of the contact span at a candidate.
@@ -56,37 +83,6 @@ contains
       real(wp), intent(in) :: value
       test = span_test_t(kind=kind, value=value, contact_span=problem%candidates%contact_span(c), candidate=c)
    end function new_test
-
-   !> Adds the curvature tests beside a support with fixed rotation, one for each side. There is no test for a side where the rod
-   !> leaves the obstacle at a fixed angle, because there curvature cannot bring the rod back into contact.
-   subroutine test_beside_support(problem, state, c, tests)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: c
-      type(span_test_t), allocatable, intent(inout) :: tests(:)
-      integer :: side
-      do side = 1, 2
-         if (.not. rests_beside(problem, c, side)) cycle
-         if (rise(problem, state, c, side) <= parallel_enough) tests = [tests, curvature(problem, state, c, side)]
-      end do
-   end subroutine test_beside_support
-
-   !> Adds the slope tests at the end of a rod or at a corner of the obstacle: the gap must increase with the distance from the
-   !> node.
-   subroutine test_slopes(problem, state, c, tests)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: c
-      type(span_test_t), allocatable, intent(inout) :: tests(:)
-      type(span_test_t) :: test
-      integer :: side
-      do side = 1, 2
-         if (problem%candidates%element(side, c) == 0) cycle
-         test = new_test(problem, c, test_slope, rise(problem, state, c, side))
-         test%sense = merge(1.0_wp, -1.0_wp, side == 2)
-         tests = [tests, test]
-      end do
-   end subroutine test_slopes
 
    !> Slope of the gap beside a contact node on one side: derivative by the distance from the node, > 0 if the gap opens.
    real(wp) function rise(problem, state, c, side)
@@ -181,4 +177,76 @@ contains
             & abs(normal(1) * other(2) - normal(2) * other(1)) < parallel) closes_gap = .false.
       end do
    end function closes_gap
+
+   !> Couple on a line contact's node at a segment boundary, divided by scale times size, >= 0. Zero if the couple is within the
+   !> residual or lifts a negligible length.
+   real(wp) function lifting_couple(problem, state, c, scale) result(couple)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c              !! candidate
+      real(wp), intent(in) :: scale         !! scale of forces
+      integer :: side, e
+      real(wp) :: length(2)
+      couple = abs(breakpoint_couple(problem, state, c)) / (scale * problem%size)
+      if (couple <= left_over(problem)) couple = 0.0_wp
+      if (.not. couple > 0.0_wp) return
+      if (.not. inside_line(problem, c)) then
+         if (ends_down(problem, state, c)) couple = 0.0_wp
+         return
+      end if
+      length = lifted_beside(problem, state, c)
+      do side = 1, 2
+         e = problem%beside(side, problem%candidates%node(c))
+         if (length(side) <= line_share * problem%layout%rod_segment(problem%rod_segment(e))%length) couple = 0.0_wp
+      end do
+   end function lifting_couple
+
+   !> True if the couple on the node at the end of a line contact, where the rod ends, lifts a negligible length or height.
+   logical function ends_down(problem, state, c)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c
+      real(wp) :: density
+      integer :: e
+      call look_at_end(problem, state, c, e, density)
+      ends_down = e > 0
+      if (ends_down) ends_down = stays_down(problem, e, breakpoint_couple(problem, state, c), density)
+   end function ends_down
+
+   !> True if a force away from the obstacle, on a line contact's node with fixed rotation at the end of a rod (symmetry plane),
+   !> lifts a negligible length.
+   logical function lifts_little(problem, state, c, push, scale)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c              !! candidate
+      real(wp), intent(in) :: push          !! force over the scale, > 0: the obstacle presses
+      real(wp), intent(in) :: scale         !! scale of forces
+      real(wp) :: density
+      integer :: e
+      lifts_little = push < 0.0_wp .and. problem%model%fixed(3, problem%candidates%node(c))
+      if (.not. lifts_little) return
+      call look_at_end(problem, state, c, e, density)
+      lifts_little = e > 0
+      if (lifts_little) lifts_little = lifted_at_mirror(-push * scale, density) <= line_share * &
+         & problem%layout%rod_segment(problem%rod_segment(e))%length
+   end function lifts_little
+
+   !> Finds the element of a line contact at a candidate where both the line contact and its rod end, and the density of the
+   !> obstacle's force there.
+   subroutine look_at_end(problem, state, c, e, density)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: c
+      integer, intent(out) :: e             !! 0: the candidate is not the end of a line contact and a rod
+      real(wp), intent(out) :: density
+      real(wp) :: local(3), place(2), angle
+      integer :: side
+      density = 0.0_wp
+      e = 0
+      if (count(problem%candidates%element(:, c) > 0) /= 1) return
+      side = findloc(problem%candidates%element(:, c) > 0, .true., 1)
+      if (problem%conforms(problem%candidates%element(side, c)) == 0) return
+      e = problem%candidates%element(side, c)
+      call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density)
+   end subroutine look_at_end
 end module point_tests

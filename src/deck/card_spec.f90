@@ -134,6 +134,7 @@ contains
          string = string//'|'//items(i)%name
       end do
    end function names_of
+
    !> Keywords of cards with their stars, between bars.
    pure function keywords_of(table) result(string)
       type(card_spec_t), intent(in) :: table(:)

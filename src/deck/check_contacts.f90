@@ -12,7 +12,6 @@ module check_contacts
    use model, only: model_t, contact_t, tie_t
    use obstacle_types, only: ground_independent, ground_half_space
    use obstacle_geometry, only: obstacle_gap
-   use gauss_tableau, only: tableau_t, max_stages, new_tableau
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t, new_candidates
    use surface_patches, only: patches_t, new_patches, couples, first_overlap
@@ -31,18 +30,14 @@ contains
    subroutine check_ground_candidates(deck, model)
       type(checked_deck_t), intent(inout) :: deck
       type(model_t), intent(in) :: model                !! of a deck without errors: contacts in the order of the cards
-      type(tableau_t) :: tableau(max_stages)
       type(geometry_t) :: geometry
       type(candidates_t) :: list
       type(patches_t) :: patches
       type(position_t) :: last
       character(:), allocatable :: problem, found
-      integer :: contact, i
+      integer :: contact
       if (.not. any(couples(model%obstacle))) return
-      do i = 1, max_stages
-         tableau(i) = new_tableau(i)
-      end do
-      geometry = new_geometry(model, tableau)
+      geometry = new_geometry(model)
       list = new_candidates(model, geometry, distributed=.false.)
       patches = new_patches(model, list, geometry)
       ! The error is reported at the last card concerned.

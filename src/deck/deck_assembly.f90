@@ -268,12 +268,7 @@ contains
       type(assembly_t), intent(inout) :: a
       character(*), intent(in) :: name
       integer, intent(in) :: included_by
-      type(deck_file_t), allocatable :: more(:)
-      if (a%n_files == size(a%file)) then
-         allocate (more(2 * a%n_files))
-         more(:a%n_files) = a%file
-         call move_alloc(more, a%file)
-      end if
+      if (a%n_files == size(a%file)) a%file = [a%file, a%file] ! twice the room
       a%n_files = a%n_files + 1
       a%file(a%n_files) = deck_file_t(name, included_by)
    end subroutine add_file
@@ -327,12 +322,7 @@ contains
       type(assembly_t), intent(inout) :: a
       integer, intent(in) :: origin(2)
       character(*), intent(in) :: read, expanded, record
-      integer, allocatable :: more(:, :)
-      if (a%n == size(a%origin, 2)) then
-         allocate (more(2, 2 * a%n))
-         more(:, :a%n) = a%origin
-         call move_alloc(more, a%origin)
-      end if
+      if (a%n == size(a%origin, 2)) a%origin = reshape(a%origin, [2, 2 * a%n], pad=a%origin)
       a%n = a%n + 1
       a%origin(:, a%n) = origin
       call a%read%add(read)
@@ -348,12 +338,7 @@ contains
       type(assembly_t), intent(inout) :: a
       character(*), intent(in) :: typed
       type(spot_t), intent(in) :: spots(:)
-      type(typed_line_t), allocatable :: more(:)
-      if (a%n_typed == size(a%typed)) then
-         allocate (more(2 * a%n_typed))
-         more(:a%n_typed) = a%typed
-         call move_alloc(more, a%typed)
-      end if
+      if (a%n_typed == size(a%typed)) a%typed = [a%typed, a%typed]
       a%n_typed = a%n_typed + 1
       a%typed(a%n_typed) = typed_line_t(a%n, typed, spots)
    end subroutine note_typed

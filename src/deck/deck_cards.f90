@@ -66,7 +66,9 @@ contains
       logical :: astray
       deck%source = source
       commas = occurrences(source%text, ',')
-      allocate (deck%card(64), deck%parameter(64), deck%data_line(source%n_lines), deck%field(source%n_lines + commas))
+      ! No line has more parameters than commas, or more fields than one and its commas.
+      allocate (deck%card(occurrences(source%text, '*')), deck%parameter(commas), deck%data_line(source%n_lines), &
+         & deck%field(source%n_lines + commas))
       astray = .false.
       line = 0
       do while (line < source%n_lines)
@@ -147,13 +149,7 @@ contains
       !> Splits NAME or NAME=value.
       subroutine split_parameter(place)
          type(place_t), intent(in) :: place
-         type(parameter_t), allocatable :: more(:)
          integer :: equals
-         if (deck%n_parameters == size(deck%parameter)) then
-            allocate (more(2 * deck%n_parameters))
-            more(:deck%n_parameters) = deck%parameter
-            call move_alloc(more, deck%parameter)
-         end if
          deck%n_parameters = deck%n_parameters + 1
          deck%card(deck%n_cards)%last_parameter = deck%n_parameters
          equals = index(deck%text_at(place), '=')
@@ -172,12 +168,6 @@ contains
 
       subroutine new_card(place)
          type(place_t), intent(in) :: place
-         type(card_t), allocatable :: more(:)
-         if (deck%n_cards == size(deck%card)) then
-            allocate (more(2 * deck%n_cards))
-            more(:deck%n_cards) = deck%card
-            call move_alloc(more, deck%card)
-         end if
          deck%n_cards = deck%n_cards + 1
          associate (card => deck%card(deck%n_cards))
             card%keyword = squeeze(deck%text_at(place_t(place%line, place%first + 1, place%last)))

@@ -26,13 +26,8 @@ module deck_parameters
 contains
 
    !> Starts without parameters.
-   pure subroutine start(self)
-      class(deck_parameters_t), intent(inout) :: self
-      type(name_list_t) :: none
-      self%n = 0
-      self%guesses = 0
-      self%names = none
-      if (allocated(self%list)) deallocate (self%list)
+   subroutine start(self)
+      class(deck_parameters_t), intent(out) :: self
       allocate (self%list(16))
    end subroutine start
 

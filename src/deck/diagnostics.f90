@@ -1,7 +1,7 @@
 !> Collects the errors in a deck, each with its place, and prints them as one report.
 module diagnostics
    use text, only: to_text, plural
-   use printable_text, only: printable, shortened, character_end
+   use printable_text, only: printable, shortened, character_end, inside_character
    use deck_source, only: deck_source_t
    use terminal, only: painted, red, bold
    implicit none
@@ -161,12 +161,6 @@ contains
          if (.not. inside_character(string(i:i))) characters = characters + 1
       end do
    end function characters
-
-   !> True for the second and later bytes of a UTF-8 character.
-   pure logical function inside_character(byte)
-      character(1), intent(in) :: byte
-      inside_character = iand(iachar(byte), 192) == 128
-   end function inside_character
 
    !> True if a place is before another one; the deck as a whole comes last.
    pure logical function before(one, other)

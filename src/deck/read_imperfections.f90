@@ -1,17 +1,26 @@
 !> Reads *IMPERFECTION: in the model part shapes on chains of curves, and the resulting positions of the nodes; in a step
 !> (SHAPE=MODE) buckling modes as the stress-free offset at its start.
 module read_imperfections
-   use kinds, only: wp, degree
+   use kinds, only: wp, degree, pi
    use text, only: to_text, plural
    use model, only: model_t, mesh_t, imperfection_t, mode_offset_t, shape_sine, shape_cosine, shape_clamped
-   use imperfection_chain, only: chain_t, follow_chain
    use imperfection, only: imperfection_value, nodal_imperfection, random_offsets
    use reference_curve, only: measure_curves, nominal_angle
    use checked_deck, only: checked_deck_t, position_t
-   use deck_names, only: node_words
+   use deck_names, only: node_words, element_words
    implicit none
    private
    public :: read_imperfection_cards, read_mode_imperfection_cards
+
+   real(wp), parameter :: largest_corner = 1.0e-4_wp !! [rad] smaller angles between curves are rounding of typed coordinates
+
+   !> Connected elements on whole curves.
+   type :: chain_t
+      integer, allocatable :: element(:)  !! in order
+      integer, allocatable :: node(:)     !! in order, one more than elements; closed: the last node is the first
+      real(wp), allocatable :: knot(:)    !! chain coordinate of the nodes
+      logical :: closed = .false.         !! true: the chain ends at its beginning
+   end type chain_t
 
 contains
 
@@ -33,10 +42,72 @@ contains
          if (.not. ok) cycle
          model%imperfection = [model%imperfection, shape]
          origin = [origin, deck%at]
-         call mark_curves(model, chain)
+         call mark_curves()
       end do
-      call move_nodes(deck, model, origin)
+      call move_nodes(origin)
       call measure_curves(model%curve, model%imperfection)
+
+   contains
+
+      !> Assigns to the curves of a chain its imperfection, the last one in the list.
+      subroutine mark_curves()
+         integer :: i, e
+         do i = 1, size(chain%element)
+            e = chain%element(i)
+            if (model%mesh%s(1, e) > 0.0_wp) cycle
+            model%curve(model%mesh%curve(e))%imperfection = size(model%imperfection)
+            model%curve(model%mesh%curve(e))%offset = chain%knot(i)
+         end do
+      end subroutine mark_curves
+
+      !> Moves mesh%x; all curves that meet at a node must give it the same position.
+      subroutine move_nodes(origin)
+         type(position_t), intent(in) :: origin(:)    ! (imperfections) card of the imperfection
+         real(wp), parameter :: disagreement = 1.0e-3_wp
+         real(wp) :: shift(2, model%mesh%n_nodes), size_of_offset(model%mesh%n_nodes), w, dw, angle, here(2)
+         integer :: owner(model%mesh%n_nodes), e, k, node, i
+         logical :: visited(model%mesh%n_nodes), reported(size(origin))
+         if (size(origin) == 0) return
+         shift = 0.0_wp
+         size_of_offset = 0.0_wp
+         owner = 0
+         visited = .false.
+         reported = .false.
+         do e = 1, model%mesh%n_elements
+            if (model%mesh%curve(e) == 0) cycle
+            associate (curve => model%curve(model%mesh%curve(e)))
+               do k = 1, 2
+                  node = model%mesh%node(k, e)
+                  here = 0.0_wp
+                  w = 0.0_wp
+                  if (curve%imperfection > 0) then
+                     call imperfection_value(model%imperfection(curve%imperfection), curve%offset + model%mesh%s(k, &
+                        e), w, dw)
+                     angle = nominal_angle(curve, model%mesh%s(k, e))
+                     here = w * [-sin(angle), cos(angle)]
+                  end if
+                  if (.not. visited(node)) shift(:, node) = here
+                  visited(node) = .true.
+                  size_of_offset(node) = max(size_of_offset(node), abs(w))
+                  if (curve%imperfection > 0) owner(node) = curve%imperfection
+                  if (owner(node) == 0) cycle
+                  i = owner(node)
+                  if (norm2(here - shift(:, node)) <= disagreement * size_of_offset(node) + &
+                     1.0e-12_wp * model%imperfection(i)%length .or. reported(i)) cycle
+                  reported(i) = .true.
+                  deck%at = origin(i)
+                  call deck%wrong_card(node_words(model%mesh, node)//' is moved, but another curve that meets it '// &
+                     'there is not moved with it; the offset must be zero at such a node')
+               end do
+            end associate
+         end do
+         call deck%rewind()
+         model%mesh%x = model%mesh%x_nominal + shift
+         do e = 1, model%mesh%n_elements
+            if (model%mesh%curve(e) > 0) cycle
+            model%mesh%s(2, e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
+         end do
+      end subroutine move_nodes
    end subroutine read_imperfection_cards
 
    !> Reads the data lines, which are all sound.
@@ -128,70 +199,6 @@ contains
       end subroutine read_nodal_offsets
    end subroutine read_shape
 
-   !> Assigns to the curves of a chain its imperfection, the last one in the list.
-   subroutine mark_curves(model, chain)
-      type(model_t), intent(inout) :: model
-      type(chain_t), intent(in) :: chain
-      integer :: i, e
-      do i = 1, size(chain%element)
-         e = chain%element(i)
-         if (model%mesh%s(1, e) > 0.0_wp) cycle
-         model%curve(model%mesh%curve(e))%imperfection = size(model%imperfection)
-         model%curve(model%mesh%curve(e))%offset = chain%knot(i)
-      end do
-   end subroutine mark_curves
-
-   !> Moves mesh%x; all curves that meet at a node must give it the same position.
-   subroutine move_nodes(deck, model, origin)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(inout) :: model
-      type(position_t), intent(in) :: origin(:)    ! (imperfections) card of the imperfection
-      real(wp), parameter :: disagreement = 1.0e-3_wp
-      real(wp) :: shift(2, model%mesh%n_nodes), size_of_offset(model%mesh%n_nodes), w, dw, angle, here(2)
-      integer :: owner(model%mesh%n_nodes), e, k, node, i
-      logical :: visited(model%mesh%n_nodes), reported(size(origin))
-      if (size(origin) == 0) return
-      shift = 0.0_wp
-      size_of_offset = 0.0_wp
-      owner = 0
-      visited = .false.
-      reported = .false.
-      do e = 1, model%mesh%n_elements
-         if (model%mesh%curve(e) == 0) cycle
-         associate (curve => model%curve(model%mesh%curve(e)))
-            do k = 1, 2
-               node = model%mesh%node(k, e)
-               here = 0.0_wp
-               w = 0.0_wp
-               if (curve%imperfection > 0) then
-                  call imperfection_value(model%imperfection(curve%imperfection), curve%offset + model%mesh%s(k, &
-                     e), w, dw)
-                  angle = nominal_angle(curve, model%mesh%s(k, e))
-                  here = w * [-sin(angle), cos(angle)]
-               end if
-               if (.not. visited(node)) shift(:, node) = here
-               visited(node) = .true.
-               size_of_offset(node) = max(size_of_offset(node), abs(w))
-               if (curve%imperfection > 0) owner(node) = curve%imperfection
-               if (owner(node) == 0) cycle
-               i = owner(node)
-               if (norm2(here - shift(:, node)) <= disagreement * size_of_offset(node) + &
-                  1.0e-12_wp * model%imperfection(i)%length .or. reported(i)) cycle
-               reported(i) = .true.
-               deck%at = origin(i)
-               call deck%wrong_card(node_words(model%mesh, node)//' is moved, but another curve that meets it '// &
-                  'there is not moved with it; the offset must be zero at such a node')
-            end do
-         end associate
-      end do
-      call deck%rewind()
-      model%mesh%x = model%mesh%x_nominal + shift
-      do e = 1, model%mesh%n_elements
-         if (model%mesh%curve(e) > 0) cycle
-         model%mesh%s(2, e) = norm2(model%mesh%x(:, model%mesh%node(2, e)) - model%mesh%x(:, model%mesh%node(1, e)))
-      end do
-   end subroutine move_nodes
-
    !> Reads the modes of all steps, and reports each *IMPERFECTION in the wrong part of the deck.
    subroutine read_mode_imperfection_cards(deck, model)
       type(checked_deck_t), intent(inout) :: deck       !! with mesh and steps
@@ -242,4 +249,90 @@ contains
          end do
       end subroutine read_modes
    end subroutine read_mode_imperfection_cards
+
+   !> Checks that the elements form one smooth chain of whole curves.
+   subroutine follow_chain(deck, model, element, chain, ok)
+      type(checked_deck_t), intent(inout) :: deck       !! at the *IMPERFECTION; receives the first error, at ELSET
+      type(model_t), intent(in) :: model                !! with the mesh, and the imperfections of its curves so far
+      integer, intent(in) :: element(:)                 !! in the order of their set
+      type(chain_t), intent(out) :: chain
+      logical, intent(out) :: ok                        !! false: no such chain, or it has an imperfection already
+      character(:), allocatable :: problem
+      integer :: i, n
+      n = size(element)
+      ok = .false.
+      if (n == 0 .or. deck%names%mesh_incomplete) return
+      allocate (chain%knot(n + 1), source=0.0_wp)
+      associate (mesh => model%mesh)
+         do i = 1, n
+            problem = link_problem(i)
+            if (problem /= '') exit
+            chain%knot(i + 1) = chain%knot(i) + (mesh%s(2, element(i)) - mesh%s(1, element(i)))
+         end do
+         chain%element = element
+         chain%node = [mesh%node(1, element), mesh%node(2, element(n))]
+      end associate
+      chain%closed = chain%node(n + 1) == chain%node(1)
+      if (problem == '') then
+         if (.not. ends_curve(element(n))) then
+            problem = 'the chain must end with the last element of a curve, not with '//label(element(n))
+         else if (chain%closed .and. corner(element(n), element(1)) > largest_corner) then
+            problem = 'the closed chain has a corner where it begins'
+         end if
+      end if
+      ok = problem == ''
+      if (.not. ok) call deck%wrong('ELSET', problem)
+
+   contains
+
+      !> Reason why an element of a set cannot continue the chain of those before it; '' if it can.
+      function link_problem(i) result(problem)
+         integer, intent(in) :: i          ! position in the set
+         character(:), allocatable :: problem
+         logical :: begins
+         problem = ''
+         associate (mesh => model%mesh, e => element(i), before => element(max(1, i - 1)))
+            if (mesh%curve(e) == 0) then
+               problem = element_words(mesh, e)//' is not on a generated curve (*LINE, *ARC ...)'
+               return
+            else if (model%curve(mesh%curve(e))%imperfection > 0) then
+               problem = element_words(mesh, e)//' has an imperfection already'
+               return
+            end if
+            begins = .not. mesh%s(1, e) > 0.0_wp
+            if (i == 1) then
+               if (.not. begins) problem = 'the chain must begin with the first element of a curve, not with '//label(e)
+            else if (ends_curve(before) .neqv. begins) then
+               problem = 'the set must hold whole curves; after '//element_words(mesh, before)//' comes '//label(e)
+            else if (mesh%node(2, before) /= mesh%node(1, e)) then
+               problem = element_words(mesh, e)//' does not begin where '//element_words(mesh, before)//' ends'
+            else if (begins .and. corner(before, e) > largest_corner) then
+               problem = 'the chain has a corner between the elements '//label(before)//' and '//label(e)
+            end if
+         end associate
+      end function link_problem
+
+      pure function label(e) result(string)
+         integer, intent(in) :: e
+         character(:), allocatable :: string
+         string = to_text(model%mesh%element_label(e))
+      end function label
+
+      !> True for the last element of a curve: elements of a curve have consecutive indices.
+      pure logical function ends_curve(e)
+         integer, intent(in) :: e
+         ends_curve = e == model%mesh%n_elements
+         if (.not. ends_curve) ends_curve = model%mesh%curve(e + 1) /= model%mesh%curve(e)
+      end function ends_curve
+
+      !> Angle between the end of one nominal curve and the beginning of the next one.
+      pure real(wp) function corner(last, first)
+         integer, intent(in) :: last, first ! last element of one curve, first of the next
+         real(wp) :: turn
+         associate (one => model%curve(model%mesh%curve(last)), next => model%curve(model%mesh%curve(first)))
+            turn = next%angle - (one%angle + one%curvature * one%length)
+         end associate
+         corner = abs(modulo(turn + pi, 2 * pi) - pi)
+      end function corner
+   end subroutine follow_chain
 end module read_imperfections

@@ -1,7 +1,7 @@
 !> Reads the loads of the steps, which grow with the load factor.
 module read_loads
    use kinds, only: wp
-   use text, only: to_text, separated
+   use text, only: to_text
    use model, only: model_t, load_t, new_load
    use point_load, only: point_load_t
    use pole_load, only: pole_load_t
@@ -17,7 +17,7 @@ module read_loads
    use read_distributions, only: read_distributed
    implicit none
    private
-   public :: note_pushed_out, read_load_cards, load_cards, load_card_list
+   public :: note_pushed_out, read_load_cards, load_cards
 
    !> Keywords of all cards that are loads only; a new load card is added here. (*BOUNDARY in a step is a load, too.)
    character(*), parameter :: load_cards = 'CLOAD|POLE LOAD|DLOAD|LIQUID|TEMPERATURE|OBSTACLE MOTION|CONTACT INTERFERENCE'
@@ -339,10 +339,4 @@ contains
          end do
       end function begins_behind
    end subroutine read_line
-
-   !> All load cards, for messages: *CLOAD, *DLOAD ...
-   pure function load_card_list() result(list)
-      character(:), allocatable :: list
-      list = '*'//separated(load_cards, ', *')
-   end function load_card_list
 end module read_loads

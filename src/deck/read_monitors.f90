@@ -44,60 +44,58 @@ contains
             monitor%factor = deck%real('factor')
             monitor%offset = deck%real('offset')
             if (monitor%quantity == quantity_section) then
-               call read_section_quantity(deck, model, monitor)
+               call read_section_quantity()
             else
                if (monitor%quantity /= quantity_contact) monitor%node = deck%nodes('node or set')
                ! The words are in the order x, y, rotation: those of displacements, then those of reactions.
                if (monitor%quantity /= quantity_contact .and. deck%integer('quantity') > 3) monitor%quantity = quantity_reaction
                monitor%component = modulo(deck%integer('quantity') - 1, 3) + 1
-               call check_monitor(deck, model, monitor)
+               call check_monitor()
             end if
          end if
          model%monitor = [model%monitor, monitor]
       end do
+
+   contains
+
+      !> Reads the data line of a monitor of sections.
+      subroutine read_section_quantity()
+         real(wp) :: length
+         integer :: i
+         monitor%component = modulo(deck%integer('quantity') - 1, 5) + 1
+         monitor%where = deck%integer('quantity') > 5
+         monitor%largest = .not. deck%given('s')
+         monitor%place = deck%real('s')
+         if (monitor%where .and. deck%given('s')) call deck%wrong('s', 'the place of the largest value is looked for along the set')
+         if (deck%names%mesh_incomplete) return
+         length = 0.0_wp
+         do i = 1, size(monitor%element)
+            associate (e => monitor%element(i))
+               length = length + (model%mesh%s(2, e) - model%mesh%s(1, e))
+               if (model%mesh%section(e) == 0) cycle ! reported elsewhere
+               if (monitor%component > 3 .and. .not. outer_fibre(model%section(model%mesh%section(e))) > 0.0_wp) then
+                  call deck%wrong('quantity', element_words(model%mesh, e)//' has no shape with an outermost fibre; that takes '// &
+                     'SECTION=RECT, CIRC or PIPE')
+                  return
+               end if
+            end associate
+         end do
+         if (monitor%place > length * (1.0_wp + same_length)) call deck%wrong('s', 'the elements of ELSET are only '// &
+            to_text(length)//' long')
+      end subroutine read_section_quantity
+
+      !> Checks that the nodes belong to elements; for a reaction, that at least one node is supported.
+      subroutine check_monitor()
+         if (size(monitor%node) == 0) return
+         if (.not. deck%on_elements('node or set', model%mesh, monitor%node)) return
+         if (monitor%quantity == quantity_reaction .and. .not. deck%names%supports_incomplete) then
+            associate (part => monitor%component, node => monitor%node)
+               if (.not. any(model%fixed(part, node) .or. model%spring(part, node) > 0.0_wp)) call deck%wrong('quantity', &
+                  & 'no *BOUNDARY of the model part supports this, so there is no reaction')
+            end associate
+         end if
+      end subroutine check_monitor
    end subroutine read_monitor_cards
-
-   !> Reads the data line of a monitor of sections.
-   subroutine read_section_quantity(deck, model, monitor)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      type(monitor_t), intent(inout) :: monitor
-      real(wp) :: length
-      integer :: i
-      monitor%component = modulo(deck%integer('quantity') - 1, 5) + 1
-      monitor%where = deck%integer('quantity') > 5
-      monitor%largest = .not. deck%given('s')
-      monitor%place = deck%real('s')
-      if (monitor%where .and. deck%given('s')) call deck%wrong('s', 'the place of the largest value is looked for along the set')
-      if (deck%names%mesh_incomplete) return
-      length = 0.0_wp
-      do i = 1, size(monitor%element)
-         associate (e => monitor%element(i))
-            length = length + (model%mesh%s(2, e) - model%mesh%s(1, e))
-            if (model%mesh%section(e) == 0) cycle ! reported elsewhere
-            if (monitor%component > 3 .and. .not. outer_fibre(model%section(model%mesh%section(e))) > 0.0_wp) then
-               call deck%wrong('quantity', element_words(model%mesh, e)//' has no shape with an outermost fibre; that takes '// &
-                  'SECTION=RECT, CIRC or PIPE')
-               return
-            end if
-         end associate
-      end do
-      if (monitor%place > length * (1.0_wp + same_length)) call deck%wrong('s', 'the elements of ELSET are only '// &
-         to_text(length)//' long')
-   end subroutine read_section_quantity
-
-   !> Checks that the nodes belong to elements; for a reaction, that at least one node is supported.
-   subroutine check_monitor(deck, model, monitor)
-      type(checked_deck_t), intent(inout) :: deck
-      type(model_t), intent(in) :: model
-      type(monitor_t), intent(in) :: monitor
-      if (size(monitor%node) == 0) return
-      if (.not. deck%on_elements('node or set', model%mesh, monitor%node)) return
-      if (monitor%quantity == quantity_reaction .and. .not. deck%names%supports_incomplete) then
-         if (.not. any(model%fixed(monitor%component, monitor%node) .or. model%spring(monitor%component, monitor%node) > 0.0_wp)) &
-            call deck%wrong('quantity', 'no *BOUNDARY of the model part supports this, so there is no reaction')
-      end if
-   end subroutine check_monitor
 
    !> Reads the columns of the listing in the order of the deck.
    subroutine read_contact_print_cards(deck, model)

@@ -1,10 +1,10 @@
 !> Reads *STOP, *LOCATE, *TURNING POINTS and *FIELD OUTPUT, and checks that each step can be followed.
 module read_path_control
    use kinds, only: wp
-   use text, only: same_name
+   use text, only: same_name, separated
    use model, only: model_t, step_t, threshold_t, quantity_displacement, method_load, method_displacement
    use checked_deck, only: checked_deck_t, position_t
-   use read_loads, only: load_card_list
+   use read_loads, only: load_cards
    implicit none
    private
    public :: read_path_cards, read_bound, check_steps
@@ -112,7 +112,7 @@ contains
          associate (names => deck%names, step => model%step(deck%at%step))
             if (.not. (names%loads_incomplete .or. names%mesh_incomplete .or. names%supports_incomplete .or. &
                names%sections_incomplete .or. step%load%does_anything())) call deck%wrong_card('the step has no load: no '// &
-               load_card_list()//' or prescribed displacement other than zero')
+               '*'//separated(load_cards, ', *')//' or prescribed displacement other than zero')
          end associate
       end do
       do while (deck%next_card('STATIC'))

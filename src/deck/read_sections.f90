@@ -84,7 +84,7 @@ contains
       type(model_t), intent(inout) :: model
       type(section_t) :: section
       integer, allocatable :: elements(:)
-      integer :: section_line(size(deck%card))          ! (sections) line of the section's card
+      integer :: section_line(deck%n_cards)              ! (sections) line of the section's card
       integer :: i, m
       allocate (model%section(0))
       do while (deck%next_card('BEAM SECTION'))

@@ -6,7 +6,7 @@ module rod_geometry
    use kinds, only: wp
    use model, only: model_t
    use element_families, only: collocates, follows_curves
-   use gauss_tableau, only: tableau_t, max_stages
+   use gauss_tableau, only: tableau_t, max_stages, new_tableau
    use reference_curve, only: curve_point, curve_length, curve_abscissa
    implicit none
    private
@@ -35,11 +35,12 @@ module rod_geometry
 contains
 
    !> Geometry of the whole mesh with every node at its nominal place.
-   function new_geometry(model, tableau) result(geometry)
+   function new_geometry(model) result(geometry)
       type(model_t), intent(in) :: model
-      type(tableau_t), intent(in) :: tableau(:)   !! (stages) tableaux by number of stages
       type(geometry_t) :: geometry
+      type(tableau_t) :: tableau(max_stages)
       integer :: e
+      tableau = [(new_tableau(e), e=1, max_stages)]
       allocate (geometry%element(model%mesh%n_elements))
       geometry%x = model%mesh%x
       associate (mesh => model%mesh)

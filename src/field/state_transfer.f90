@@ -128,7 +128,7 @@ contains
       type(state_t), intent(in) :: state        !! state of `from`
       type(problem_t), intent(in) :: to
       type(state_t) :: new
-      new%geometry = new_geometry(to%model, to%tableau)
+      new%geometry = new_geometry(to%model)
       call carry_to(from, state, to, new)
    end function carried
 

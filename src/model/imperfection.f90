@@ -20,7 +20,7 @@ contains
       real(wp), intent(out) :: dw !! dw/ds
       real(wp), intent(out), optional :: ddw  !! d2w/ds2
       real(wp), intent(out), optional :: dddw !! d3w/ds3
-      real(wp) :: wave, at, second, third
+      real(wp) :: wave, at, value, slope, second, third
       integer :: k
       w = 0.0_wp
       dw = 0.0_wp
@@ -31,17 +31,14 @@ contains
          do k = 1, size(imperfection%amplitude)
             wave = imperfection%half_waves(k) * pi / imperfection%length
             at = wave * s + imperfection%phase(k)
-            if (imperfection%shape == shape_sine) then
-               w = w + imperfection%amplitude(k) * sin(at)
-               dw = dw + imperfection%amplitude(k) * wave * cos(at)
-               second = second - imperfection%amplitude(k) * wave**2 * sin(at)
-               third = third - imperfection%amplitude(k) * wave**3 * cos(at)
-            else
-               w = w + imperfection%amplitude(k) * cos(at)
-               dw = dw - imperfection%amplitude(k) * wave * sin(at)
-               second = second - imperfection%amplitude(k) * wave**2 * cos(at)
-               third = third + imperfection%amplitude(k) * wave**3 * sin(at)
-            end if
+            value = merge(sin(at), cos(at), imperfection%shape == shape_sine)
+            slope = merge(cos(at), -sin(at), imperfection%shape == shape_sine)
+            associate (a => imperfection%amplitude(k))
+               w = w + a * value
+               dw = dw + a * wave * slope
+               second = second - a * wave**2 * value
+               third = third - a * wave**3 * slope
+            end associate
          end do
       case (shape_clamped)
          wave = pi / imperfection%length

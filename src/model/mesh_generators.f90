@@ -21,16 +21,13 @@ module mesh_generators
       type(mesh_t) :: mesh                   !! n_nodes and n_elements count; the arrays may be larger
       type(curve_t), allocatable :: curve(:)
       integer :: n_curves = 0
+      integer :: node_room = 0, element_room = 0 !! lengths of the arrays
    contains
       procedure :: add_node
       procedure :: add_element
       procedure :: add_curve
       procedure :: take
    end type growing_mesh_t
-
-   interface enlarge
-      module procedure enlarge_list, enlarge_flags, enlarge_table, enlarge_real_table
-   end interface enlarge
 
 contains
 
@@ -192,8 +189,10 @@ contains
       integer :: n
       n = self%mesh%n_nodes + 1
       self%mesh%n_nodes = n
-      call enlarge(self%mesh%node_label, n)
-      call enlarge(self%mesh%x, n)
+      if (n > self%node_room) then
+         self%node_room = 2 * n
+         call resize_nodes(self%mesh, self%node_room)
+      end if
       self%mesh%node_label(n) = label
       self%mesh%x(:, n) = x
    end subroutine add_node
@@ -211,13 +210,10 @@ contains
       associate (mesh => self%mesh)
          n = mesh%n_elements + 1
          mesh%n_elements = n
-         call enlarge(mesh%element_label, n)
-         call enlarge(mesh%node, n)
-         call enlarge(mesh%family, n)
-         call enlarge(mesh%stages, n)
-         call enlarge(mesh%curve, n)
-         call enlarge(mesh%s, n)
-         call enlarge(mesh%placed, n)
+         if (n > self%element_room) then
+            self%element_room = 2 * n
+            call resize_elements(mesh, self%element_room)
+         end if
          mesh%element_label(n) = label
          mesh%node(:, n) = node
          mesh%family(n) = family
@@ -245,82 +241,40 @@ contains
 
    !> Returns mesh and curves in arrays of their true size; sections are 0, x_nominal = x.
    pure subroutine take(self, mesh, curve)
-      class(growing_mesh_t), intent(inout) :: self   !! empty afterwards
+      class(growing_mesh_t), intent(in) :: self
       type(mesh_t), intent(out) :: mesh
       type(curve_t), allocatable, intent(out) :: curve(:)
-      integer :: n
-      n = self%mesh%n_nodes
-      mesh%n_nodes = n
-      allocate (mesh%node_label(n), mesh%x(2, n), mesh%x_nominal(2, n))
-      if (n > 0) then
-         mesh%node_label = self%mesh%node_label(:n)
-         mesh%x = self%mesh%x(:, :n)
-         mesh%x_nominal = mesh%x
-      end if
-      n = self%mesh%n_elements
-      mesh%n_elements = n
-      allocate (mesh%element_label(n), mesh%node(2, n), mesh%family(n), mesh%stages(n), mesh%curve(n), mesh%s(2, n), &
-         & mesh%placed(n))
-      allocate (mesh%section(n), source=0)
-      if (n > 0) then
-         mesh%element_label = self%mesh%element_label(:n)
-         mesh%node = self%mesh%node(:, :n)
-         mesh%family = self%mesh%family(:n)
-         mesh%stages = self%mesh%stages(:n)
-         mesh%curve = self%mesh%curve(:n)
-         mesh%s = self%mesh%s(:, :n)
-         mesh%placed = self%mesh%placed(:n)
-      end if
+      mesh = self%mesh
+      call resize_nodes(mesh, mesh%n_nodes)
+      call resize_elements(mesh, mesh%n_elements)
+      mesh%x_nominal = mesh%x
+      allocate (mesh%section(mesh%n_elements), source=0)
       allocate (curve(self%n_curves))
       if (self%n_curves > 0) curve = self%curve(:self%n_curves)
-      self%mesh = mesh_t()
-      if (allocated(self%curve)) deallocate (self%curve)
-      self%n_curves = 0
    end subroutine take
 
-   !> Provides room for n entries; the size is doubled, so that the cost of appending an entry does not depend on the size of the
-   !> mesh.
-   pure subroutine enlarge_list(list, n)
-      integer, allocatable, intent(inout) :: list(:)
+   !> Gives the arrays of nodes another length. Where they grow it is doubled, so that the cost of appending an entry does not
+   !> depend on the size of the mesh.
+   pure subroutine resize_nodes(mesh, n)
+      type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: n
-      integer, allocatable :: larger(:)
-      if (.not. allocated(list)) allocate (list(64))
-      if (n <= size(list)) return
-      allocate (larger(2 * n))
-      larger(:n - 1) = list(:n - 1)
-      call move_alloc(larger, list)
-   end subroutine enlarge_list
+      if (.not. allocated(mesh%node_label)) allocate (mesh%node_label(0), mesh%x(2, 0))
+      mesh%node_label = reshape(mesh%node_label, [n], pad=[0])
+      mesh%x = reshape(mesh%x, [2, n], pad=[0.0_wp])
+   end subroutine resize_nodes
 
-   pure subroutine enlarge_flags(list, n)
-      logical, allocatable, intent(inout) :: list(:)
+   !> Gives the arrays of elements another length, as resize_nodes.
+   pure subroutine resize_elements(mesh, n)
+      type(mesh_t), intent(inout) :: mesh
       integer, intent(in) :: n
-      logical, allocatable :: larger(:)
-      if (.not. allocated(list)) allocate (list(64))
-      if (n <= size(list)) return
-      allocate (larger(2 * n))
-      larger(:n - 1) = list(:n - 1)
-      call move_alloc(larger, list)
-   end subroutine enlarge_flags
-
-   pure subroutine enlarge_table(table, n)
-      integer, allocatable, intent(inout) :: table(:, :)
-      integer, intent(in) :: n
-      integer, allocatable :: larger(:, :)
-      if (.not. allocated(table)) allocate (table(2, 64))
-      if (n <= size(table, 2)) return
-      allocate (larger(2, 2 * n))
-      larger(:, :n - 1) = table(:, :n - 1)
-      call move_alloc(larger, table)
-   end subroutine enlarge_table
-
-   pure subroutine enlarge_real_table(table, n)
-      real(wp), allocatable, intent(inout) :: table(:, :)
-      integer, intent(in) :: n
-      real(wp), allocatable :: larger(:, :)
-      if (.not. allocated(table)) allocate (table(2, 64))
-      if (n <= size(table, 2)) return
-      allocate (larger(2, 2 * n))
-      larger(:, :n - 1) = table(:, :n - 1)
-      call move_alloc(larger, table)
-   end subroutine enlarge_real_table
+      if (.not. allocated(mesh%node)) allocate (mesh%element_label(0), mesh%node(2, 0), mesh%family(0), mesh%stages(0), &
+         & mesh%curve(0), mesh%s(2, 0), mesh%placed(0))
+      mesh%element_label = reshape(mesh%element_label, [n], pad=[0])
+      mesh%node = reshape(mesh%node, [2, n], pad=[0])
+      mesh%family = reshape(mesh%family, [n], pad=[0])
+      mesh%stages = reshape(mesh%stages, [n], pad=[0])
+      mesh%curve = reshape(mesh%curve, [n], pad=[0])
+      mesh%s = reshape(mesh%s, [2, n], pad=[0.0_wp])
+      mesh%placed = reshape(mesh%placed, [n], pad=[.false.])
+   end subroutine resize_elements
 end module mesh_generators

@@ -21,11 +21,12 @@ contains
       logical, intent(in) :: supported(:)    !! (nodes) true: supported
       integer, intent(in) :: pair(:, :)      !! (2, pairs) nodes that share matrix entries besides those of elements
       type(numbering_t) :: numbering
-      integer, allocatable :: start(:), neighbour(:), order(:), level(:)
-      integer :: n, placed, node, e, spread
+      integer, allocatable :: edge(:, :), start(:), neighbour(:), order(:), level(:)
+      integer :: n, placed, node
 
       n = mesh%n_nodes
-      call build_adjacency(mesh, pair, start, neighbour)
+      edge = reshape([mesh%node, pair], [2, mesh%n_elements + size(pair, 2)])
+      call build_adjacency(edge, n, start, neighbour)
       allocate (order(n), numbering%position(n))
       allocate (level(n), source=0)
       placed = 0
@@ -40,58 +41,38 @@ contains
          if (2 * sum(int(numbering%position, i8), mask=supported) < (n + 1_i8) * count(supported)) &
             & numbering%position = n + 1 - numbering%position
       end if
-      spread = 0
-      do e = 1, mesh%n_elements
-         spread = max(spread, abs(numbering%position(mesh%node(1, e)) - numbering%position(mesh%node(2, e))))
-      end do
-      do e = 1, size(pair, 2)
-         spread = max(spread, abs(numbering%position(pair(1, e)) - numbering%position(pair(2, e))))
-      end do
-      numbering%half_bandwidth = 3 * spread + 2
+      associate (position => numbering%position)
+         numbering%half_bandwidth = 3 * max(0, maxval(abs(position(edge(1, :)) - position(edge(2, :))))) + 2
+      end associate
    end function new_numbering
 
    !> Neighbour lists in compressed form: neighbour(start(i) : start(i + 1) - 1).
-   subroutine build_adjacency(mesh, pair, start, neighbour)
-      type(mesh_t), intent(in) :: mesh
-      integer, intent(in) :: pair(:, :)
+   subroutine build_adjacency(edge, n_nodes, start, neighbour)
+      integer, intent(in) :: edge(:, :)      ! (2, edges) pairs of neighbours
+      integer, intent(in) :: n_nodes
       integer, allocatable, intent(out) :: start(:), neighbour(:)
       integer, allocatable :: fill(:)
-      integer :: e, a
-      allocate (start(mesh%n_nodes + 1), source=0)
-      do e = 1, mesh%n_elements
-         call count_edge(mesh%node(:, e))
-      end do
-      do e = 1, size(pair, 2)
-         call count_edge(pair(:, e))
-      end do
+      integer :: e, a, side
+      allocate (start(n_nodes + 1), source=0)
       start(1) = 1
-      do a = 1, mesh%n_nodes
+      do e = 1, size(edge, 2)
+         do side = 1, 2
+            start(edge(side, e) + 1) = start(edge(side, e) + 1) + 1
+         end do
+      end do
+      do a = 1, n_nodes
          start(a + 1) = start(a) + start(a + 1)
       end do
-      fill = start(:mesh%n_nodes)
-      allocate (neighbour(start(mesh%n_nodes + 1) - 1))
-      do e = 1, mesh%n_elements
-         call add_edge(mesh%node(:, e))
+      fill = start(:n_nodes)
+      allocate (neighbour(start(n_nodes + 1) - 1))
+      do e = 1, size(edge, 2)
+         do side = 1, 2
+            associate (node => edge(side, e))
+               neighbour(fill(node)) = edge(3 - side, e)
+               fill(node) = fill(node) + 1
+            end associate
+         end do
       end do
-      do e = 1, size(pair, 2)
-         call add_edge(pair(:, e))
-      end do
-
-   contains
-
-      subroutine count_edge(ends)
-         integer, intent(in) :: ends(2)
-         start(ends(1) + 1) = start(ends(1) + 1) + 1
-         start(ends(2) + 1) = start(ends(2) + 1) + 1
-      end subroutine count_edge
-
-      subroutine add_edge(ends)
-         integer, intent(in) :: ends(2)
-         neighbour(fill(ends(1))) = ends(2)
-         fill(ends(1)) = fill(ends(1)) + 1
-         neighbour(fill(ends(2))) = ends(1)
-         fill(ends(2)) = fill(ends(2)) + 1
-      end subroutine add_edge
    end subroutine build_adjacency
 
    !> A node at an end of the connected part that contains `seed`: the last node of two breadth-first sweeps.

@@ -146,7 +146,7 @@ contains
    pure subroutine measure_curves(curve, imperfections)
       type(curve_t), intent(inout) :: curve(:)
       type(imperfection_t), intent(inout) :: imperfections(:)
-      type(length_table_t), allocatable :: table(:), more(:)
+      type(length_table_t), allocatable :: table(:)
       integer :: c, i, k
       do i = 1, size(imperfections)
          allocate (table(0))
@@ -156,12 +156,7 @@ contains
                if (allocated(curve(c)%path)) cycle
                if (abs(table(k)%curvature - curve(c)%curvature) <= 0.0_wp) exit
             end do
-            if (k > size(table)) then
-               allocate (more(k))
-               more(:k - 1) = table
-               more(k) = measured(imperfections(i), curve(c))
-               call move_alloc(more, table)
-            end if
+            if (k > size(table)) table = [table, measured(imperfections(i), curve(c))]
             curve(c)%table = k
          end do
          call move_alloc(table, imperfections(i)%table)

@@ -65,15 +65,7 @@ contains
             call follow(beside(2, node))
          end do
       end associate
-      allocate (layout%rod_segment(n))
-      do e = 1, n
-         layout%rod_segment(e)%node = rod_segment(e)%node
-         layout%rod_segment(e)%length = rod_segment(e)%length
-         layout%rod_segment(e)%free = rod_segment(e)%free
-         layout%rod_segment(e)%placed = rod_segment(e)%placed
-         call move_alloc(rod_segment(e)%element, layout%rod_segment(e)%element)
-         call move_alloc(rod_segment(e)%at, layout%rod_segment(e)%at)
-      end do
+      layout%rod_segment = rod_segment(:n)
 
    contains
 

@@ -98,7 +98,7 @@ contains
       type(newton_t) :: newton
       real(wp) :: rhs
       integer :: iteration
-      call begin(problem, start, given, state, newton)
+      call begin()
       newton%frozen = frozen
       newton%tangent_updates = tangent_updates
       if (present(far_off)) newton%seeking = far_off
@@ -126,32 +126,29 @@ contains
       call give_up(problem, state, system, 'no convergence within the allowed iterations', newton, report)
       report%hopeless = newton%blamed .and. problem%resting .and. all(abs(newton%origin%u) <= 0.0_wp) .and. &
          & newton%second_order <= negligible
-   end subroutine iterate
 
-   !> Sets the requirements at the end of the increment, before the first step.
-   subroutine begin(problem, start, given, state, newton)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: start
-      type(control_t), intent(in) :: given
-      type(state_t), intent(in) :: state
-      type(newton_t), intent(inout) :: newton  !! initial values
-      associate (step => problem%model%step(problem%step))
-         newton%tolerance = step%tolerance
-         newton%sharper = step%sharper
-         if (.not. step%tolerance_given) newton%large = max(newton%large, of_root * sqrt(min(step%asked, step%asked_of_path)))
-         newton%most = step%max_iterations
-         newton%at_length = held_within(step)
-      end associate
-      ! The exact arc length is irrelevant, and uncertain while nodes move along the rod; so is the exact relative curvature.
-      if ((problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) .or. given%flat > 0) &
-         & newton%at_length = large_correction
-      newton%origin = start
-      newton%control = given
-      allocate (newton%kept(merge(problem%model%mesh%n_elements, 1, problem%moves_nodes())))
-      newton%searching = any(searches(problem, state))
-      newton%told_again = size(problem%mark) == 0
-      allocate (newton%corrections(0))
-   end subroutine begin
+   contains
+
+      !> Sets the requirements at the end of the increment, before the first step.
+      subroutine begin()
+         associate (step => problem%model%step(problem%step))
+            newton%tolerance = step%tolerance
+            newton%sharper = step%sharper
+            if (.not. step%tolerance_given) newton%large = max(newton%large, of_root * sqrt(min(step%asked, step%asked_of_path)))
+            newton%most = step%max_iterations
+            newton%at_length = held_within(step)
+         end associate
+         ! The exact arc length is irrelevant, and uncertain while nodes move along the rod; so is the exact relative curvature.
+         if ((problem%moves_nodes() .and. is_arc_length(given%method) .and. .not. given%whole > 0.0_wp) .or. given%flat > 0) &
+            & newton%at_length = large_correction
+         newton%origin = start
+         newton%control = given
+         allocate (newton%kept(merge(problem%model%mesh%n_elements, 1, problem%moves_nodes())))
+         newton%searching = any(searches(problem, state))
+         newton%told_again = size(problem%mark) == 0
+         allocate (newton%corrections(0))
+      end subroutine begin
+   end subroutine iterate
 
    !> Adds the solved step to the state and assembles there; of a step without displacements only the contact set is taken over.
    subroutine follow_step(problem, start, given, state, system, newton, report)
@@ -174,7 +171,7 @@ contains
          state%reaction = newton%step%reaction
          call assemble(problem, state, newton%origin, system)
       else
-         call take_step(problem, start, given, state, system, newton)
+         call take_step()
       end if
       newton%corrections = [newton%corrections, newton%largest]
       if (any(system%grip /= grip)) then
@@ -183,52 +180,48 @@ contains
       end if
       newton%refactor = newton%refactor .or. any(abs(system%spring - spring) > 0.0_wp)
       if (.not. system%ok) report%message = 'an element has become singular'
-   end subroutine follow_step
 
-   !> Adds the solved step, shortened if foundations make it far too long, then moves the touchdown points.
-   subroutine take_step(problem, start, given, state, system, newton)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: start
-      type(control_t), intent(in) :: given
-      type(state_t), intent(inout) :: state
-      type(system_t), intent(inout) :: system    !! not ok: an element cannot be computed there
-      type(newton_t), intent(inout) :: newton
-      type(state_t) :: from
-      real(wp) :: work
-      logical :: assembled
-      from = state
-      state%push = unknown_push
-      associate (step => newton%step)
-         if (newton%searching) work = step_work(system, step%x)
-         call move(problem, system, step, state)
-         if (system%gap_noise > noticed * newton%tolerance) call advance_pressures(problem, system, step%x, step%y, from, state)
-         assembled = newton%searching
-         if (newton%searching) then
-            ! The work along a step refers to the equations solved, with the touchdown points before they move.
-            call assemble(problem, state, newton%origin, system)
-            if (.not. system%ok) return
-            if (max(system%force_residual, system%defect_residual) > far_worse * max(newton%forces_left, far_from_balance)) &
-               & call shorten_step(problem, newton%origin, from, step%x, work, state, system)
+   contains
+
+      !> Adds the solved step, shortened if foundations make it far too long, then moves the touchdown points.
+      subroutine take_step()
+         type(state_t) :: from
+         real(wp) :: work
+         logical :: assembled
+         from = state
+         state%push = unknown_push
+         associate (step => newton%step)
+            if (newton%searching) work = step_work(system, step%x)
+            call move(problem, system, step, state)
+            if (system%gap_noise > noticed * newton%tolerance) call advance_pressures(problem, system, step%x, step%y, from, state)
+            assembled = newton%searching
+            if (newton%searching) then
+               ! The work along a step refers to the equations solved, with the touchdown points before they move.
+               call assemble(problem, state, newton%origin, system)
+               if (.not. system%ok) return
+               if (max(system%force_residual, system%defect_residual) > far_worse * max(newton%forces_left, far_from_balance)) &
+                  & call shorten_step(problem, newton%origin, from, step%x, work, state, system)
+            end if
+         end associate
+         newton%correction = metric(problem, state%u - from%u, state%u - from%u)
+         newton%largest = largest_move(from, state)
+         if (problem%moves_nodes()) then
+            call move_touchdown_points(problem, from, state, newton%gone)
+            if (.not. newton%searching) then
+               ! An interface point may have met a touchdown point.
+               newton%searching = any(searches(problem, state))
+               if (newton%searching) call begin_search(newton)
+            end if
+            ! Touchdown points that are far off move by about a tenth of a span in each iteration as long as the span is much too
+            ! long, because its moment falls with the square of its length. The iteration limit counts from the last such movement.
+            if (newton%seeking .and. newton%gone > far) newton%last_change = newton%number
+            call follow_nodes(problem, start, given, state, newton%kept, newton%origin, newton%control)
+            assembled = .false.
          end if
-      end associate
-      newton%correction = metric(problem, state%u - from%u, state%u - from%u)
-      newton%largest = largest_move(from, state)
-      if (problem%moves_nodes()) then
-         call move_touchdown_points(problem, from, state, newton%gone)
-         if (.not. newton%searching) then
-            ! An interface point may have met a touchdown point.
-            newton%searching = any(searches(problem, state))
-            if (newton%searching) call begin_search(newton)
-         end if
-         ! Touchdown points that are far off move by about a tenth of a span in each iteration as long as the span is much too long,
-         ! because its moment falls with the square of its length. The iteration limit counts from the last such movement.
-         if (newton%seeking .and. newton%gone > far) newton%last_change = newton%number
-         call follow_nodes(problem, start, given, state, newton%kept, newton%origin, newton%control)
-         assembled = .false.
-      end if
-      if (.not. assembled) call assemble(problem, state, newton%origin, system)
-      newton%forces_left = max(system%force_residual, system%defect_residual)
-   end subroutine take_step
+         if (.not. assembled) call assemble(problem, state, newton%origin, system)
+         newton%forces_left = max(system%force_residual, system%defect_residual)
+      end subroutine take_step
+   end subroutine follow_step
 
    !> Computes the residual after the step; the iteration is abandoned above 1e8.
    subroutine measure(problem, state, system, newton, report)

@@ -2,15 +2,15 @@
 module deck_summary
    use kinds, only: wp, degree
    use cross_section, only: varies
-   use model, only: model_t, supports, step_t, threshold_t, branch_t, mode_offset_t, limit_curve_t, contact_t, method_load, &
-      & method_displacement
+   use model, only: model_t, supports, step_t, threshold_t, branch_t, limit_curve_t, contact_t, method_load, method_displacement, &
+      & method_words, parameter_words
    use obstacle_types, only: obstacle_t, obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
       & ground_pasternak
    use element_families, only: family_name
-   use model_words, only: monitor_description, method_name, side_name, kind_name, parameter_name, parameter_object
-   use load_words, only: words_t, load_lines, support_lines, spring_lines
-   use columns, only: brief, whole, left
-   use text, only: plural, to_text
+   use model_words, only: monitor_description, side_name, kind_name, parameter_object
+   use load_words, only: words_t, load_lines, support_lines, node_lines
+   use columns, only: brief, left
+   use text, only: plural, to_text, word_at
    use printable_text, only: printable
    implicit none
    private
@@ -44,9 +44,9 @@ contains
       if (allocated(model%spring)) then
          associate (springs => model%spring > 0.0_wp)
             if (any(springs)) then
-               call line('springs', 'at '//plural(count(any(springs, 1)), 'node')//': '//whole(count(springs(1, :)))// &
-                  & ' u, '//whole(count(springs(2, :)))//' v, '//whole(count(springs(3, :)))//' rotations')
-               call write_lines(spring_lines(model))
+               call line('springs', 'at '//plural(count(any(springs, 1)), 'node')//': '//to_text(count(springs(1, :)))// &
+                  & ' u, '//to_text(count(springs(2, :)))//' v, '//to_text(count(springs(3, :)))//' rotations')
+               call write_lines(node_lines(model, model%spring, any(springs, 1), 'spring', 'rotation'))
             end if
          end associate
       end if
@@ -57,7 +57,7 @@ contains
          call line('obstacle', text)
       end do
       do i = 1, size(model%contact)
-         call line('contact '//whole(i), contact_text(model%contact(i)))
+         call line('contact '//to_text(i), contact_text(model%contact(i)))
       end do
       do i = 1, size(model%monitor)
          call line('monitor', trim(model%monitor(i)%name)//': ' //monitor_description(model%monitor(i), model))
@@ -105,7 +105,7 @@ contains
          character(:), allocatable :: families
          integer :: i
          associate (mesh => model%mesh)
-            call line('nodes', whole(mesh%n_nodes)//', x from '//brief(minval(mesh%x(1, :)))//' to ' //brief(maxval(mesh%x(1, &
+            call line('nodes', to_text(mesh%n_nodes)//', x from '//brief(minval(mesh%x(1, :)))//' to ' //brief(maxval(mesh%x(1, &
                :)))//', y from '//brief(minval(mesh%x(2, :)))//' to ' //brief(maxval(mesh%x(2, :))))
             families = ''
             counted = .false.
@@ -113,7 +113,7 @@ contains
                if (counted(i)) cycle
                same = mesh%family == mesh%family(i) .and. mesh%stages == mesh%stages(i)
                counted = counted .or. same
-               families = families//', '//whole(count(same))//' '//family_name(mesh%family(i), mesh%stages(i))
+               families = families//', '//to_text(count(same))//' '//family_name(mesh%family(i), mesh%stages(i))
             end do
             call line('elements', families(3:))
          end associate
@@ -121,8 +121,8 @@ contains
 
       subroutine write_supports()
          associate (fixed => supports(model))
-            call line('supports', 'at '//plural(count(any(fixed, 1)), 'node')//': '//whole(count(fixed(1, :)))//' u, ' &
-               & //whole(count(fixed(2, :)))//' v, '//whole(count(fixed(3, :)))//' rotations')
+            call line('supports', 'at '//plural(count(any(fixed, 1)), 'node')//': '//to_text(count(fixed(1, :)))//' u, ' &
+               & //to_text(count(fixed(2, :)))//' v, '//to_text(count(fixed(3, :)))//' rotations')
          end associate
          call write_lines(support_lines(model))
       end subroutine write_supports
@@ -264,12 +264,15 @@ contains
          name = ''
          if (step%name /= '') name = trim(step%name)//': '
          if (step%n_modes > 0) then
-            call line('step '//whole(number), name//'linear buckling, '//plural(step%n_modes, 'mode'))
+            call line('step '//to_text(number), name//'linear buckling, '//plural(step%n_modes, 'mode'))
             return
          end if
-         call line('step '//whole(number), name//control_text(step))
+         call line('step '//to_text(number), name//control_text(step))
          do i = 1, size(step%mode_offset)
-            call more(mode_offset_text(step%mode_offset(i)))
+            associate (offset => step%mode_offset(i))
+               call more('begins stress-free, '//plural(size(offset%element), 'element')//' offset by mode '// &
+                  & to_text(offset%mode)//' of '//trim(model%step(offset%step)%name)//', largest offset '//brief(offset%amplitude))
+            end associate
          end do
          if (allocated(step%load%motion)) then
             do i = 1, size(step%load%motion, 2)
@@ -293,7 +296,7 @@ contains
       pure function control_text(step) result(text)
          type(step_t), intent(in) :: step
          character(:), allocatable :: text
-         text = method_name(step%method)
+         text = word_at(method_words, step%method)
          if (step%method == method_displacement) text = text//' of '//trim(model%monitor(step%monitor)%name)
          text = text//', first increment '//brief(step%increment)
          if (step%method == method_load .or. step%method == method_displacement) then
@@ -337,24 +340,15 @@ contains
          end do
       end function stop_text
 
-      !> Buckling mode used as the imperfection of a step, in words.
-      pure function mode_offset_text(mode_offset) result(text)
-         type(mode_offset_t), intent(in) :: mode_offset
-         character(:), allocatable :: text
-         text = 'begins stress-free, '//plural(size(mode_offset%element), 'element')//' offset by mode '// &
-            & whole(mode_offset%mode)//' of '//trim(model%step(mode_offset%step)%name)//', largest offset '// &
-            & brief(mode_offset%amplitude)
-      end function mode_offset_text
-
       pure function branch_text(step, branch) result(text)
          type(step_t), intent(in) :: step
          type(branch_t), intent(in) :: branch
          character(:), allocatable :: text
-         text = 'branch '//trim(branch%name)//': from bifurcation '//whole(branch%bifurcation)
+         text = 'branch '//trim(branch%name)//': from bifurcation '//to_text(branch%bifurcation)
          if (branch%of > 0) text = text//' of '//trim(step%branch(branch%of)%name)
          if (branch%side > 0) text = text//' along'
          if (branch%side < 0) text = text//' against'
-         text = text//' null vector '//whole(branch%mode)
+         text = text//' null vector '//to_text(branch%mode)
          if (branch%increment > 0.0_wp) text = text//', first arc length '//brief(branch%increment)
          text = text//', at most '//plural(branch%max_points, 'point')//stop_text(branch%stop)
       end function branch_text
@@ -362,11 +356,11 @@ contains
       pure function limit_curve_text(curve) result(text)
          type(limit_curve_t), intent(in) :: curve
          character(:), allocatable :: text
-         text = 'limit curve '//trim(curve%name)//': limit point '//whole(curve%limit_point)//' while '
+         text = 'limit curve '//trim(curve%name)//': limit point '//to_text(curve%limit_point)//' while '
          if (parameter_object(curve, model) == '') then
-            text = text//'the '//parameter_name(curve%parameter)
+            text = text//'the '//word_at(parameter_words, curve%parameter)
          else
-            text = text//parameter_name(curve%parameter)//' of '//parameter_object(curve, model)
+            text = text//word_at(parameter_words, curve%parameter)//' of '//parameter_object(curve, model)
          end if
          text = text//' goes to '//brief(curve%last)//', first increment '//brief(curve%increment)//', largest '// &
             & brief(curve%largest)

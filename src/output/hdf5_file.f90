@@ -28,7 +28,7 @@ module hdf5_file
    use former_file, only: make_room
    implicit none
    private
-   public :: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_ok, hdf5_failed, hdf5_error, hdf5_note, hdf5_meddled
+   public :: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_ok, hdf5_failed, hdf5_error, hdf5_note
    public :: hdf5_has, hdf5_remove, hdf5_room
 
    integer(hid_t), parameter :: no_handle = -1_hid_t
@@ -49,7 +49,7 @@ module hdf5_file
       type(file_mark_t) :: mark                 !! identification of the file written by the last flush
       integer :: room_at = -1                   !! number of bytes before the text with room; negative: there is none
       logical :: flushed = .false.              !! true: at least one flush was made
-      logical :: meddled = .false.              !! true: afterwards another program removed or changed the file
+      logical, public :: meddled = .false.      !! true: afterwards another program removed or changed the file
       character(:), allocatable :: message      !! first failure; not allocated: none so far
       logical :: system = .false.               !! true: the failure was caused by the system, see error_t
       character(:), allocatable :: note         !! message for the user although nothing failed
@@ -69,6 +69,7 @@ contains
       character(:), allocatable :: owner, why
       integer(hid_t) :: access
       integer :: status
+      logical :: forced
       file%path = trim(path)
       ! After a failure the library's own clean-up at the end of the program would crash.
       call h5dont_atexit_f(status)
@@ -84,7 +85,9 @@ contains
          call refuse(file, 'cannot create the result file '//file%path//': '//why)
          return
       end if
-      call make_room(file%target, present_and_true(force), file%note, why)
+      forced = .false.
+      if (present(force)) forced = force
+      call make_room(file%target, forced, file%note, why)
       if (why /= '') then
          call refuse(file, 'cannot create the result file '//file%path//': '//why)
          call give_lock_back(file)
@@ -107,13 +110,6 @@ contains
       end if
       call h5pclose_f(access, status)
    end subroutine hdf5_create
-
-   !> Value of an optional argument; false if it is absent.
-   pure logical function present_and_true(argument)
-      logical, intent(in), optional :: argument
-      present_and_true = .false.
-      if (present(argument)) present_and_true = argument
-   end function present_and_true
 
    !> Name of the lock file.
    pure function lock_name(file) result(name)
@@ -161,12 +157,6 @@ contains
       type(error_t), allocatable, intent(out) :: error
       if (allocated(file%message)) call fail(error, file%message, file%system)
    end subroutine hdf5_error
-
-   !> True if another program has removed or changed the file during the run.
-   pure logical function hdf5_meddled(file)
-      type(hdf5_file_t), intent(in) :: file
-      hdf5_meddled = file%meddled
-   end function hdf5_meddled
 
    !> Message for the user although nothing failed, returned once; empty: none.
    subroutine hdf5_note(file, note)

@@ -22,7 +22,7 @@ module hdf5_series
    implicit none
    private
    public :: series_set_t, series_table, series_defined, series_row, series_real, series_integer, series_text, series_reals
-   public :: series_ragged, series_write, series_buffered, series_keep, series_rows, series_length
+   public :: series_ragged, series_write, series_keep, series_rows, series_length
 
    character(*), parameter :: nl = new_line('a')
 
@@ -43,10 +43,9 @@ module hdf5_series
       character(1), allocatable :: buffer(:)
    end type column_t
 
-   !> One table. The first n columns are in use.
+   !> One table.
    type :: table_t
       character(:), allocatable :: group
-      integer :: n = 0
       type(column_t), allocatable :: column(:)
       logical :: defining = .true.                !! true: values define columns
       integer :: filled = 0                       !! columns of the present row that have their values
@@ -54,13 +53,12 @@ module hdf5_series
       character(:), allocatable :: wrong          !! column of the first value that does not fit; not allocated: none
    end type table_t
 
-   !> All tables of a file. The first n are in use.
+   !> All tables of a file.
    type :: series_set_t
       private
-      integer :: n = 0
       type(table_t), allocatable :: table(:)
       integer :: present = 0                      !! table whose row is being filled
-      integer :: bytes = 0                        !! number of bytes in the buffers of all tables
+      integer, public :: bytes = 0                !! number of bytes in the buffers of all tables
       character(:), allocatable :: kept_name      !! names of tables continued from another file, each between line ends
       integer, allocatable :: kept_rows(:)        !! number of rows of these tables
    end type series_set_t
@@ -78,19 +76,11 @@ contains
       type(hdf5_file_t), intent(inout) :: file
       integer, intent(out) :: id                  !! number of the table
       character(*), intent(in) :: group           !! full path; the group above it must exist
-      type(table_t), allocatable :: more(:)
       call hdf5_group(file, group)
-      if (.not. allocated(set%table)) allocate (set%table(8))
-      if (set%n == size(set%table)) then
-         allocate (more(2 * set%n))
-         more(:set%n) = set%table
-         call move_alloc(more, set%table)
-      end if
-      set%n = set%n + 1
-      id = set%n
+      if (.not. allocated(set%table)) allocate (set%table(0))
+      set%table = [set%table, table_t(group, [column_t ::])]
+      id = size(set%table)
       set%present = id
-      set%table(id)%group = group
-      allocate (set%table(id)%column(16))
    end subroutine series_table
 
    !> Ends the definition of a table. If it is continued from another file, its rows are read.
@@ -101,11 +91,14 @@ contains
       integer :: kept, i
       associate (table => set%table(id))
          table%defining = .false.
+         do i = 1, size(table%column)
+            allocate (table%column(i)%buffer(0))
+         end do
          kept = kept_table(set, table%group)
          if (kept == 0) return
          table%buffered = set%kept_rows(kept)
-         table%filled = table%n
-         do i = 1, table%n
+         table%filled = size(table%column)
+         do i = 1, size(table%column)
             call take_up(table%column(i), file, table%group, table%buffered)
             set%bytes = set%bytes + size(table%column(i)%buffer)
          end do
@@ -203,22 +196,13 @@ contains
       integer :: first, last
       associate (table => set%table(set%present))
          if (table%defining) then
-            call add_column(table)
-            associate (column => table%column(table%n))
-               column%name = name
-               column%units = units
-               column%description = description
-               column%data_type = data_type
-               column%fill = fill
-               column%row = int(row, hsize_t)
-               column%ragged = ragged
-               allocate (column%buffer(0))
-            end associate
+            table%column = [table%column, column_t(name, units, description, -1_hid_t, data_type, fill, int(row, hsize_t), &
+               & ragged)]
             return
          end if
          table%filled = table%filled + 1
          if (allocated(table%wrong)) return
-         if (table%filled > table%n) then
+         if (table%filled > size(table%column)) then
             table%wrong = name
             return
          end if
@@ -231,7 +215,8 @@ contains
             first = row_bytes(column) * (table%buffered - 1)
             last = first + size(column%fill) * n
             set%bytes = set%bytes + row_bytes(column)
-            if (first + row_bytes(column) > size(column%buffer)) call grow(column%buffer, 2 * (first + row_bytes(column)))
+            if (first + row_bytes(column) > size(column%buffer)) &
+               & column%buffer = reshape(column%buffer, [2 * (first + row_bytes(column))], pad=[c_null_char])
             if (n > 0) then
                call c_f_pointer(data, bytes, [last - first])
                column%buffer(first + 1:last) = bytes
@@ -241,23 +226,11 @@ contains
       end associate
    end subroutine put
 
-   !> Makes room for one more column.
-   subroutine add_column(table)
-      type(table_t), intent(inout) :: table
-      type(column_t), allocatable :: more(:)
-      if (table%n == size(table%column)) then
-         allocate (more(2 * table%n))
-         more(:table%n) = table%column
-         call move_alloc(more, table%column)
-      end if
-      table%n = table%n + 1
-   end subroutine add_column
-
    !> Stores the name of the first missing column as an error if the present row lacks a column.
    subroutine check_complete(table)
       type(table_t), intent(inout) :: table
-      if (table%buffered == 0 .or. table%filled == table%n .or. allocated(table%wrong)) return
-      table%wrong = table%column(min(table%n, table%filled + 1))%name
+      if (table%buffered == 0 .or. table%filled == size(table%column) .or. allocated(table%wrong)) return
+      table%wrong = table%column(min(size(table%column), table%filled + 1))%name
    end subroutine check_complete
 
    !> Bytes of one row.
@@ -265,16 +238,6 @@ contains
       type(column_t), intent(in) :: column
       row_bytes = int(product(column%row)) * size(column%fill)
    end function row_bytes
-
-   !> Enlarges a buffer.
-   subroutine grow(buffer, n)
-      character(1), allocatable, intent(inout) :: buffer(:)
-      integer, intent(in) :: n                    !! bytes afterwards
-      character(1), allocatable :: larger(:)
-      allocate (larger(n))
-      larger(:size(buffer)) = buffer
-      call move_alloc(larger, buffer)
-   end subroutine grow
 
    !> Fills bytes of a buffer with the missing value.
    subroutine fill_up(column, first, last)
@@ -368,10 +331,10 @@ contains
       integer, allocatable, intent(out) :: rows(:)
       integer :: i
       names = nl
-      do i = 1, set%n
+      do i = 1, size(set%table)
          names = names//set%table(i)%group//nl
       end do
-      rows = set%table(:set%n)%written + set%table(:set%n)%buffered
+      rows = set%table%written + set%table%buffered
    end subroutine series_rows
 
    !> Rows of a table, in the file and in memory.
@@ -381,12 +344,6 @@ contains
       series_length = set%table(id)%written + set%table(id)%buffered
    end function series_length
 
-   !> Number of bytes in memory that are not yet written.
-   pure integer function series_buffered(set)
-      type(series_set_t), intent(in) :: set
-      series_buffered = set%bytes
-   end function series_buffered
-
    ! Writing ------------------------------------------------------------------------------------------------------
 
    !> Writes all collected rows to the file and empties the buffers. It does not flush the file.
@@ -395,11 +352,11 @@ contains
       type(hdf5_file_t), intent(inout) :: file
       logical, intent(in) :: last                 !! true: no rows follow
       integer :: i, k
-      do i = 1, set%n
+      do i = 1, size(set%table)
          associate (table => set%table(i))
             call check_complete(table)
             if (allocated(table%wrong)) call hdf5_failed(file, 'write rows of different size to '//table%group//'/'//table%wrong)
-            do k = 1, table%n
+            do k = 1, size(table%column)
                call write_column(table%column(k), file, table%group//'/'//table%column(k)%name, table%written, table%buffered, last)
             end do
             table%written = table%written + table%buffered

@@ -1,7 +1,8 @@
 !> Growing tables of the limit curves: /limit_curve/<name>, one row for each limit point.
 module limit_series
-   use model, only: model_t
-   use model_words, only: parameter_name, parameter_units, parameter_object
+   use model, only: model_t, parameter_words
+   use text, only: word_at
+   use model_words, only: parameter_units, parameter_object
    use path_record, only: limit_point_t
    use bar_series, only: value_columns_t, open_values, put_values, put_bars
    use result_tables, only: link_name
@@ -48,12 +49,12 @@ contains
             associate (id => series%curve(n), curve => model%step(i)%limit_curve(k))
                id%step = i
                id%curve = k
-               id%units = parameter_units(curve%parameter)
+               id%units = trim(parameter_units(curve%parameter))
                id%values%with_bars = model%step(i)%error_bars
                group = '/limit_curve/'//link_name(curve%name)
                call series_table(set, file, id%table, group)
                call hdf5_attribute(file, group, 'step', i)
-               call hdf5_attribute(file, group, 'parameter', parameter_name(curve%parameter))
+               call hdf5_attribute(file, group, 'parameter', word_at(parameter_words, curve%parameter))
                call hdf5_attribute(file, group, 'of', parameter_object(curve, model))
                call hdf5_attribute(file, group, 'limit_point', curve%limit_point)
                call open_values(id%values, file, model, group)

@@ -4,23 +4,21 @@
 module listing
    use, intrinsic :: iso_fortran_env, only: output_unit
    use kinds, only: wp, name_length
-   use model, only: model_t, contact_print_t
-   use model_words, only: method_name
-   use path_record, only: point_t, critical_t, region_t, branch_start_t, buckling_t, limit_point_t
+   use model, only: model_t, contact_print_t, method_words
+   use path_record, only: record_t, point_t, critical_t, region_t, branch_start_t, buckling_t, limit_point_t
    use run_accuracy, only: accuracy_t
-   use columns, only: significant, scientific, whole
+   use columns, only: significant, scientific
    use text_table, only: column_t, cell_t, page_rows, load_digits, monitor_digits, wide_column, fitting_columns, widen_columns, &
       & write_head, write_row
    use side_tables, only: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
    use run_summary, only: write_accuracy, write_cost
-   use text, only: plural
+   use text, only: plural, to_text, word_at
    use terminal, only: has_colours, painted, standard_output, red, green
    use error_bar, only: error_bar_t
    use error_text, only: bar_text, corrected_text, unbounded_text
    implicit none
    private
-   public :: listing_t, listing_open, listing_close
-   public :: listing_point, listing_critical, listing_branch, listing_buckling, listing_limit_point
+   public :: listing_t, listing_open, listing_record, listing_close
 
    integer, parameter :: first_monitor = 4        !! column of the first monitor, after point, label and load factor
    integer, parameter :: nowhere = -1             !! the last row did not belong to a path
@@ -73,8 +71,8 @@ contains
       allocate (listing%critical(0))
       allocate (listing%step_title(size(model%step)))
       do i = 1, size(model%step)
-         listing%step_title(i) = 'Step '//whole(i)//': '//method_name(model%step(i)%method)
-         if (model%step(i)%n_modes > 0) listing%step_title(i) = 'Step '//whole(i)//': buckling'
+         listing%step_title(i) = 'Step '//to_text(i)//': '//word_at(method_words, model%step(i)%method)
+         if (model%step(i)%n_modes > 0) listing%step_title(i) = 'Step '//to_text(i)//': buckling'
          if (model%step(i)%name /= '') listing%step_title(i) = trim(listing%step_title(i))//', '//model%step(i)%name
       end do
       first = [column_t('point', 6), column_t('', 2), column_t('load factor', 17)]
@@ -90,19 +88,41 @@ contains
       listing%n_monitors = size(monitor)
       call open_limit_table(listing%limit_table, unit, model)
       if (listing%n_monitors < size(model%monitor)) then
-         write (unit, '(/a)') 'The table has room for '//whole(listing%n_monitors)//' of '//whole(size(model%monitor)) &
+         write (unit, '(/a)') 'The table has room for '//to_text(listing%n_monitors)//' of '//to_text(size(model%monitor)) &
             & //' monitors; all are in the result file.'
       end if
    end subroutine listing_open
 
+   !> Writes a row for a point, the load factors of a buckling step, or a point of a limit curve; keeps a critical point for the
+   !> table at the end; begins a branch, or returns to the path of the steps.
+   subroutine listing_record(listing, record)
+      type(listing_t), intent(inout) :: listing
+      class(record_t), intent(in) :: record       !! as many monitors as the model has
+      select type (record)
+      type is (point_t)
+         call write_point(listing, record)
+      type is (critical_t)
+         call keep_critical(listing, record)
+      type is (branch_start_t)
+         call begin_branch(listing, record)
+      type is (buckling_t)
+         call write_buckling_table(listing%unit, listing%step_title(record%step), record)
+         listing%last_branch = nowhere
+         call leave_limit_table(listing%limit_table)
+      type is (limit_point_t)
+         call write_limit_point(listing%limit_table, record)
+         listing%last_branch = nowhere
+      end select
+   end subroutine listing_record
+
    !> Writes one row, with a header before the first of a step or branch and after every 50 rows.
-   subroutine listing_point(listing, point)
+   subroutine write_point(listing, point)
       type(listing_t), intent(inout) :: listing
       type(point_t), intent(in) :: point          !! as many monitors as the model has
       type(cell_t) :: cell(size(listing%column))
       integer :: i, n
       call count_point(listing, n)
-      cell(1)%text = whole(n)
+      cell(1)%text = to_text(n)
       cell(2)%text = trim(point%label)
       cell(3)%text = significant(point%load_factor, load_digits)
       do i = 1, listing%n_monitors
@@ -111,17 +131,17 @@ contains
       n = size(cell)
       call fill_prints(listing, point)
       cell(first_monitor + listing%n_monitors:first_monitor - 1 + listing%n_monitors + size(listing%print)) = listing%printed
-      if (listing%has_contact) cell(n - 3)%text = whole(point%active_contacts)
-      cell(n - 2)%text = whole(point%iterations)
+      if (listing%has_contact) cell(n - 3)%text = to_text(point%active_contacts)
+      cell(n - 2)%text = to_text(point%iterations)
       cell(n - 1)%text = scientific(point%residual, 2)
-      cell(n)%text = whole(point%negative_pivots)
+      cell(n)%text = to_text(point%negative_pivots)
       call widen_columns(listing%column, cell)
       call write_title(listing, point%step)
       call write_row(listing%unit, listing%column, cell, emphasised=listing%coloured .and. point%label /= '')
       if (allocated(point%warning)) write (listing%unit, '(a)') '        ! '//point%warning
       listing%rows = listing%rows + 1
       flush (listing%unit)
-   end subroutine listing_point
+   end subroutine write_point
 
    !> Head of a column with the beginning or end of a contact region.
    pure function print_head(model, print) result(head)
@@ -130,7 +150,7 @@ contains
       character(:), allocatable :: head
       head = trim(merge('end  ', 'start', print%at_end))
       if (print%angle) head = head//' angle'
-      if (print%region > 1) head = head//' '//whole(print%region)
+      if (print%region > 1) head = head//' '//to_text(print%region)
       head = head//', '//trim(model%obstacle(print%obstacle)%name)
    end function print_head
 
@@ -217,78 +237,53 @@ contains
    end subroutine write_title
 
    !> Stores a critical point for the table at the end.
-   subroutine listing_critical(listing, critical)
+   subroutine keep_critical(listing, critical)
       type(listing_t), intent(inout) :: listing
       type(critical_t), intent(in) :: critical    !! as many monitors as the model has
-      type(critical_row_t), allocatable :: longer(:)
-      integer :: i, n
-      n = size(listing%critical)
-      allocate (longer(n + 1))
-      longer(:n) = listing%critical
-      associate (row => longer(n + 1))
-         row%branch = listing%branch
-         row%remark = remark(critical)
-         allocate (row%cell(6 + listing%n_monitors + size(listing%print)))
-         ! A critical point directly follows its point, unless it is only bracketed.
-         do i = 1, size(listing%print)
-            row%cell(6 + listing%n_monitors + i)%text = listing%printed(i)%text//listing%printed_bar(i)%text
-         end do
-         if (critical%point /= merge(listing%n_root, listing%n_branch, listing%branch == 0)) then
-            do i = 1, size(listing%print)
-               row%cell(6 + listing%n_monitors + i)%text = ''
-            end do
-         end if
-         row%cell(1)%text = trim(critical%label)
-         row%cell(2)%text = whole(critical%point)
-         row%cell(3)%text = whole(critical%step)
-         row%cell(4)%text = significant(critical%load_factor, load_digits)
-         row%cell(5)%text = ''
-         row%cell(6)%text = ''
-         if (allocated(critical%bars)) then
-            row%cell(5)%text = bar_text(critical%bars%load)
-            row%cell(6)%text = corrected_text(critical%load_factor, critical%bars%load)
-            row%unbarred = ''
-            if (allocated(critical%bars%why) .and. .not. critical%bars%load%estimated) row%unbarred = critical%bars%why
-         end if
-         do i = 1, listing%n_monitors
-            row%cell(6 + i)%text = significant(critical%monitor(i), monitor_digits)
-            if (allocated(critical%bars)) row%cell(6 + i)%text = row%cell(6 + i)%text//unbounded_text(critical%bars%monitor(i))
-         end do
-      end associate
-      call move_alloc(longer, listing%critical)
-   end subroutine listing_critical
+      type(critical_row_t) :: row
+      integer :: i
+      row%branch = listing%branch
+      row%remark = remark(critical)
+      allocate (row%cell(6 + listing%n_monitors + size(listing%print)))
+      ! A critical point directly follows its point, unless it is only bracketed.
+      do i = 1, size(listing%print)
+         row%cell(6 + listing%n_monitors + i)%text = ''
+         if (critical%point == merge(listing%n_root, listing%n_branch, listing%branch == 0)) &
+            & row%cell(6 + listing%n_monitors + i)%text = listing%printed(i)%text//listing%printed_bar(i)%text
+      end do
+      row%cell(1)%text = trim(critical%label)
+      row%cell(2)%text = to_text(critical%point)
+      row%cell(3)%text = to_text(critical%step)
+      row%cell(4)%text = significant(critical%load_factor, load_digits)
+      row%cell(5)%text = ''
+      row%cell(6)%text = ''
+      if (allocated(critical%bars)) then
+         row%cell(5)%text = bar_text(critical%bars%load)
+         row%cell(6)%text = corrected_text(critical%load_factor, critical%bars%load)
+         row%unbarred = ''
+         if (allocated(critical%bars%why) .and. .not. critical%bars%load%estimated) row%unbarred = critical%bars%why
+      end if
+      do i = 1, listing%n_monitors
+         row%cell(6 + i)%text = significant(critical%monitor(i), monitor_digits)
+         if (allocated(critical%bars)) row%cell(6 + i)%text = row%cell(6 + i)%text//unbounded_text(critical%bars%monitor(i))
+      end do
+      listing%critical = [listing%critical, row]
+   end subroutine keep_critical
 
    !> Begins a branch, or returns to the path of the steps.
-   subroutine listing_branch(listing, start)
+   subroutine begin_branch(listing, start)
       type(listing_t), intent(inout) :: listing
       type(branch_start_t), intent(in) :: start
       listing%branch = start%branch
       if (start%branch == 0) return
       listing%n_branches = listing%n_branches + 1
       listing%n_branch = 0
-      listing%branch_title = 'Branch '//whole(start%branch)//': '//trim(start%name)//', step '//whole(start%step)//', ' &
-         & //trim(merge('along  ', 'against', start%side >= 0))//' mode '//whole(start%mode)//' from bifurcation ' &
-         & //whole(start%bifurcation)
-      if (start%of > 0) listing%branch_title = listing%branch_title//' of branch '//whole(start%of)
-      listing%branch_title = listing%branch_title//' (point '//whole(start%point)//')'
-   end subroutine listing_branch
-
-   !> Writes the load factors of a buckling step.
-   subroutine listing_buckling(listing, buckling)
-      type(listing_t), intent(inout) :: listing
-      type(buckling_t), intent(in) :: buckling
-      call write_buckling_table(listing%unit, listing%step_title(buckling%step), buckling)
-      listing%last_branch = nowhere
-      call leave_limit_table(listing%limit_table)
-   end subroutine listing_buckling
-
-   !> Writes one point of a limit curve.
-   subroutine listing_limit_point(listing, limit_point)
-      type(listing_t), intent(inout) :: listing
-      type(limit_point_t), intent(in) :: limit_point !! as many monitors as the model has
-      call write_limit_point(listing%limit_table, limit_point)
-      listing%last_branch = nowhere
-   end subroutine listing_limit_point
+      listing%branch_title = 'Branch '//to_text(start%branch)//': '//trim(start%name)//', step '//to_text(start%step)//', ' &
+         & //trim(merge('along  ', 'against', start%side >= 0))//' mode '//to_text(start%mode)//' from bifurcation ' &
+         & //to_text(start%bifurcation)
+      if (start%of > 0) listing%branch_title = listing%branch_title//' of branch '//to_text(start%of)
+      listing%branch_title = listing%branch_title//' (point '//to_text(start%point)//')'
+   end subroutine begin_branch
 
    !> Writes the tables of critical points, accuracy and cost, and the status.
    subroutine listing_close(listing, status, accuracy)
@@ -300,9 +295,9 @@ contains
       call write_accuracy(listing%unit, listing%has_contact, accuracy)
       call write_cost(listing%unit)
       points = plural(listing%n_root + listing%n_on_branches, 'point')
-      if (listing%n_branches == 1) points = points//', '//whole(listing%n_on_branches)//' of them on a branch'
-      if (listing%n_branches > 1) points = points//', '//whole(listing%n_on_branches)//' of them on ' &
-         & //whole(listing%n_branches)//' branches'
+      if (listing%n_branches == 1) points = points//', '//to_text(listing%n_on_branches)//' of them on a branch'
+      if (listing%n_branches > 1) points = points//', '//to_text(listing%n_on_branches)//' of them on ' &
+         & //to_text(listing%n_branches)//' branches'
       write (listing%unit, '(/a)', advance='no') painted('Path '//trim(status), merge(green, red, status == 'complete'), &
          & listing%coloured)//' ('//points//')'
       flush (listing%unit)
@@ -327,7 +322,7 @@ contains
       allocate (cell(size(column), n))
       do k = 1, n
          cell(1, k)%text = ''
-         if (listing%critical(k)%branch > 0) cell(1, k)%text = whole(listing%critical(k)%branch)
+         if (listing%critical(k)%branch > 0) cell(1, k)%text = to_text(listing%critical(k)%branch)
          cell(2:, k) = listing%critical(k)%cell
       end do
       do k = 1, n
@@ -363,7 +358,7 @@ contains
       if (allocated(critical%null_vector)) then
          associate (n => size(critical%null_vector, 3))
             if (n >= 1 .and. n <= size(fold)) call say_unless_noted(trim(fold(n)))
-            if (n > size(fold)) call say_unless_noted(whole(n)//'-fold')
+            if (n > size(fold)) call say_unless_noted(to_text(n)//'-fold')
          end associate
       end if
       call say(note)

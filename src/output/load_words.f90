@@ -2,11 +2,11 @@
 module load_words
    use kinds, only: wp
    use model, only: model_t, load_t, supports
-   use columns, only: brief, whole
-   use text, only: plural
+   use columns, only: brief
+   use text, only: plural, to_text
    implicit none
    private
-   public :: words_t, load_lines, support_lines, spring_lines
+   public :: words_t, load_lines, support_lines, node_lines
 
    integer, parameter :: most_labels = 6        !! largest number of node labels listed one by one
    integer, parameter :: most_lines = 12        !! largest number of lines of one kind
@@ -65,13 +65,6 @@ contains
          lines = [lines, words_t(nodes_text(model, pack([(i, i=1, size(left))], alike))//': '//held(3:))]
       end do
    end function support_lines
-
-   !> The springs to the ground, one line for all nodes with equal springs.
-   function spring_lines(model) result(lines)
-      type(model_t), intent(in) :: model        !! with springs
-      type(words_t), allocatable :: lines(:)
-      lines = node_lines(model, model%spring, any(model%spring > 0.0_wp, 1), 'spring', 'rotation')
-   end function spring_lines
 
    !> Values at nodes, one line for all nodes with equal values.
    function node_lines(model, value, has, what, turn) result(lines)
@@ -168,16 +161,16 @@ contains
       character(:), allocatable :: text
       integer :: i
       associate (label => model%mesh%node_label(node), x => model%mesh%x(:, node(1)))
-         text = whole(label(1))
+         text = to_text(label(1))
          if (size(node) == 1) then
             text = 'node '//text//' at ('//brief(x(1))//', '//brief(x(2))//')'
             return
          end if
          do i = 2, min(size(node), most_labels)
-            text = text//', '//whole(label(i))
+            text = text//', '//to_text(label(i))
          end do
          text = 'nodes '//text
-         if (size(node) > most_labels) text = text//' and '//whole(size(node) - most_labels)//' more'
+         if (size(node) > most_labels) text = text//' and '//to_text(size(node) - most_labels)//' more'
       end associate
    end function nodes_text
 

@@ -1,12 +1,12 @@
 !> Writes supports, springs, loads of the steps and node sets to the result file. A failure is kept in the file, see hdf5_file.
 module model_tables
    use kinds, only: wp
+   use text, only: to_text
    use rod_geometry, only: geometry_t, new_geometry
    use rod_samples, only: add_line_loads
-   use gauss_tableau, only: new_tableau, max_stages
+   use gauss_tableau, only: max_stages
    use model, only: model_t, step_t, supports
    use pole_load, only: pole_load_t
-   use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group
    use hdf5_attributes, only: hdf5_attribute
    use hdf5_datasets, only: hdf5_write
@@ -62,10 +62,10 @@ contains
       type(model_t), intent(in) :: model
       type(geometry_t) :: home
       integer :: i
-      home = new_geometry(model, [(new_tableau(i), i=1, max_stages)])
+      home = new_geometry(model)
       call hdf5_group(file, '/loads')
       do i = 1, size(model%step)
-         call write_step_loads(file, model, home, model%step(i), '/loads/'//whole(i))
+         call write_step_loads(file, model, home, model%step(i), '/loads/'//to_text(i))
       end do
    end subroutine write_loads
 

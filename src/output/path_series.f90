@@ -5,19 +5,18 @@
 module path_series
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
+   use text, only: to_text
    use model, only: model_t, obstacles_move
    use path_record, only: point_t, critical_t
    use bar_series, only: value_columns_t, open_values, put_values, put_bars
    use error_text, only: stored_bar, stored_correction
-   use force_series, only: force_series_t, open_forces, append_forces
-   use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_group, hdf5_has, hdf5_remove
    use hdf5_datasets, only: hdf5_write
    use hdf5_series, only: series_set_t, series_table, series_defined, series_row, series_real, series_integer, series_text, &
       & series_reals, series_ragged, series_length
    implicit none
    private
-   public :: path_series_t, open_path_series, append_point, append_critical, write_null_vectors
+   public :: path_series_t, open_path_series, append_point, append_critical
 
    integer, parameter :: note_length = 120        !! length of the notes on critical points; longer notes are cut
    character(*), parameter :: label_words = 'LP limit point, BP bifurcation, TP turning point of a monitor, ' &
@@ -38,9 +37,9 @@ module path_series
       private
       character(:), allocatable :: group          !! '' for the root, or '/branch/<k>'
       integer :: n_points = 0, n_critical = 0     !! rows appended so far
-      integer :: path = 0, critical = 0, contact = 0, field = 0 !! numbers of the tables; 0: the file has no such table
+      integer :: path = 0, critical = 0, contact = 0, field = 0, force = 0, pressure = 0 !! numbers of the tables; 0: the file has
+      !! no such table
       type(contents_t) :: has
-      type(force_series_t) :: force
    end type path_series_t
 
 contains
@@ -78,13 +77,13 @@ contains
          call put_fields(set, series%field, series%has, no_point, 0)
          call series_defined(set, file, series%field)
       end if
-      call open_forces(series%force, set, file, model, group)
+      call open_forces(series, set, file, model, group)
       ! If a file is continued, these are its numbers of rows at the checkpoint; later null vectors are removed.
       series%n_points = series_length(set, series%path)
       series%n_critical = series_length(set, series%critical)
       k = series%n_critical + 1
-      do while (hdf5_has(file, group//'/critical/null_vector/'//whole(k)))
-         call hdf5_remove(file, group//'/critical/null_vector/'//whole(k))
+      do while (hdf5_has(file, group//'/critical/null_vector/'//to_text(k)))
+         call hdf5_remove(file, group//'/critical/null_vector/'//to_text(k))
          k = k + 1
       end do
    end subroutine open_path_series
@@ -119,26 +118,21 @@ contains
       if (series%field > 0 .and. (allocated(point%displacement) .or. allocated(point%section_forces) .or. &
          & allocated(point%reaction) .or. allocated(point%gap))) &
          & call put_fields(set, series%field, series%has, point, series%n_points)
-      call append_forces(series%force, set, point, series%n_points)
+      call append_forces(series, set, point)
    end subroutine append_point
 
-   !> Appends one critical point without its null vectors.
-   subroutine append_critical(series, set, critical)
+   !> Appends one critical point, and writes its null vectors, named by its row number.
+   subroutine append_critical(series, set, file, critical)
       type(path_series_t), intent(inout) :: series
       type(series_set_t), intent(inout) :: set
+      type(hdf5_file_t), intent(inout) :: file
       type(critical_t), intent(in) :: critical    !! as many monitors as the model has
       series%n_critical = series%n_critical + 1
       call put_critical(set, series%critical, series%has, critical)
+      if (allocated(critical%null_vector)) call hdf5_write(file, series%group//'/critical/null_vector/'// &
+         & to_text(series%n_critical), critical%null_vector, '1, 1, radian / length', &
+         & 'null vectors u, v and rotation of every node, the largest translation is 1')
    end subroutine append_critical
-
-   !> Writes the null vectors of the critical point appended last, named by its row number.
-   subroutine write_null_vectors(series, file, null_vector)
-      type(path_series_t), intent(in) :: series
-      type(hdf5_file_t), intent(inout) :: file
-      real(wp), intent(in), contiguous :: null_vector(:, :, :) !! (3, nodes, multiplicity)
-      call hdf5_write(file, series%group//'/critical/null_vector/'//whole(series%n_critical), null_vector, &
-         & '1, 1, radian / length', 'null vectors u, v and rotation of every node, the largest translation is 1')
-   end subroutine write_null_vectors
 
    ! The tables -----------------------------------------------------------------------------------------------------
 
@@ -255,4 +249,61 @@ contains
       if (has%reaction .or. has%gap) call series_reals(set, 'contact_point', [2, has%n_candidates], point%contact_point, &
          & 'length', 'where reaction and gap of every candidate are: its node, or the contact point that it follows along the rod')
    end subroutine put_fields
+
+   !> Defines both tables if a step stores reactions and the deck has contact along rods.
+   subroutine open_forces(series, set, file, model, group)
+      type(path_series_t), intent(inout) :: series
+      type(series_set_t), intent(inout) :: set
+      type(hdf5_file_t), intent(inout) :: file
+      type(model_t), intent(in) :: model
+      character(*), intent(in) :: group           !! group of the path; '': root
+      real(wp), parameter :: nothing(6) = 0.0_wp
+      if (.not. any(model%contact%along)) return
+      if (.not. any(model%step%field_every > 0 .and. model%step%field_reaction)) return
+      call series_table(set, file, series%force, group//'/contact_force')
+      call put_push(set, series%force, 0, nothing, .false.)
+      call series_defined(set, file, series%force)
+      call series_table(set, file, series%pressure, group//'/contact_pressure')
+      call put_push(set, series%pressure, 0, nothing, .true.)
+      call series_defined(set, file, series%pressure)
+   end subroutine open_forces
+
+   !> Appends the contact forces of one point.
+   subroutine append_forces(series, set, point)
+      type(path_series_t), intent(in) :: series
+      type(series_set_t), intent(inout) :: set
+      type(point_t), intent(in) :: point
+      integer :: i
+      if (series%force == 0) return
+      if (allocated(point%contact_force)) then
+         do i = 1, size(point%contact_force, 2)
+            call put_push(set, series%force, series%n_points, point%contact_force(:, i), .false.)
+         end do
+      end if
+      if (allocated(point%contact_pressure)) then
+         do i = 1, size(point%contact_pressure, 2)
+            call put_push(set, series%pressure, series%n_points, point%contact_pressure(:, i), .true.)
+         end do
+      end if
+   end subroutine append_forces
+
+   !> Columns of /contact_force and of /contact_pressure.
+   subroutine put_push(set, table, row, push, pressure)
+      type(series_set_t), intent(inout) :: set
+      integer, intent(in) :: table, row
+      real(wp), intent(in) :: push(6)             !! see span_pushes
+      logical, intent(in) :: pressure             !! true: per length; false: a force
+      call series_row(set, table)
+      call series_integer(set, 'point', row, '1', 'point of the path, from 1')
+      call series_integer(set, 'contact', nint(push(1)), '1', 'contact of the deck, from 1')
+      call series_real(set, 'arc_length', push(2), 'length', 'stress-free arc length along the contact')
+      call series_reals(set, 'place', [2], push(3:4), 'length', 'where it acts (x, y), deformed')
+      if (pressure) then
+         call series_reals(set, 'force', [2], push(5:6), 'force/length', &
+            & 'force (x, y) on the structure per stress-free length of a line of contact: five places at equal distances in '// &
+            & 'each part that is smooth, one part after another')
+      else
+         call series_reals(set, 'force', [2], push(5:6), 'force', 'force (x, y) on the structure at a point or the end of a line')
+      end if
+   end subroutine put_push
 end module path_series

@@ -5,8 +5,9 @@
 module progress
    use, intrinsic :: iso_fortran_env, only: error_unit
    use kinds, only: wp, i8
+   use text, only: to_text
    use terminal, only: is_terminal, standard_output, standard_error
-   use columns, only: significant, whole
+   use columns, only: significant
    use path_record, only: point_t
    implicit none
    private
@@ -49,10 +50,10 @@ contains
       call system_clock(now)
       if (real(now - progress%last, wp) < seconds_between * progress%ticks) return
       progress%last = now
-      words = 'step '//whole(point%step)
-      if (branch > 0) words = words//', branch '//whole(branch)
-      words = words//', '//whole(progress%points)//' points, load factor '//trim(adjustl(significant(point%load_factor, 6)))// &
-         & ', '//whole(int(real(now - progress%started, wp) / progress%ticks))//' s'
+      words = 'step '//to_text(point%step)
+      if (branch > 0) words = words//', branch '//to_text(branch)
+      words = words//', '//to_text(progress%points)//' points, load factor '//trim(adjustl(significant(point%load_factor, 6)))// &
+         & ', '//to_text(int(real(now - progress%started, wp) / progress%ticks))//' s'
       call show(words)
    end subroutine progress_point
 

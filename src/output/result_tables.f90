@@ -2,13 +2,13 @@
 !> failure is stored in the file, see hdf5_file.
 module result_tables
    use kinds, only: wp, i8, degree
+   use text, only: to_text
    use timing, only: timing_seconds, timing_calls, counted, n_phases, phase_name, n_counters, counter_name
    use model, only: model_t
    use obstacle_types, only: obstacle_line, obstacle_circle, obstacle_arc, obstacle_polyline, ground_half_space, &
       & ground_pasternak
    use obstacle_curve, only: curve_samples
    use obstacle_geometry, only: obstacle_gap
-   use gauss_tableau, only: tableau_t, max_stages, new_tableau
    use element_families, only: follows_curves
    use rod_geometry, only: geometry_t, new_geometry
    use cross_section, only: section_t
@@ -18,13 +18,12 @@ module result_tables
    use path_record, only: branch_start_t, buckling_t
    use error_text, only: stored_bar, stored_correction, bar_description, corrected_description
    use run_accuracy, only: accuracy_t, check_t, checks_of
-   use columns, only: whole
    use hdf5_file, only: hdf5_file_t, hdf5_room, hdf5_group
    use hdf5_attributes, only: hdf5_attribute
    use hdf5_datasets, only: hdf5_write
    implicit none
    private
-   public :: write_root, write_status, write_mesh, write_obstacles, write_candidates, write_branch, branch_group
+   public :: write_root, write_mesh, write_obstacles, write_candidates, write_branch, branch_group
    public :: write_buckling, write_performance, write_accuracy, link_name
 
 contains
@@ -35,7 +34,7 @@ contains
       type(model_t), intent(in) :: model
       character(*), intent(in) :: deck            !! full text of the deck
       character(*), intent(in) :: version         !! of the program
-      call write_status(file, hdf5_room('running'))
+      call hdf5_attribute(file, '/', 'status', hdf5_room('running'))
       call hdf5_attribute(file, '/', 'title', model%title)
       call hdf5_attribute(file, '/', 'program', 'unilat')
       call hdf5_attribute(file, '/', 'version', version)
@@ -48,13 +47,6 @@ contains
          end if
       end if
    end subroutine write_root
-
-   !> Writes the status attribute: "running", "complete" or "stopped: reason".
-   subroutine write_status(file, status)
-      type(hdf5_file_t), intent(inout) :: file
-      character(*), intent(in) :: status
-      call hdf5_attribute(file, '/', 'status', status)
-   end subroutine write_status
 
    !> Writes nodes and elements.
    subroutine write_mesh(file, model)
@@ -69,29 +61,17 @@ contains
          & 'rows of coordinates (from 0) of the first and second node of every element')
       call hdf5_write(file, '/mesh/node_label', model%mesh%node_label, '1', 'node numbers of the deck')
       call hdf5_write(file, '/mesh/element_label', model%mesh%element_label, '1', 'element numbers of the deck')
-      home = new_geometry(model, [(new_tableau(i), i=1, max_stages)])
+      home = new_geometry(model)
       do i = 1, model%mesh%n_elements
          section(i) = middle_section(model, home, i)
       end do
       call hdf5_write(file, '/mesh/bending_stiffness', section%ei, 'force length^2', 'EI of every element, at its middle')
-      if (any(follows_curves(model%mesh%family))) call write_directions(file, model, home)
+      ! Coordinates of few elements do not tell an arc from a polygon.
+      if (any(follows_curves(model%mesh%family))) call hdf5_write(file, '/mesh/direction', &
+         & reshape([(home%element(i)%end_angle, i=1, size(section))], [2, size(section)]), 'radian', &
+         & 'direction of the stress-free axis at both ends of every element, from the x axis to the left')
       if (allocated(model%tie)) call write_joints(file, model)
    end subroutine write_mesh
-
-   !> Writes where the axis points to at the ends of the elements: coordinates of few elements do not tell an arc from a polygon.
-   subroutine write_directions(file, model, home)
-      type(hdf5_file_t), intent(inout) :: file
-      type(model_t), intent(in) :: model
-      type(geometry_t), intent(in) :: home
-      real(wp), allocatable :: direction(:, :)
-      integer :: i
-      allocate (direction(2, model%mesh%n_elements))
-      do i = 1, model%mesh%n_elements
-         direction(:, i) = home%element(i)%end_angle
-      end do
-      call hdf5_write(file, '/mesh/direction', direction, 'radian', &
-         & 'direction of the stress-free axis at both ends of every element, from the x axis to the left')
-   end subroutine write_directions
 
    !> Writes /joints: released ends and rigid links. The jump at a release is the difference of the displacements of its two nodes.
    subroutine write_joints(file, model)
@@ -231,11 +211,9 @@ contains
       real(wp), allocatable, intent(out) :: round(:) !! (contacts) length of a closed chain, 0: open
       type(geometry_t) :: home
       type(candidates_t) :: list
-      type(tableau_t) :: tableau(max_stages)
       logical, parameter :: distributed(2) = [.false., .true.]
       integer :: i
-      tableau = [(new_tableau(i), i=1, max_stages)]
-      home = new_geometry(model, tableau)
+      home = new_geometry(model)
       allocate (along(sum([(size(model%contact(i)%node), i=1, size(model%contact))])))
       allocate (round(size(model%contact)), source=0.0_wp)
       do i = 1, 2
@@ -259,7 +237,7 @@ contains
    pure function branch_group(start) result(group)
       type(branch_start_t), intent(in) :: start
       character(:), allocatable :: group
-      group = '/branch/'//whole(start%branch)
+      group = '/branch/'//to_text(start%branch)
    end function branch_group
 
    !> Writes the modes of a buckling step; the group /buckling must exist.

@@ -8,24 +8,22 @@ module results
    use kinds, only: wp, i8
    use errors, only: error_t
    use model, only: model_t
-   use path_record, only: point_t, critical_t, branch_start_t, buckling_t, limit_point_t
+   use path_record, only: record_t, point_t, critical_t, branch_start_t, buckling_t, limit_point_t
    use run_accuracy, only: accuracy_t
-   use result_tables, only: write_root, write_status, write_mesh, write_obstacles, write_candidates, write_branch, &
+   use result_tables, only: write_root, write_mesh, write_obstacles, write_candidates, write_branch, &
       & branch_group, write_buckling, write_performance, write_accuracy
    use model_tables, only: write_supports, write_loads, write_sets
-   use path_series, only: path_series_t, open_path_series, append_point, append_critical, write_null_vectors
+   use path_series, only: path_series_t, open_path_series, append_point, append_critical
    use limit_series, only: limit_series_t, open_limit_series, append_limit_point
-   use hdf5_file, only: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_error, &
-      & hdf5_note, hdf5_meddled, hdf5_has, hdf5_remove
+   use hdf5_file, only: hdf5_file_t, hdf5_create, hdf5_group, hdf5_flush, hdf5_close, hdf5_error, hdf5_has, hdf5_remove
    use hdf5_attributes, only: hdf5_attribute
-   use hdf5_series, only: series_set_t, series_write, series_buffered, series_keep, series_rows
    use archive, only: leave_out_zeros
+   use hdf5_series, only: series_set_t, series_write, series_keep, series_rows
    use restart_file, only: restart_t, write_restart
    implicit none
    private
    public :: results_t, results_open, results_parameter, results_leave, results_close
-   public :: results_note, results_meddled, results_due, results_state
-   public :: results_point, results_critical, results_branch, results_buckling, results_limit_point
+   public :: results_due, results_state, results_record
 
    real(wp), parameter :: flush_seconds = 0.2_wp  !! least time [s] between flushes while points are found; a row stays in memory so
    !! long
@@ -154,60 +152,33 @@ contains
       end if
    end subroutine results_parameter
 
-   !> Adds one accepted point to the present path.
-   subroutine results_point(results, point, error)
+   !> Adds a point or critical point to the present path, directs the following ones to another path, or adds the modes of a
+   !> buckling step or a point of a limit curve.
+   subroutine results_record(results, record, error)
       type(results_t), intent(inout) :: results
-      type(point_t), intent(in) :: point          !! as many monitors and reaction totals as the model has
+      class(record_t), intent(in) :: record       !! as many monitors and reaction totals as the model has
       type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      call append_point(results%path(results%current), results%set, point)
+      select type (record)
+      type is (point_t)
+         call append_point(results%path(results%current), results%set, record)
+      type is (critical_t)
+         call append_critical(results%path(results%current), results%set, results%file, record)
+      type is (branch_start_t)
+         results%current = min(record%branch, 1)
+         results%n_branches = max(results%n_branches, record%branch)
+         if (record%branch > 0) then
+            if (.not. results%has_branches) call hdf5_group(results%file, '/branch')
+            results%has_branches = .true.
+            call write_branch(results%file, record)
+            call open_path_series(results%path(1), results%set, results%file, results%model, branch_group(record))
+         end if
+      type is (buckling_t)
+         call write_buckling(results%file, results%model, record)
+      type is (limit_point_t)
+         call append_limit_point(results%limit_curves, results%set, record)
+      end select
       call write_when_due(results, error, .false.)
-   end subroutine results_point
-
-   !> Adds one critical point to the present path.
-   subroutine results_critical(results, critical, error)
-      type(results_t), intent(inout) :: results
-      type(critical_t), intent(in) :: critical    !! as many monitors as the model has
-      type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      associate (path => results%path(results%current))
-         call append_critical(path, results%set, critical)
-         if (allocated(critical%null_vector)) call write_null_vectors(path, results%file, critical%null_vector)
-         call write_when_due(results, error, .false.)
-      end associate
-   end subroutine results_critical
-
-   !> Directs the following rows to a new branch, or back to the path of the steps.
-   subroutine results_branch(results, start, error)
-      type(results_t), intent(inout) :: results
-      type(branch_start_t), intent(in) :: start   !! a branch not yet started, or branch 0
-      type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      results%current = min(start%branch, 1)
-      results%n_branches = max(results%n_branches, start%branch)
-      if (start%branch > 0) then
-         if (.not. results%has_branches) call hdf5_group(results%file, '/branch')
-         results%has_branches = .true.
-         call write_branch(results%file, start)
-         call open_path_series(results%path(1), results%set, results%file, results%model, branch_group(start))
-      end if
-      call write_when_due(results, error, .false.)
-   end subroutine results_branch
-
-   !> Writes the modes of a buckling step.
-   subroutine results_buckling(results, buckling, error)
-      type(results_t), intent(inout) :: results
-      type(buckling_t), intent(in) :: buckling
-      type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      call write_buckling(results%file, results%model, buckling)
-      call write_when_due(results, error, .false.)
-   end subroutine results_buckling
-
-   !> Adds one limit point to its curve.
-   subroutine results_limit_point(results, limit_point, error)
-      type(results_t), intent(inout) :: results
-      type(limit_point_t), intent(in) :: limit_point !! as many monitors as the model has
-      type(error_t), allocatable, intent(out) :: error !! the file could not be written (at this or an earlier call)
-      call append_limit_point(results%limit_curves, results%set, limit_point)
-      call write_when_due(results, error, .false.)
-   end subroutine results_limit_point
+   end subroutine results_record
 
    !> Closes a file that contains the model and no path, or only a part of it.
    subroutine results_leave(results, error)
@@ -215,7 +186,7 @@ contains
       type(error_t), allocatable, intent(out) :: error !! data could not be written; the file is closed nevertheless
       call series_write(results%set, results%file, last=.true.)
       call hdf5_flush(results%file)
-      call write_status(results%file, 'model')
+      call hdf5_attribute(results%file, '/', 'status', 'model')
       call hdf5_close(results%file)
       call hdf5_error(results%file, error)
    end subroutine results_leave
@@ -230,23 +201,10 @@ contains
       call write_performance(results%file)
       call write_accuracy(results%file, accuracy)
       call write_restart(results%file, results%standing)
-      call write_status(results%file, status)
+      call hdf5_attribute(results%file, '/', 'status', status)
       call hdf5_close(results%file)
       call hdf5_error(results%file, error)
    end subroutine results_close
-
-   !> Message for the user about the file although nothing failed, returned once; empty: none.
-   subroutine results_note(results, note)
-      type(results_t), intent(inout) :: results
-      character(:), allocatable, intent(out) :: note
-      call hdf5_note(results%file, note)
-   end subroutine results_note
-
-   !> True if another program has removed or changed the file during the run.
-   pure logical function results_meddled(results)
-      type(results_t), intent(in) :: results
-      results_meddled = hdf5_meddled(results%file)
-   end function results_meddled
 
    !> Flushes if the last flush is long ago; writes the collected rows to the file in memory if there are many.
    subroutine write_when_due(results, error, with_state)
@@ -263,7 +221,7 @@ contains
          call hdf5_flush(results%file)
          call system_clock(results%flushed)
          results%last_took = results%flushed - now
-      else if (series_buffered(results%set) > flush_bytes) then
+      else if (results%set%bytes > flush_bytes) then
          call series_write(results%set, results%file, last=.false.)
       end if
       call hdf5_error(results%file, error)

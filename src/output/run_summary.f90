@@ -1,10 +1,11 @@
 !> The end of the listing: accuracy and cost of the run.
 module run_summary
    use kinds, only: wp
+   use text, only: to_text
    use timing, only: timing_seconds, timing_calls, timing_total, counted, n_phases, phase_name, n_counters, &
       & counter_name
    use run_accuracy, only: accuracy_t, check_t, checks_of
-   use columns, only: scientific, fixed, whole, left, right
+   use columns, only: scientific, fixed, left, right
    implicit none
    private
    public :: write_accuracy, write_cost, failed_checks
@@ -27,7 +28,7 @@ contains
       end do
    end subroutine write_accuracy
 
-   !> Reasons not to trust the results, other than those that end a step (own_checks), in words; '' if there are none.
+   !> Reasons not to trust the results, other than those that end a step (point_checks), in words; '' if there are none.
    pure function failed_checks(accuracy) result(text)
       type(accuracy_t), intent(in) :: accuracy
       character(:), allocatable :: text
@@ -54,12 +55,12 @@ contains
       write (unit, '(/a)') left('Cost', 26)//right('seconds', 15)//right('calls', 14)
       do i = 1, n_phases
          if (timing_calls(i) > 0) write (unit, '(a)') '   '//left(phase_name(i), 23) &
-            & //right(fixed(timing_seconds(i), 6), 15)//right(whole(timing_calls(i)), 14)
+            & //right(fixed(timing_seconds(i), 6), 15)//right(to_text(timing_calls(i)), 14)
       end do
       write (unit, '(a)') '   '//left('total', 23)//right(fixed(total, 6), 15)
       do i = 1, n_counters
          if (counted(i) > 0) write (unit, '(a)') '   '//left(counter_name(i), 38) &
-            & //right(whole(counted(i)), 14)
+            & //right(to_text(counted(i)), 14)
       end do
    end subroutine write_cost
 end module run_summary

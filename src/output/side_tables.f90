@@ -1,11 +1,12 @@
 !> Tables of the listing beside the path: buckling modes, and the limit points of limit curves as they are found.
 module side_tables
    use kinds, only: name_length
-   use model, only: model_t
-   use model_words, only: parameter_name, parameter_object
+   use text, only: to_text, word_at
+   use model, only: model_t, parameter_words
+   use model_words, only: parameter_object
    use path_record, only: buckling_t, limit_point_t
    use error_text, only: bar_text, corrected_text, unbounded_text
-   use columns, only: significant, scientific, whole
+   use columns, only: significant, scientific
    use text_table, only: column_t, cell_t, page_rows, load_digits, monitor_digits, fitting_columns, widen_columns, write_head, &
       & write_row
    implicit none
@@ -50,9 +51,10 @@ contains
       do i = 1, size(model%step)
          do k = 1, size(model%step(i)%limit_curve)
             associate (curve => model%step(i)%limit_curve(k))
-               table%words = [table%words, curve_words_t(i, k, 'Limit curve '//trim(curve%name)//': limit point ' &
-                  & //whole(curve%limit_point)//' of step '//whole(i)//', '//trim(parameter_name(curve%parameter)//' ' &
-                  & //parameter_object(curve, model)), parameter_name(curve%parameter))]
+               table%words = [table%words, curve_words_t(i, k, 'Limit curve '//trim(curve%name)//': limit point '// &
+                  & to_text(curve%limit_point)//' of step '//to_text(i)//', '// &
+                  & trim(word_at(parameter_words, curve%parameter)//' '//parameter_object(curve, model)), &
+                  & word_at(parameter_words, curve%parameter))]
             end associate
          end do
       end do
@@ -73,7 +75,7 @@ contains
       end if
       table%present = present
       n = size(cell)
-      cell(1)%text = whole(table%n_points + 1)
+      cell(1)%text = to_text(table%n_points + 1)
       cell(2)%text = trim(limit_point%label)
       cell(3)%text = significant(limit_point%parameter, load_digits)
       if (limit_point%rigid) cell(3)%text = 'rigid'
@@ -89,7 +91,7 @@ contains
          if (allocated(limit_point%bars)) cell(i)%text = cell(i)%text// &
             & unbounded_text(limit_point%bars%monitor(i - first_monitor + 1))
       end do
-      cell(n - 2)%text = whole(limit_point%iterations)
+      cell(n - 2)%text = to_text(limit_point%iterations)
       cell(n - 1)%text = scientific(limit_point%residual, 2)
       cell(n)%text = scientific(limit_point%load_rate, 2)
       call widen_columns(table%column, cell)
@@ -119,7 +121,7 @@ contains
       shown = .true.
       shown(3:4) = allocated(buckling%bar)
       do k = 1, size(cell, 2)
-         cell(1, k)%text = whole(k)
+         cell(1, k)%text = to_text(k)
          cell(2, k)%text = significant(buckling%load_factor(k), load_digits)
          cell(3, k)%text = ''
          cell(4, k)%text = ''

@@ -350,7 +350,7 @@ contains
       if (size(buckling%load_factor) < step%n_modes) call note_trouble(outcome, 'step '//trim(step%name)// &
          & ': there are only '//to_text(size(buckling%load_factor))//' buckling modes')
       if (step%error_bars) call note_buckling_bars(buckling, step%widest_bar, outcome%accuracy)
-      call recorder%buckling(buckling, error)
+      call recorder%take(buckling, error)
       if (allocated(error)) outcome%why = error%message
 
    contains

@@ -1,17 +1,13 @@
 !> Numbers as text for tables: as wide as necessary, so that no format overflows into asterisks.
 module columns
    use, intrinsic :: ieee_arithmetic, only: ieee_is_finite
-   use kinds, only: wp, i8
+   use kinds, only: wp
+   use text, only: to_text
    implicit none
    private
-   public :: significant, brief, scientific, fixed, whole, right, left
+   public :: significant, brief, scientific, fixed, right, left
 
    real(wp), parameter :: smallest_fixed = 1.0e-4_wp, largest_fixed = 1.0e7_wp
-
-   !> An integer of either kind as text.
-   interface whole
-      module procedure whole_default, whole_long
-   end interface whole
 
 contains
 
@@ -56,7 +52,7 @@ contains
          text = written(x, '(g0)')
          return
       end if
-      text = written(x, '(es40.'//whole(digits - 1)//'e3)')
+      text = written(x, '(es40.'//to_text(digits - 1)//'e3)')
       mark = index(text, 'E')
       if (text(mark + 2:mark + 2) == '0') text = text(:mark + 1)//text(mark + 3:)
       if (text(mark - 1:mark - 1) == '.') text = text(:mark - 2)//text(mark:)
@@ -70,7 +66,7 @@ contains
       if (.not. ieee_is_finite(x)) then
          text = written(x, '(g0)')
       else if (abs(x) < 1.0e15_wp) then
-         text = written(x, '(f60.'//whole(decimals)//')')
+         text = written(x, '(f60.'//to_text(decimals)//')')
       else
          text = scientific(x, 6)
       end if
@@ -85,20 +81,6 @@ contains
       write (buffer, format) x
       text = trim(adjustl(buffer))
    end function written
-
-   pure function whole_default(i) result(text)
-      integer, intent(in) :: i
-      character(:), allocatable :: text
-      text = whole_long(int(i, i8))
-   end function whole_default
-
-   pure function whole_long(i) result(text)
-      integer(i8), intent(in) :: i
-      character(:), allocatable :: text
-      character(20) :: buffer
-      write (buffer, '(i0)') i
-      text = trim(buffer)
-   end function whole_long
 
    !> Text at the right end of a field; longer text is not cut.
    pure function right(text, width) result(field)

@@ -5,7 +5,11 @@ module path_record
    use error_bar, only: error_bar_t, error_bars_t
    implicit none
    private
-   public :: point_t, region_t, critical_t, branch_start_t, buckling_t, limit_point_t, recorder_t
+   public :: record_t, point_t, region_t, critical_t, branch_start_t, buckling_t, limit_point_t, recorder_t
+
+   !> What a path tells of itself: an accepted point, a critical point, the start of a branch ...
+   type, abstract :: record_t
+   end type record_t
 
    !> One connected contact region. A point contact has start = end.
    type :: region_t
@@ -19,7 +23,7 @@ module path_record
    end type region_t
 
    !> One accepted equilibrium point.
-   type :: point_t
+   type, extends(record_t) :: point_t
       integer :: step = 0                     !! 1, 2, ... as in the deck
       character(2) :: label = ''              !! blank, or LP, BP, TP, C+, C-, UZ, EP
       real(wp) :: load_factor = 0.0_wp
@@ -53,7 +57,7 @@ module path_record
    end type point_t
 
    !> A located critical point.
-   type :: critical_t
+   type, extends(record_t) :: critical_t
       character(2) :: label = ''
       integer :: step = 0
       integer :: point = 0                    !! row of its point in /path, from 1
@@ -67,7 +71,7 @@ module path_record
 
    !> Start of a path: the branch (or the path of the steps) to which the following points belong, and where the branch leaves its
    !> parent.
-   type :: branch_start_t
+   type, extends(record_t) :: branch_start_t
       integer :: branch = 0                   !! number in the result file, from 1; 0: back on the path of the steps
       character(name_length) :: name = ''
       integer :: step = 0                     !! step of the deck
@@ -79,7 +83,7 @@ module path_record
    end type branch_start_t
 
    !> Results of a buckling step.
-   type :: buckling_t
+   type, extends(record_t) :: buckling_t
       integer :: step = 0
       real(wp), allocatable :: load_factor(:) !! (modes) factors on the step's loads, smallest magnitude first
       real(wp), allocatable :: residual(:)    !! (modes) relative residual of the eigenvalue problem, computed independently
@@ -89,7 +93,7 @@ module path_record
    end type buckling_t
 
    !> One limit point of a limit curve.
-   type :: limit_point_t
+   type, extends(record_t) :: limit_point_t
       integer :: step = 0
       integer :: curve = 0                    !! index into step%limit_curve
       real(wp) :: parameter = 0.0_wp
@@ -106,56 +110,20 @@ module path_record
    !> Receiver of points as the path loop finds them; the path loop knows only this interface.
    type, abstract :: recorder_t
    contains
-      procedure(take_point), deferred :: point
-      procedure(take_critical), deferred :: critical
-      procedure(take_branch), deferred :: branch
-      procedure(take_buckling), deferred :: buckling
-      procedure(take_limit_point), deferred :: limit_point
+      procedure(take_record), deferred :: take
       procedure(want_state), deferred :: wants_state
       procedure(take_state), deferred :: state
    end type recorder_t
 
    abstract interface
-      !> Receives an accepted point.
-      subroutine take_point(self, point, error)
-         import :: recorder_t, point_t, error_t
+      !> Receives a record. The point of a critical point was received before it, and the bifurcation at which a branch starts
+      !> before the start of this branch, to which all following points and critical points belong.
+      subroutine take_record(self, record, error)
+         import :: recorder_t, record_t, error_t
          class(recorder_t), intent(inout) :: self
-         type(point_t), intent(in) :: point
-         type(error_t), allocatable, intent(out) :: error !! the point could not be written: the run must stop
-      end subroutine take_point
-
-      !> Receives a critical point; its point was received before.
-      subroutine take_critical(self, critical, error)
-         import :: recorder_t, critical_t, error_t
-         class(recorder_t), intent(inout) :: self
-         type(critical_t), intent(in) :: critical
-         type(error_t), allocatable, intent(out) :: error
-      end subroutine take_critical
-
-      !> Receives the start of another path, to which all following points and critical points belong. The bifurcation itself was
-      !> received before.
-      subroutine take_branch(self, start, error)
-         import :: recorder_t, branch_start_t, error_t
-         class(recorder_t), intent(inout) :: self
-         type(branch_start_t), intent(in) :: start
-         type(error_t), allocatable, intent(out) :: error
-      end subroutine take_branch
-
-      !> Receives the results of a buckling step.
-      subroutine take_buckling(self, buckling, error)
-         import :: recorder_t, buckling_t, error_t
-         class(recorder_t), intent(inout) :: self
-         type(buckling_t), intent(in) :: buckling
-         type(error_t), allocatable, intent(out) :: error
-      end subroutine take_buckling
-
-      !> Receives a point of a limit curve.
-      subroutine take_limit_point(self, limit_point, error)
-         import :: recorder_t, limit_point_t, error_t
-         class(recorder_t), intent(inout) :: self
-         type(limit_point_t), intent(in) :: limit_point
-         type(error_t), allocatable, intent(out) :: error
-      end subroutine take_limit_point
+         class(record_t), intent(in) :: record
+         type(error_t), allocatable, intent(out) :: error !! the record could not be written: the run must stop
+      end subroutine take_record
 
       !> True if a checkpoint of the run is to be written.
       logical function want_state(self)

@@ -245,10 +245,8 @@ contains
          problem%ties = new_tie_pattern(model%tie, carriers(model), touching(model, carriers(model)))
          problem%numbering = new_numbering(model%mesh, any(model%fixed, 1), &
             & coupled_pairs(model%mesh, problem%ties, model%joint_spring))
-         do i = 1, max_stages
-            problem%tableau(i) = new_tableau(i)
-         end do
-         home = new_geometry(model, problem%tableau)
+         problem%tableau = [(new_tableau(i), i=1, max_stages)]
+         home = new_geometry(model)
          problem%candidates = new_candidates(model, home, distributed=.false.)
          problem%coupling = new_coupling(model, problem%candidates, home)
          problem%ground = new_ground(model, problem%tableau, home)

@@ -61,7 +61,7 @@ contains
       allocate (state%grounded(problem%model%mesh%n_elements), source=.false.)
       allocate (state%segment(problem%ground%chain%n), source=segment_unknown)
       allocate (state%push(max_stages + 1, problem%ground%chain%n), source=unknown_push)
-      state%geometry = new_geometry(problem%model, problem%tableau)
+      state%geometry = new_geometry(problem%model)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, gap, normal, bend)
          state%active(c) = (problem%candidates%bilateral(c) .or. gap <= touching_gap(problem)) .and. &

@@ -85,9 +85,9 @@ contains
       call sum_elements(problem, system)
       call add_carried_loads(problem, state, system)
       call set_rigidity(problem, state, system)
-      call add_node_loads(problem, state, system)
-      call add_node_pushes(problem, state, system)
-      call add_springs(problem, state, system)
+      call add_node_loads()
+      call add_node_pushes()
+      call add_springs()
       call add_joint_springs(problem, state, system)
       call add_contact(problem, state, system)
       call set_swings(problem, state, system)
@@ -97,6 +97,50 @@ contains
       system%defect_residual = max(worst(1), worst(2) / system%force_scale, worst(3) / problem%size)
       call add_marks(problem, state, system)
       call timing_stop(phase_assembly)
+
+   contains
+
+      !> Adds nodal loads that do not depend on the state.
+      subroutine add_node_loads()
+         integer :: node
+         real(wp) :: load(3), rate(3)
+         do node = 1, problem%model%mesh%n_nodes
+            call dead_node_load(problem, state, node, load, rate)
+            call to_node(system, node, load)
+            call to_node(system, node, rate)
+            call spread_force(problem, system%tie_block, node, -load, system%residual)
+            call spread_force(problem, system%tie_block, node, rate, system%load)
+         end do
+      end subroutine add_node_loads
+
+      !> Adds nodal loads that depend on the state: their forces and their stiffness.
+      subroutine add_node_pushes()
+         type(node_push_t), allocatable :: push(:)
+         integer :: n
+         push = node_pushes(problem, state)
+         do n = 1, size(push)
+            system%ok = system%ok .and. push(n)%sound
+            call to_node(system, push(n)%node, push(n)%force)
+            call to_node(system, push(n)%node, push(n)%rate)
+            call matrix_to_node(system, push(n)%node, push(n)%stiffness)
+            call spread_force(problem, system%tie_block, push(n)%node, -push(n)%force, system%residual)
+            call spread_force(problem, system%tie_block, push(n)%node, push(n)%rate, system%load)
+            call add_matrix(problem, system%tie_block, [push(n)%node], push(n)%stiffness, system%k)
+         end do
+      end subroutine add_node_pushes
+
+      !> Adds springs between nodes and fixed points, stress-free at the start.
+      subroutine add_springs()
+         integer :: node
+         real(wp) :: force(3)
+         do node = 1, problem%model%mesh%n_nodes
+            if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
+            force = problem%spring(:, node) * state%u(:, node)
+            call to_node(system, node, force)
+            call spread_force(problem, system%tie_block, node, force, system%residual)
+            call add_matrix(problem, system%tie_block, [node], spring_tangent(problem, system, node), system%k)
+         end do
+      end subroutine add_springs
    end subroutine assemble
 
    !> Sums the elements into the band and the residual.
@@ -170,57 +214,6 @@ contains
          call turn_force(axis, roll, lean, k(j, first:first + 2))
       end do
    end subroutine turn_element
-
-   !> Adds nodal loads that do not depend on the state.
-   subroutine add_node_loads(problem, state, system)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system
-      integer :: node
-      real(wp) :: load(3), rate(3)
-      do node = 1, problem%model%mesh%n_nodes
-         call dead_node_load(problem, state, node, load, rate)
-         call to_node(system, node, load)
-         call to_node(system, node, rate)
-         call spread_force(problem, system%tie_block, node, -load, system%residual)
-         call spread_force(problem, system%tie_block, node, rate, system%load)
-      end do
-   end subroutine add_node_loads
-
-   !> Adds nodal loads that depend on the state: their forces and their stiffness.
-   subroutine add_node_pushes(problem, state, system)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system
-      type(node_push_t), allocatable :: push(:)
-      integer :: n
-      push = node_pushes(problem, state)
-      do n = 1, size(push)
-         system%ok = system%ok .and. push(n)%sound
-         call to_node(system, push(n)%node, push(n)%force)
-         call to_node(system, push(n)%node, push(n)%rate)
-         call matrix_to_node(system, push(n)%node, push(n)%stiffness)
-         call spread_force(problem, system%tie_block, push(n)%node, -push(n)%force, system%residual)
-         call spread_force(problem, system%tie_block, push(n)%node, push(n)%rate, system%load)
-         call add_matrix(problem, system%tie_block, [push(n)%node], push(n)%stiffness, system%k)
-      end do
-   end subroutine add_node_pushes
-
-   !> Adds springs between nodes and fixed points, stress-free at the start.
-   subroutine add_springs(problem, state, system)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system
-      integer :: node
-      real(wp) :: force(3)
-      do node = 1, problem%model%mesh%n_nodes
-         if (.not. any(problem%spring(:, node) > 0.0_wp)) cycle
-         force = problem%spring(:, node) * state%u(:, node)
-         call to_node(system, node, force)
-         call spread_force(problem, system%tie_block, node, force, system%residual)
-         call add_matrix(problem, system%tie_block, [node], spring_tangent(problem, system, node), system%k)
-      end do
-   end subroutine add_springs
 
    !> Stiffness of a node's springs in the node's axes.
    pure function spring_tangent(problem, system, node) result(k)

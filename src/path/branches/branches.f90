@@ -73,7 +73,7 @@ contains
       end do
       if (size(step%branch) == 0) return
       start = branch_start_t()
-      call recorder%branch(start, error)
+      call recorder%take(start, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine follow_branches
 
@@ -142,7 +142,7 @@ contains
       start%mode = branch%mode
       start%side = branch%side
       start%point = home%list(at)%point
-      call recorder%branch(start, error)
+      call recorder%take(start, error)
       if (allocated(error)) then
          outcome%why = error%message
          return

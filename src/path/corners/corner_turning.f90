@@ -1,21 +1,28 @@
 !> Passes a corner of the path where contact at nodes changes: the corner is accepted as a point, and the path continues with the
 !> new contact set.
+!>
+!> Behind a limit point the LCP of an increment may have no solution: along the tangent a contact has to open, but the path without
+!> that contact leaves in a direction with a negative component along the tangent, so that no increment of the given length exists.
+!> The corner is therefore located with the contact set kept, by bringing the first reaction or gap that violates its sign to zero.
+!> The set is changed there, and the new tangent is oriented along growing reaction or opening gap instead of along the old tangent.
 module corner_turning
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
    use rod_state, only: state_t
-   use contact_corner, only: find_corner, leave_corner
    use contact_regions, only: find_regions
-   use path_control, only: is_arc_length
+   use path_control, only: is_arc_length, control_t
    use corrector, only: increment_t
-   use path_point, only: path_point_t
+   use path_point, only: path_point_t, point_at, advance, evaluate_tests
    use path_state, only: path_state_t, path_tangent_of
    use path_acceptance, only: arrival_t, accept
    use corner_limit, only: look_whether_back
    use trial_request, only: request_t
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
+   use path_continuity, only: path_tangent_at
+   use node_contact_functional, only: reaction_rate, gap_rate
+   use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    implicit none
    private
    public :: turn_corner
@@ -88,4 +95,113 @@ contains
       if (regions > 0) label = 'C+'
       if (regions < 0) label = 'C-'
    end function corner_label
+
+   !> Searches for a corner within one increment of a point. Several candidates may change at once, for example by symmetry.
+   subroutine find_corner(problem, start, control, place, corner, report, found)
+      type(problem_t), intent(in) :: problem
+      type(path_point_t), intent(in) :: start
+      type(control_t), intent(in) :: control
+      type(path_point_t), intent(out) :: place !! converged, with the contact set of `start`, whose signs are about to change
+      integer, allocatable, intent(out) :: corner(:) !! candidates that change
+      type(increment_t), intent(out) :: report
+      logical, intent(out) :: found
+      real(wp), parameter :: at_once = 1.0e-8_wp !! share of an increment within which signs change together; no input
+      !! deck changes from 1E-9 to 1E-7
+      type(path_point_t) :: beyond
+      type(control_t) :: part
+      real(wp), allocatable :: before(:), after(:), ends(:)
+      type(bracket_t) :: bracket
+      real(wp) :: fraction
+      integer :: k, first
+
+      found = .false.
+      call advance(problem, start, control, beyond, report, keep_contact=.true.)
+      if (.not. report%converged) return
+      after = signs(problem, start%state%active, beyond)
+      before = signs(problem, start%state%active, start)
+      first = 0
+      fraction = 1.0_wp
+      do k = 1, size(after)
+         if (after(k) >= 0.0_wp .or. before(k) < 0.0_wp) cycle
+         if (before(k) / (before(k) - after(k)) >= fraction) cycle
+         fraction = before(k) / (before(k) - after(k))
+         first = k
+      end do
+      if (first == 0) return
+      allocate (corner(0))
+      ends = after
+      bracket = new_bracket(before(first), after(first))
+      part = control
+      do while (next_guess(bracket, epsilon(fraction), fraction))
+         part%increment = fraction * control%increment
+         call advance(problem, start, part, place, report, keep_contact=.true.)
+         if (.not. report%converged) return
+         after = signs(problem, start%state%active, place)
+         found = abs(after(first)) <= problem%model%step(problem%step)%locate_tolerance * bracket%scale
+         if (found) exit
+         call take_value(bracket, fraction, after(first))
+      end do
+      ! The corner is valid only if no other sign has changed before.
+      if (found) found = all(after >= -1.0e-6_wp .or. before < 0.0_wp)
+      if (.not. found) return
+      do k = 1, size(after)
+         ! Other candidates whose signs change at the corner.
+         if (after(k) >= huge(1.0_wp) .or. before(k) < 0.0_wp .or. ends(k) >= 0.0_wp) cycle
+         if (k /= first .and. after(k) > at_once * (before(k) - ends(k))) cycle
+         corner = [corner, k]
+      end do
+   end subroutine find_corner
+
+   !> Changes the contact set at a corner and turns the tangent to that of the continuation, along which the new reactions grow or
+   !> the new gaps open.
+   subroutine leave_corner(problem, corner, point, ok)
+      type(problem_t), intent(in) :: problem
+      integer, intent(in) :: corner(:)           !! candidates
+      type(path_point_t), intent(inout) :: point !! in: the corner with the old set; out: the same place with the new set
+      logical, intent(out) :: ok
+      real(wp) :: rate, none(3, size(point%state%u, 2))
+      integer :: k
+      do k = 1, size(corner)
+         associate (candidate => corner(k))
+            point%state%active(candidate) = .not. point%state%active(candidate)
+            point%state%reaction(candidate) = 0.0_wp
+         end associate
+      end do
+      point = point_at(problem, point%state)
+      ok = point%system%ok
+      if (.not. ok) return
+      rate = 0.0_wp
+      do k = 1, size(corner)
+         associate (candidate => corner(k))
+            if (point%state%active(candidate)) then
+               rate = rate + reaction_rate(problem, point%state, point%system, candidate)
+            else
+               rate = rate + gap_rate(problem, point%system, candidate)
+            end if
+         end associate
+      end do
+      none = 0.0_wp
+      ! The rates are per unit load factor.
+      point%tangent = path_tangent_at(problem, point%system, none, sign(1.0_wp, rate))
+      call evaluate_tests(problem, point)
+   end subroutine leave_corner
+
+   !> Reactions of active candidates, and gaps of the others, both dimensionless: all positive while the contact set is valid; huge
+   !> for bilateral candidates, which have no condition.
+   function signs(problem, active, point) result(value)
+      type(problem_t), intent(in) :: problem
+      logical, intent(in) :: active(:)
+      type(path_point_t), intent(in) :: point
+      real(wp) :: value(problem%candidates%n)
+      integer :: c
+      value = huge(1.0_wp)
+      do c = 1, problem%candidates%n
+         if (problem%candidates%bilateral(c)) cycle
+         if (active(c)) then
+            value(c) = point%state%reaction(c) / max(point%system%force_scale, tiny(1.0_wp))
+         else
+            value(c) = point%system%opening(c) / problem%size
+         end if
+      end do
+   end function signs
 end module corner_turning

@@ -5,7 +5,7 @@
 !> the attempts from the last point, critical points (run_archive stores every component of these types). It begins with a frame,
 !> which identifies the path and stores the results of the paths before it: for the path of a step the perfect model and the
 !> buckling modes found so far, for a branch also the path of its step and the critical points of the branches before it, for a
-!> limit curve the path of its step (limit_checkpoint).
+!> limit curve the path of its step (limit_curves).
 module checkpoint
    use kinds, only: wp
    use errors, only: error_t

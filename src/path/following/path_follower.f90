@@ -50,15 +50,15 @@ contains
          if (ended(attempt, outcome)) exit
          if (must_end(outcome)) exit
          call keep_standing(problem, run, attempt, recorder, outcome, .false.)
-         if (ended(attempt, outcome) .or. points_used_up(step, run, outcome)) exit
-         if (run%mesh%change_behind) call catch_up(problem, step, run, attempt, recorder, outcome)
+         if (ended(attempt, outcome) .or. points_used_up()) exit
+         if (run%mesh%change_behind) call catch_up()
          if (ended(attempt, outcome)) exit
          call start_from(run, attempt)
          call set_control(problem, step, run)
          call try_increment(problem, step, run, attempt)
          if (leads_on(attempt)) then
-            call take_trial(problem, step, run, attempt, recorder, outcome)
-            if (.not. ended(attempt, outcome)) call serve_request(problem, step, run, attempt, recorder, outcome)
+            call take_trial()
+            if (.not. ended(attempt, outcome)) call serve_request()
          else
             call try_recovery(problem, step, run, attempt, recorder, outcome)
          end if
@@ -67,35 +67,71 @@ contains
          & outcome%wrong .or. outcome%used_up .or. outcome%ended)
       if (.not. outcome%ended) call report_turned_load(problem, step, run, recorder, outcome)
       call keep_standing(problem, run, attempt, recorder, outcome, .true.)
+
+   contains
+
+      !> True if the step has as many points as the deck allows; this is a failure if the step has a stop condition.
+      logical function points_used_up() result(used_up)
+         used_up = run%step_points >= step%max_points
+         if (.not. used_up) return
+         outcome%used_up = size(step%stop) > 0
+         if (outcome%used_up) outcome%why = 'the allowed number of points was used up before the stop condition'
+      end function points_used_up
+
+      !> Makes a contact change at the last accepted point, if on a new mesh the change lies before this point.
+      subroutine catch_up()
+         type(path_point_t) :: here
+         run%mesh%change_behind = .false.
+         here = run%last
+         call pass_change(problem, step, run, here, .false., huge(1), recorder, attempt%request, attempt%finished, outcome)
+         call note_change(attempt)
+         if (attempt%request%shorter) call retry_shorter(run)
+         if (attempt%changed) attempt%has_trial = .false.
+      end subroutine catch_up
+
+      !> Makes the contact change on the way to the trial, if there is one; otherwise the trial is accepted as a point of the path.
+      !> If a repetition of the increment is required first, attempt%request says so.
+      subroutine take_trial()
+         type(arrival_t) :: arrival
+         if (attempt%cuts == 0) attempt%failures = 0
+         attempt%cuts = 0
+         associate (request => attempt%request)
+            if (problem%has_spans() .and. .not. attempt%begins) then
+               call pass_change(problem, step, run, attempt%trial, .false., attempt%meshes, recorder, request, attempt%finished, &
+                  & outcome)
+               call note_change(attempt)
+               if (ended(attempt, outcome) .or. request%set_changed .or. request%shorter .or. request%remeshes()) return
+            end if
+            arrival%report = attempt%report
+            arrival%can_cut = attempt%searches < max_searches
+            arrival%tries = attempt%meshes
+            call accept(problem, step, run, attempt%trial, arrival, recorder, request, attempt%finished, outcome)
+            if (.not. request%remeshes()) attempt%searches = merge(attempt%searches + 1, 0, request%shorter)
+            if (request%shorter) call count_up(counter_cut)
+         end associate
+      end subroutine take_trial
+
+      !> Prepares the next trial: the increment again, in the way that the last trial requires, or else the next increment.
+      subroutine serve_request()
+         character(:), allocatable :: no_set
+         associate (request => attempt%request)
+            if (allocated(request%no_set)) then
+               no_set = request%no_set
+               if (request%shorter) call retry_shorter(run)
+               call retry_by_nodes(problem, step, run, attempt, recorder, outcome)
+               if (.not. (attempt%changed .or. ended(attempt, outcome))) outcome%why = no_set
+            else if (request%set_changed) then
+               return
+            else if (request%remeshes()) then
+               call retry_refined(problem, run, attempt, .true.)
+            else if (request%shorter) then
+               call retry_shorter(run)
+            else
+               call go_to_next_increment(problem, step, attempt, run, outcome)
+            end if
+         end associate
+      end subroutine serve_request
    end subroutine follow_points
-
-   !> True if the step has as many points as the deck allows; this is a failure if the step has a stop condition.
-   logical function points_used_up(step, run, outcome) result(used_up)
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run
-      type(outcome_t), intent(inout) :: outcome
-      used_up = run%step_points >= step%max_points
-      if (.not. used_up) return
-      outcome%used_up = size(step%stop) > 0
-      if (outcome%used_up) outcome%why = 'the allowed number of points was used up before the stop condition'
-   end function points_used_up
-
-   !> Makes a contact change at the last accepted point, if on a new mesh the change lies before this point.
-   subroutine catch_up(problem, step, run, attempt, recorder, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome
-      type(path_point_t) :: here
-      run%mesh%change_behind = .false.
-      here = run%last
-      call pass_change(problem, step, run, here, .false., huge(1), recorder, attempt%request, attempt%finished, outcome)
-      call note_change(attempt)
-      if (attempt%request%shorter) call retry_shorter(run)
-      if (attempt%changed) attempt%has_trial = .false.
-   end subroutine catch_up
 
    !> Sets the controlled quantity and limits the increment.
    subroutine set_control(problem, step, run)
@@ -108,61 +144,6 @@ contains
       call shorten_to_stop(step, run)
       call note_slopes(problem, run)
    end subroutine set_control
-
-   !> Makes the contact change on the way to the trial, if there is one; otherwise the trial is accepted as a point of the path. If
-   !> a repetition of the increment is required first, attempt%request says so.
-   subroutine take_trial(problem, step, run, attempt, recorder, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome
-      type(arrival_t) :: arrival
-      if (attempt%cuts == 0) attempt%failures = 0
-      attempt%cuts = 0
-      associate (request => attempt%request)
-         if (problem%has_spans() .and. .not. attempt%begins) then
-            call pass_change(problem, step, run, attempt%trial, .false., attempt%meshes, recorder, request, attempt%finished, &
-               & outcome)
-            call note_change(attempt)
-            if (ended(attempt, outcome) .or. request%set_changed .or. request%shorter .or. request%remeshes()) return
-         end if
-         arrival%report = attempt%report
-         arrival%can_cut = attempt%searches < max_searches
-         arrival%tries = attempt%meshes
-         call accept(problem, step, run, attempt%trial, arrival, recorder, request, attempt%finished, outcome)
-         if (.not. request%remeshes()) attempt%searches = merge(attempt%searches + 1, 0, request%shorter)
-         if (request%shorter) call count_up(counter_cut)
-      end associate
-   end subroutine take_trial
-
-   !> Prepares the next trial: the increment again, in the way that the last trial requires, or else the next increment.
-   subroutine serve_request(problem, step, run, attempt, recorder, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome
-      character(:), allocatable :: no_set
-      associate (request => attempt%request)
-         if (allocated(request%no_set)) then
-            no_set = request%no_set
-            if (request%shorter) call retry_shorter(run)
-            call retry_by_nodes(problem, step, run, attempt, recorder, outcome)
-            if (.not. (attempt%changed .or. ended(attempt, outcome))) outcome%why = no_set
-         else if (request%set_changed) then
-            return
-         else if (request%remeshes()) then
-            call retry_refined(problem, run, attempt, .true.)
-         else if (request%shorter) then
-            call retry_shorter(run)
-         else
-            call go_to_next_increment(problem, step, attempt, run, outcome)
-         end if
-      end associate
-   end subroutine serve_request
 
    !> Remeshes at the accepted point and chooses the increment from it. The mesh becomes finer where the required mesh density has
    !> grown, coarser where it is better than necessary. Under an arc-length strategy load increments are made until the arc length

@@ -3,7 +3,7 @@
 !> met. Each remedy returns `done` if no other is to be tried now, because it succeeded or the run ends.
 module step_recovery
    use kinds, only: wp
-   use model, only: step_t
+   use model, only: step_t, method_load, method_displacement
    use problem, only: problem_t
    use corner_ahead, only: part_before, differ
    use corner_turning, only: turn_corner
@@ -17,9 +17,13 @@ module step_recovery
    use span_mesh, only: step_back, ask_for_twice
    use attempt, only: attempt_t, note_change, ended
    use increment_retries, only: retry_refined, retry_by_nodes, retry_shorter
-   use stop_reasons, only: why_stuck
    use path_record, only: recorder_t
    use timing, only: count_up, counter_rejected, counter_cut
+   use text, only: to_text
+   use path_control, only: is_arc_length
+   use displacement_functional, only: monitor_change
+   use looking_ahead, only: look_t, look_from, look_on
+   use corrector, only: increment_t
    implicit none
    private
    public :: try_recovery
@@ -29,6 +33,9 @@ module step_recovery
    integer, parameter :: cuts_before_corner = 2 !! failed attempts after which a corner of the path is searched for
    integer, parameter :: cuts_before_change = 3 !! failed attempts after which a contact change ahead is searched for
    integer, parameter :: cuts_before_mesh = 6   !! failed attempts, or increments to other paths, after which the mesh is suspected
+
+   integer, parameter :: most_points = 40       !! largest number of points followed ahead; no input deck changes from 20 to 80
+   character(*), parameter :: arc_length_can = ' (METHOD=CYLINDRICAL can)'
 
 contains
 
@@ -44,138 +51,113 @@ contains
       call count_up(counter_rejected)
       attempt%cuts = attempt%cuts + 1
       if (attempt%astray) attempt%failures = attempt%failures + 1
-      call release_marks(problem, run, attempt, done)
-      if (.not. done) call go_past_change(problem, step, run, attempt, recorder, done, outcome)
-      if (.not. done) call go_back_to_finer_mesh(problem, run, attempt, done)
-      if (.not. done) call double_mesh(problem, step, run, attempt, done)
-      if (.not. done) call go_around_corner(problem, step, run, attempt, recorder, done, outcome)
-      if (.not. done) call cut_increment(problem, step, run, attempt, recorder, outcome)
-   end subroutine try_recovery
+      call release_marks(done)
+      if (.not. done) call go_past_change(done)
+      if (.not. done) call go_back_to_finer_mesh(done)
+      if (.not. done) call double_mesh(done)
+      if (.not. done) call go_around_corner(done)
+      if (.not. done) call cut_increment()
 
-   !> Repeats the increment beside contact spans with elements that determine the contact with their foundations themselves:
-   !> interface points may meet one another or a touchdown point, or jump. The mesh of the next point has nodes at their new places.
-   subroutine release_marks(problem, run, attempt, done)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(in) :: attempt
-      logical, intent(out) :: done
-      integer :: m
-      done = problem%has_spans() .and. attempt%cuts >= cuts_before_release
-      if (done) done = any([(is_live(problem, run%last%state, m), m=1, size(problem%mark))])
-      if (.not. done) return
-      run%last%state%segment = segment_unknown
-      call linearise(problem, run%last%state, run%last%state, run%last%system)
-   end subroutine release_marks
+   contains
 
-   !> Searches for a change of contact spans just ahead and makes it.
-   subroutine go_past_change(problem, step, run, attempt, recorder, done, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: done
-      type(outcome_t), intent(inout) :: outcome
-      done = .false.
-      if (.not. (problem%has_spans() .and. attempt%cuts == cuts_before_change .and. allocated(run%trail))) return
-      attempt%trial = run%last
-      associate (request => attempt%request)
-         call pass_change(problem, step, run, attempt%trial, .true., huge(1), recorder, request, attempt%finished, outcome)
+      !> Repeats the increment beside contact spans with elements that determine the contact with their foundations themselves:
+      !> interface points may meet one another or a touchdown point, or jump. The mesh of the next point has nodes at their new
+      !> places.
+      subroutine release_marks(done)
+         logical, intent(out) :: done
+         integer :: m
+         done = problem%has_spans() .and. attempt%cuts >= cuts_before_release
+         if (done) done = any([(is_live(problem, run%last%state, m), m=1, size(problem%mark))])
+         if (.not. done) return
+         run%last%state%segment = segment_unknown
+         call linearise(problem, run%last%state, run%last%state, run%last%system)
+      end subroutine release_marks
+
+      !> Searches for a change of contact spans just ahead and makes it.
+      subroutine go_past_change(done)
+         logical, intent(out) :: done
+         done = .false.
+         if (.not. (problem%has_spans() .and. attempt%cuts == cuts_before_change .and. allocated(run%trail))) return
+         attempt%trial = run%last
+         associate (request => attempt%request)
+            call pass_change(problem, step, run, attempt%trial, .true., huge(1), recorder, request, attempt%finished, outcome)
+            done = ended(attempt, outcome)
+            if (done) return
+            call note_change(attempt)
+            done = request%set_changed .or. request%shorter .or. request%remeshes()
+            if (done) attempt%cuts = 0
+            if (request%shorter) call retry_shorter(run)
+         end associate
+      end subroutine go_past_change
+
+      !> Retries on the mesh used before the last coarsening.
+      subroutine go_back_to_finer_mesh(done)
+         logical, intent(out) :: done
+         type(point_on_mesh_t), allocatable :: finer
+         done = attempt%cuts > cuts_before_change .and. allocated(run%mesh%before_coarsening)
+         if (.not. done) return
+         call move_alloc(run%mesh%before_coarsening, finer)
+         call step_back(finer, problem, run)
+         run%control%increment = sign(attempt%first_increment, run%control%increment)
+         attempt%cuts = 0
+      end subroutine go_back_to_finer_mesh
+
+      !> Doubles the mesh density, once at each point, if the mesh was made by the program and may be too coarse for any increment.
+      subroutine double_mesh(done)
+         logical, intent(out) :: done
+         done = .false.
+         if (attempt%doubled_at == run%step_points) return
+         if (max(attempt%cuts, attempt%failures) <= cuts_before_mesh .and. .not. too_short(step, run, 0.5_wp)) return
+         attempt%doubled_at = run%step_points
+         attempt%failures = 0
+         call ask_for_twice(problem, run%last%state, attempt%request, done)
+         if (.not. done) return
+         if (too_short(step, run, 0.5_wp)) run%control%increment = sign(attempt%first_increment, run%control%increment)
+         call retry_refined(problem, run, attempt, .false.)
+      end subroutine double_mesh
+
+      !> Passes a corner of the path at a change of the contact set.
+      subroutine go_around_corner(done)
+         logical, intent(out) :: done
+         logical :: turned
+         done = .false.
+         if (attempt%cuts <= cuts_before_corner .and. .not. (attempt%astray .and. differ(run%last%state%active, &
+            & attempt%trial%state%active))) &
+            & return
+         call turn_corner(problem, step, run, attempt%corner_meshes, recorder, attempt%request, turned, attempt%finished, outcome)
          done = ended(attempt, outcome)
          if (done) return
-         call note_change(attempt)
-         done = request%set_changed .or. request%shorter .or. request%remeshes()
-         if (done) attempt%cuts = 0
-         if (request%shorter) call retry_shorter(run)
-      end associate
-   end subroutine go_past_change
+         if (attempt%request%remeshes()) then
+            attempt%corner_meshes = attempt%corner_meshes + 1
+            call retry_refined(problem, run, attempt, .false.)
+            done = .true.
+            return
+         end if
+         if (turned) attempt%cuts = 0
+         done = turned
+      end subroutine go_around_corner
 
-   !> Retries on the mesh used before the last coarsening.
-   subroutine go_back_to_finer_mesh(problem, run, attempt, done)
-      type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      logical, intent(out) :: done
-      type(point_on_mesh_t), allocatable :: finer
-      done = attempt%cuts > cuts_before_change .and. allocated(run%mesh%before_coarsening)
-      if (.not. done) return
-      call move_alloc(run%mesh%before_coarsening, finer)
-      call step_back(finer, problem, run)
-      run%control%increment = sign(attempt%first_increment, run%control%increment)
-      attempt%cuts = 0
-   end subroutine go_back_to_finer_mesh
-
-   !> Doubles the mesh density, once at each point, if the mesh was made by the program and may be too coarse for any increment.
-   subroutine double_mesh(problem, step, run, attempt, done)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      logical, intent(out) :: done
-      done = .false.
-      if (attempt%doubled_at == run%step_points) return
-      if (max(attempt%cuts, attempt%failures) <= cuts_before_mesh .and. .not. too_short(step, run, 0.5_wp)) return
-      attempt%doubled_at = run%step_points
-      attempt%failures = 0
-      call ask_for_twice(problem, run%last%state, attempt%request, done)
-      if (.not. done) return
-      if (too_short(step, run, 0.5_wp)) run%control%increment = sign(attempt%first_increment, run%control%increment)
-      call retry_refined(problem, run, attempt, .false.)
-   end subroutine double_mesh
-
-   !> Passes a corner of the path at a change of the contact set.
-   subroutine go_around_corner(problem, step, run, attempt, recorder, done, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      class(recorder_t), intent(inout) :: recorder
-      logical, intent(out) :: done
-      type(outcome_t), intent(inout) :: outcome
-      logical :: turned
-      done = .false.
-      if (attempt%cuts <= cuts_before_corner .and. .not. (attempt%astray .and. differ(run%last%state%active, &
-         & attempt%trial%state%active))) &
-         & return
-      call turn_corner(problem, step, run, attempt%corner_meshes, recorder, attempt%request, turned, attempt%finished, outcome)
-      done = ended(attempt, outcome)
-      if (done) return
-      if (attempt%request%remeshes()) then
-         attempt%corner_meshes = attempt%corner_meshes + 1
-         call retry_refined(problem, run, attempt, .false.)
-         done = .true.
-         return
-      end if
-      if (turned) attempt%cuts = 0
-      done = turned
-   end subroutine go_around_corner
-
-   !> Halves the increment, or shortens it to end before a corner due to foundations. If it becomes too short, contact is determined
-   !> from the nodes; the run ends if this gives no other contact set.
-   subroutine cut_increment(problem, step, run, attempt, recorder, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(attempt_t), intent(inout) :: attempt
-      class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome
-      real(wp) :: part
-      part = 0.5_wp
-      if (attempt%astray) part = part_before(problem, step, run, attempt%corner)
-      run%control%increment = part * run%control%increment
-      if (attempt%report%hopeless) then
-         outcome%why = 'no first point: '//attempt%report%message
-      else if (attempt%cuts > max_cuts .or. too_short(step, run, 1.0_wp)) then
-         if (.not. allocated(attempt%report%message)) attempt%report%message = 'no equilibrium'
-         call retry_by_nodes(problem, step, run, attempt, recorder, outcome)
-         if (attempt%changed .or. ended(attempt, outcome)) return
-         call why_stuck(problem, step, run, attempt%report, outcome%why, outcome%turns)
-      else
-         call count_up(counter_cut)
-         ! The shorter increment may have meshes of its own.
-         attempt%meshes = 0
-      end if
-   end subroutine cut_increment
+      !> Halves the increment, or shortens it to end before a corner due to foundations. If it becomes too short, contact is
+      !> determined from the nodes; the run ends if this gives no other contact set.
+      subroutine cut_increment()
+         real(wp) :: part
+         part = 0.5_wp
+         if (attempt%astray) part = part_before(problem, step, run, attempt%corner)
+         run%control%increment = part * run%control%increment
+         if (attempt%report%hopeless) then
+            outcome%why = 'no first point: '//attempt%report%message
+         else if (attempt%cuts > max_cuts .or. too_short(step, run, 1.0_wp)) then
+            if (.not. allocated(attempt%report%message)) attempt%report%message = 'no equilibrium'
+            call retry_by_nodes(problem, step, run, attempt, recorder, outcome)
+            if (attempt%changed .or. ended(attempt, outcome)) return
+            call why_stuck(problem, step, run, attempt%report, outcome%why, outcome%turns)
+         else
+            call count_up(counter_cut)
+            ! The shorter increment may have meshes of its own.
+            attempt%meshes = 0
+         end if
+      end subroutine cut_increment
+   end subroutine try_recovery
 
    !> True if a fraction of the increment is below the smallest one.
    pure logical function too_short(step, run, part)
@@ -184,4 +166,89 @@ contains
       real(wp), intent(in) :: part
       too_short = part * abs(run%control%increment) < smallest(step, run%control)
    end function too_short
+
+   !> Reason, as one sentence, why a path has no further point, with a remedy if one was tried.
+   !>
+   !> Load and displacement control end at limit and turning points. Whether such a point lies ahead is verified: the path is
+   !> followed by arc length, without recording, until the load or the monitor turns back.
+   subroutine why_stuck(problem, step, run, report, why, turns)
+      type(problem_t), intent(in) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(in) :: run
+      type(increment_t), intent(in) :: report   !! report of the last increment tried
+      character(:), allocatable, intent(out) :: why
+      logical, intent(out) :: turns             !! the path continues, but this strategy cannot follow it
+      character(:), allocatable :: cut
+      real(wp) :: at
+      integer :: points
+      turns = .false.
+      why = 'no further point at load factor '//to_text(run%last%state%load_factor)//': '//report%message
+      cut = ' (increments were cut to '//to_text(abs(run%control%increment))
+      if (is_arc_length(run%control%method)) then
+         why = why//cut//'; *STATIC sets the smallest, *CONTROLS the iterations)'
+         return
+      end if
+      call look_ahead(problem, run, at, points, turns)
+      if (.not. turns) then
+         ! A step by arc length begins with an increment of the load.
+         if (is_arc_length(step%method)) then
+            why = why//cut//' of the load factor)'
+         else if (points > 0) then
+            why = why//cut//'; METHOD=CYLINDRICAL goes on from there, to load factor '//to_text(at)//' at least)'
+         else
+            why = why//cut//')'
+         end if
+      else if (step%method == method_displacement) then
+         why = 'displacement control cannot pass the turning point of '//trim(problem%model%monitor(step%monitor)%name)// &
+            & ' ahead, near load factor '//to_text(at)//arc_length_can//': '//why
+      else if (step%method == method_load) then
+         why = 'load control cannot pass the limit point ahead, near load factor '//to_text(at)//arc_length_can//': '//why
+      else
+         why = 'the first increment cannot pass the limit point near load factor '//to_text(at)//' (a smaller one can): '//why
+      end if
+   end subroutine why_stuck
+
+   !> Follows the path by arc length until the controlled quantity (load or monitor) turns back.
+   subroutine look_ahead(problem, run, at, points, found)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      real(wp), intent(out) :: at               !! load factor at the turn, or at the last point
+      integer, intent(out) :: points            !! number of points found
+      logical, intent(out) :: found             !! the controlled quantity turns back
+      type(look_t) :: look
+      real(wp) :: rate_here, rate_there, load, slope
+      logical :: ahead
+      found = .false.
+      points = 0
+      at = run%last%state%load_factor
+      if (.not. run%last%system%ok) return
+      look = look_from(run)
+      rate_here = rate()
+      ! A controlled quantity that changes against the increment at the start has turned before the last point.
+      if (.not. rate_here * run%control%increment > 0.0_wp) return
+      do while (points < most_points)
+         load = look%here%state%load_factor
+         slope = look%here%tangent%load
+         call look_on(problem, look, ahead)
+         if (.not. ahead) return
+         points = points + 1
+         rate_there = rate()
+         found = rate_here * rate_there < 0.0_wp
+         at = look%here%state%load_factor
+         if (found .and. (at - load) * slope < 0.0_wp) at = load
+         if (found) return
+         rate_here = rate_there
+      end do
+
+   contains
+
+      !> Derivative of the controlled quantity (load or monitor) by arc length at the point followed last.
+      real(wp) function rate()
+         associate (here => look%here)
+            rate = here%tangent%load
+            if (run%control%method == method_displacement) rate = here%tangent%load * monitor_change(problem, &
+               & run%control%monitor, here%state, here%system, here%system%tangent, 1.0_wp)
+         end associate
+      end function rate
+   end subroutine look_ahead
 end module step_recovery

@@ -12,8 +12,8 @@ module limit_curves
    use model, only: step_t
    use linear_system, only: new_system
    use bordered_system, only: linearise
-   use archive, only: archive_t
-   use checkpoint, only: standing_t, on_curve
+   use archive, only: archive_t, archive_reset
+   use checkpoint, only: standing_t, on_curve, clear_end, change_steps
    use critical_points, only: critical_points_t
    use path_outcome, only: outcome_t, must_end, note_trouble
    use span_tests, only: spans_hold
@@ -22,10 +22,10 @@ module limit_curves
    use limit_rigid, only: make_rigid
    use limit_search, only: curve_walk_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
    use monitors, only: monitor_values
-   use limit_checkpoint, only: keep_walk, take_walk
    use limit_mesh, only: bars_here, refine_limit_point
    use error_report, only: note_curve_bar
    use path_record, only: recorder_t, limit_point_t
+   use run_archive, only: exchange_critical_points_t, exchange_curve_walk_t, exchange_outcome_t
    implicit none
    private
    public :: follow_limit_curves
@@ -53,75 +53,82 @@ contains
       integer :: k, first
       first = 1
       if (standing%kind == on_curve) then
-         call take_walk(standing, own, walk, outcome)
+         call take_walk()
          first = walk%number
       end if
       do k = first, size(step%limit_curve)
          if (allocated(trouble)) deallocate (trouble)
-         if (standing%kind /= on_curve) call begin_curve(step, own, k, walk, recorder, trouble, outcome)
+         if (standing%kind /= on_curve) call begin_curve(k, walk, trouble)
          standing%kind = 0
          if (.not. (allocated(trouble) .or. allocated(outcome%why))) &
             & call follow_curve(step, own, walk, frame, recorder, trouble, outcome)
          if (allocated(outcome%why)) return
          if (allocated(trouble)) call note_trouble(outcome, 'limit curve '//trim(step%limit_curve(k)%name)//': '//trouble)
       end do
+
+   contains
+
+      !> Begins a limit curve: records its first limit point, which is that of the path.
+      subroutine begin_curve(number, walk, trouble)
+         integer, intent(in) :: number                  ! index into step%limit_curve
+         type(curve_walk_t), intent(out) :: walk
+         character(:), allocatable, intent(out) :: trouble ! reason why the curve cannot begin
+         type(trial_t) :: trial
+         integer :: i, passed
+
+         associate (curve => step%limit_curve(number), follower => walk%follower)
+            passed = 0
+            do i = 1, size(own%list)
+               if (own%list(i)%label /= 'LP' .or. own%list(i)%corner) cycle
+               passed = passed + 1
+               if (passed == curve%limit_point) exit
+            end do
+            if (passed < curve%limit_point) then
+               trouble = 'the path has '//to_text(passed)//' limit point(s), not '//to_text(curve%limit_point)
+               if (any(own%list%corner)) trouble = trouble//'; those at corners of the path do not count: no rate is zero there'
+               return
+            end if
+            walk%number = number
+            call copy_problem(own%list(i)%problem, follower%base)
+            follower%state = own%list(i)%state
+            call copy_problem(follower%base, follower%problem)
+            follower%curve = curve
+            follower%system = new_system(follower%base)
+            follower%coordinate = as_coordinate(curve, present_value(follower%base, curve))
+            walk%start = follower%coordinate
+            follower%unit(2) = abs(curve%increment)
+            ! Unit of the arc length: at first a length over which the path is curved, later the movement in one step of the curve.
+            follower%unit(1) = first_distance
+            call stand_here(follower, own%list(i)%direction, own%list(i)%direction_load)
+            if (.not. follower%system%ok) then
+               trouble = 'the tangent at the limit point is singular'
+               return
+            end if
+            call scale_rate(follower, trial)
+            call evaluate(follower, [0.0_wp, 0.0_wp], trial)
+            if (.not. trial%report%converged) then
+               trouble = trial%report%message
+               return
+            end if
+            call refine_limit_point(follower, step)
+            call report(step, walk, trial, '  ', .false., recorder, outcome)
+            walk%points = 1
+            walk%way = [0.0_wp, sign(1.0_wp, curve%increment)]
+            ! The movement of the path in a step of the curve is not known yet.
+            walk%distance = first_step
+            walk%turned_at = follower%coordinate
+         end associate
+      end subroutine begin_curve
+
+      !> Restores a run on a limit curve from a checkpoint of which the frame has been read.
+      subroutine take_walk()
+         call exchange(standing%archive, own, walk, outcome)
+         call clear_end(outcome)
+         if (.not. standing%changed) return
+         call change_steps(standing%steps, walk%follower%base)
+         call change_steps(standing%steps, walk%follower%problem)
+      end subroutine take_walk
    end subroutine follow_limit_curves
-
-   !> Begins a limit curve: records its first limit point, which is that of the path.
-   subroutine begin_curve(step, own, number, walk, recorder, trouble, outcome)
-      type(step_t), intent(in) :: step
-      type(critical_points_t), intent(in) :: own
-      integer, intent(in) :: number                  !! index into step%limit_curve
-      type(curve_walk_t), intent(out) :: walk
-      class(recorder_t), intent(inout) :: recorder
-      character(:), allocatable, intent(out) :: trouble !! reason why the curve cannot begin
-      type(outcome_t), intent(inout) :: outcome
-      type(trial_t) :: trial
-      integer :: i, passed
-
-      associate (curve => step%limit_curve(number), follower => walk%follower)
-         passed = 0
-         do i = 1, size(own%list)
-            if (own%list(i)%label /= 'LP' .or. own%list(i)%corner) cycle
-            passed = passed + 1
-            if (passed == curve%limit_point) exit
-         end do
-         if (passed < curve%limit_point) then
-            trouble = 'the path has '//to_text(passed)//' limit point(s), not '//to_text(curve%limit_point)
-            if (any(own%list%corner)) trouble = trouble//'; those at corners of the path do not count: no rate is zero there'
-            return
-         end if
-         walk%number = number
-         call copy_problem(own%list(i)%problem, follower%base)
-         follower%state = own%list(i)%state
-         call copy_problem(follower%base, follower%problem)
-         follower%curve = curve
-         follower%system = new_system(follower%base)
-         follower%coordinate = as_coordinate(curve, present_value(follower%base, curve))
-         walk%start = follower%coordinate
-         follower%unit(2) = abs(curve%increment)
-         ! Unit of the arc length: at first a length over which the path is curved, later the movement in one step of the curve.
-         follower%unit(1) = first_distance
-         call stand_here(follower, own%list(i)%direction, own%list(i)%direction_load)
-         if (.not. follower%system%ok) then
-            trouble = 'the tangent at the limit point is singular'
-            return
-         end if
-         call scale_rate(follower, trial)
-         call evaluate(follower, [0.0_wp, 0.0_wp], trial)
-         if (.not. trial%report%converged) then
-            trouble = trial%report%message
-            return
-         end if
-         call refine_limit_point(follower, step)
-         call report(step, walk, trial, '  ', .false., recorder, outcome)
-         walk%points = 1
-         walk%way = [0.0_wp, sign(1.0_wp, curve%increment)]
-         ! The movement of the path in a step of the curve is not known yet.
-         walk%distance = first_step
-         walk%turned_at = follower%coordinate
-      end associate
-   end subroutine begin_curve
 
    !> Follows one limit curve from the limit point where the walk is. Checkpoints are passed to the recorder on the way.
    subroutine follow_curve(step, own, walk, frame, recorder, trouble, outcome)
@@ -145,7 +152,7 @@ contains
          last = as_coordinate(curve, curve%last)
          largest = max(curve%largest / abs(curve%increment), 1.0_wp)
          do while (points < curve%max_points)
-            call keep_walk(frame, own, walk, must_end(outcome), recorder, outcome)
+            call keep_walk(must_end(outcome))
             if (allocated(outcome%why)) return
             place = distance * way
             call shorten_to_values(place, exact, final)
@@ -295,6 +302,19 @@ contains
             walk%follower%unit(1) = unit
          end if
       end subroutine go
+
+      !> Passes a checkpoint to the recorder.
+      subroutine keep_walk(now)
+         logical, intent(in) :: now                       ! true: even if the recorder does not request one
+         type(error_t), allocatable :: error
+         integer :: n
+         if (frame%n == 0 .or. .not. (now .or. recorder%wants_state())) return
+         n = frame%n
+         call exchange(frame, own, walk, outcome)
+         call recorder%state(frame%words(:frame%n), error)
+         call archive_reset(frame, n)
+         if (allocated(error) .and. .not. allocated(outcome%why)) outcome%why = error%message
+      end subroutine keep_walk
    end subroutine follow_curve
 
    !> Passes the last limit point on to the recorder.
@@ -323,8 +343,19 @@ contains
             call bars_here(follower, point%bars)
             call note_curve_bar(follower%problem, point, trim(curve%name), step, outcome%accuracy)
          end if
-         call recorder%limit_point(point, error)
+         call recorder%take(point, error)
          if (allocated(error)) outcome%why = error%message
       end associate
    end subroutine report
+
+   !> Stores or reads the part of the checkpoint behind the frame.
+   subroutine exchange(a, own, walk, outcome)
+      type(archive_t), intent(inout) :: a
+      type(critical_points_t), intent(inout) :: own
+      type(curve_walk_t), intent(inout) :: walk
+      type(outcome_t), intent(inout) :: outcome
+      call exchange_critical_points_t(a, own)
+      call exchange_curve_walk_t(a, walk)
+      call exchange_outcome_t(a, outcome)
+   end subroutine exchange
 end module limit_curves

@@ -136,7 +136,7 @@ contains
       integer :: e, i, node
       logical :: done(size(state%u, 2))
       carried = state
-      carried%geometry = new_geometry(to%model, to%tableau)
+      carried%geometry = new_geometry(to%model)
       if (to%moves_nodes()) then
          ! On the same mesh, nodes are at the same material points.
          do node = 1, to%model%mesh%n_nodes

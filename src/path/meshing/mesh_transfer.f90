@@ -3,7 +3,7 @@ module mesh_transfer
    use kinds, only: wp
    use model, only: method_load, method_displacement
    use problem, only: problem_t, copy_problem
-   use rod_state, only: is_stress_free
+   use rod_state, only: is_stress_free, state_t
    use linear_system, only: new_system
    use bordered_system, only: linearise
    use span_problem, only: new_span_problem
@@ -12,7 +12,6 @@ module mesh_transfer
    use mesh_density, only: mesh_density_t
    use ground_cuts, only: find_cuts
    use path_control, only: control_t, is_arc_length, metric
-   use resting_contact, only: find_fastest, stay_in_place
    use flat_points, only: turn_flattest
    use path_continuity, only: path_tangent_at, normal_plane, angle_between, largest_turn
    use path_point, only: path_point_t, move_to, evaluate_tests
@@ -20,6 +19,10 @@ module mesh_transfer
    use corrector, only: increment_t, correct
    use mesh_request, only: stays_within
    use timing, only: count_up, counter_remeshed
+   use touchdown_points, only: touchdown_steps
+   use tangent_step, only: states_along
+   use sized_equilibrium, only: solve_sized
+   use set_begins, only: small_load
    implicit none
    private
    public :: stand_on, rebalance, refine_point, move_to_mesh
@@ -153,4 +156,39 @@ contains
       run%last%system = new_system(problem)
       call linearise(problem, run%last%state, run%last%state, run%last%system)
    end subroutine move_to_mesh
+
+   !> Finds the touchdown point with the largest rate of position by load.
+   subroutine find_fastest(problem, point, fastest, rate)
+      type(problem_t), intent(in) :: problem
+      type(path_point_t), intent(in) :: point
+      integer, intent(out) :: fastest            !! candidate, 0: none moves
+      real(wp), intent(out) :: rate              !! along the rod, per unit of load factor
+      real(wp) :: rates(problem%candidates%n), step
+      type(state_t) :: ahead, here
+      fastest = 0
+      rate = 0.0_wp
+      associate (moves => problem%candidates%moves(:size(rates)))
+         if (.not. any(moves)) return
+         call states_along(problem, point%system, point%state, 1.0_wp, here, ahead, step)
+         rates = abs(touchdown_steps(problem, point%state, ahead) - touchdown_steps(problem, point%state, here)) / step
+         fastest = maxloc(rates, 1, moves)
+      end associate
+      rate = rates(fastest)
+   end subroutine find_fastest
+
+   !> Finds the equilibrium with one touchdown point fixed at its present position.
+   subroutine stay_in_place(problem, run, fastest, point, found)
+      type(problem_t), intent(in) :: problem
+      type(path_state_t), intent(in) :: run
+      integer, intent(in) :: fastest             !! candidate
+      type(path_point_t), intent(inout) :: point !! a guess on entry
+      logical, intent(out) :: found
+      type(state_t) :: state
+      type(control_t) :: load
+      state = point%state
+      load%whole = state%load_factor
+      call solve_sized(problem, [fastest, 0], point%system, load, small_load(run), state, found)
+      if (found) call move_to(problem, state, point)
+      found = found .and. point%system%ok
+   end subroutine stay_in_place
 end module mesh_transfer

@@ -8,7 +8,7 @@ module span_mesh
    use span_problem, only: new_span_problem
    use span_division, only: present_demand, lasting_demand, outgrown
    use span_candidates, only: present_contact_spans
-   use mesh_transfer, only: stand_on, rebalance, move_to_mesh
+   use mesh_transfer, only: stand_on, rebalance
    use mesh_density, only: mesh_density_t
    use ground_mark, only: cut_t
    use ground_cuts, only: find_cuts, marked
@@ -21,7 +21,7 @@ module span_mesh
    use timing, only: count_up, counter_remeshed
    implicit none
    private
-   public :: prepare_mesh, renew_mesh, refine_mesh, coarsen_mesh, step_back, ask_for_twice, mesh_for_spans
+   public :: prepare_mesh, renew_mesh, refine_mesh, coarsen_mesh, step_back, ask_for_twice
 
 contains
 
@@ -224,13 +224,4 @@ contains
          request%density(k)%elements = 2.0_wp * request%density(k)%elements
       end do
    end subroutine ask_for_twice
-
-   !> Transfers the run to the mesh of another contact set.
-   subroutine mesh_for_spans(problem, run, contact_span)
-      type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(contact_span_t), intent(in) :: contact_span(:)
-      call move_to_mesh(new_span_problem(problem, contact_span), problem, run)
-   end subroutine mesh_for_spans
-
 end module span_mesh

@@ -64,7 +64,7 @@ contains
             & point%state), located_event%bars, smooth=.not. event%corner, pivots=before)
          if (allocated(outcome%why)) return
          call count_up(counter_located)
-         call keep_start(problem, step, run, trial, located_event, pivots, critical)
+         call keep_start()
          call announce(problem, run, critical, point, .true., recorder, outcome)
          if (allocated(outcome%why)) return
          if (smooth) then
@@ -76,49 +76,44 @@ contains
             call go_to(problem, run, point)
          end if
       end associate
-   end subroutine record_event
 
-   !> Keeps a critical point with its null vectors for branches and limit curves, and completes its message.
-   subroutine keep_start(problem, step, run, trial, located_event, pivots, critical)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: trial
-      type(located_event_t), intent(in) :: located_event
-      integer, intent(in) :: pivots              !! negative pivots before the event
-      type(critical_t), intent(inout) :: critical
-      type(modes_t) :: modes
-      type(problem_t) :: free
-      type(state_t) :: released
-      type(system_t) :: other
-      real(wp) :: arc_length
-      logical :: weak
-      associate (event => located_event%event, place => located_event%point%state, system => located_event%point%system)
-         arc_length = run%arc_length + path_length(problem, run%last%state, place)
-         select case (event%kind)
-         case (event_bifurcation)
-            call find_null_vectors(problem, step, system, place, event, critical, modes)
-            if (allocated(located_event%bars)) then
-               if (located_event%bars%unfolding > 0.0_wp) critical%note = critical%note//imperfect
-            end if
-            call keep_critical_point(problem, run, 'BP', place, trial%state, located_event%fraction, arc_length, pivots, &
-               & size(critical%null_vector, 3), event%scale, located_event%bars)
-         case (event_release)
-            call remove_force_free_lines(problem, place, system, free, released, weak)
-            other = new_system(free)
-            call linearise(free, released, released, other)
-            call find_null_vectors(free, step, other, released, event, critical, modes)
-            critical%note = event%note
-            if (line_opening(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
-               & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
-            call let_turn(free)
-            call keep_critical_point(problem, run, 'BP', place, trial%state, located_event%fraction, arc_length, pivots, 1, &
-               & free=free, released=released)
-         case (event_limit)
-            call keep_critical_point(problem, run, 'LP', place, trial%state, 0.0_wp, arc_length, pivots, 0, corner=event%corner)
-         end select
-      end associate
-   end subroutine keep_start
+   contains
+
+      !> Keeps a critical point with its null vectors for branches and limit curves, and completes its message.
+      subroutine keep_start()
+         type(modes_t) :: modes
+         type(problem_t) :: free
+         type(state_t) :: released
+         type(system_t) :: other
+         real(wp) :: arc_length
+         logical :: weak
+         associate (event => located_event%event, place => located_event%point%state, system => located_event%point%system)
+            arc_length = run%arc_length + path_length(problem, run%last%state, place)
+            select case (event%kind)
+            case (event_bifurcation)
+               call find_null_vectors(problem, step, system, place, event, critical, modes)
+               if (allocated(located_event%bars)) then
+                  if (located_event%bars%unfolding > 0.0_wp) critical%note = critical%note//imperfect
+               end if
+               call keep_critical_point(problem, run, 'BP', place, trial%state, located_event%fraction, arc_length, pivots, &
+                  & size(critical%null_vector, 3), event%scale, located_event%bars)
+            case (event_release)
+               call remove_force_free_lines(problem, place, system, free, released, weak)
+               other = new_system(free)
+               call linearise(free, released, released, other)
+               call find_null_vectors(free, step, other, released, event, critical, modes)
+               critical%note = event%note
+               if (line_opening(problem, place, free, released, nodal_mode(free, other, modes%x(:, 1))) == 0) &
+                  & critical%note = 'bifurcation without contacts that carry no force; none of its directions opens them all'
+               call let_turn(free)
+               call keep_critical_point(problem, run, 'BP', place, trial%state, located_event%fraction, arc_length, pivots, 1, &
+                  & free=free, released=released)
+            case (event_limit)
+               call keep_critical_point(problem, run, 'LP', place, trial%state, 0.0_wp, arc_length, pivots, 0, corner=event%corner)
+            end select
+         end associate
+      end subroutine keep_start
+   end subroutine record_event
 
    !> Moves the path state to a point.
    subroutine go_to(problem, run, point)
@@ -183,7 +178,7 @@ contains
                & asked_at(problem, step, full%label), outcome), full%label, at, outcome%accuracy)
          end associate
       end if
-      call recorder%critical(full, error)
+      call recorder%take(full, error)
       if (allocated(error)) outcome%why = error%message
    end subroutine announce
 

@@ -67,12 +67,12 @@ contains
       call request%begin_trial()
       call evaluate_tests(problem, trial)
       call find_events(problem, step, run, trial, findings)
-      call find_corners(run, trial, findings)
+      call find_corners()
       findings%duplicate = duplicates_of(run, trial, arrival%label /= '' .or. arrival%changes, findings%seen)
       request%shorter = arrival%can_cut .and. better_from_nearer(problem, run, trial, findings)
       if (request%shorter) return
       request%events_located = any(findings%seen%located .and. .not. findings%duplicate)
-      call begin_asking(problem, step, run, trial, arrival, findings)
+      call begin_asking()
       call settle_events(problem, step, run, trial, arrival, findings, request, outcome)
       if (request%shorter .or. request%remeshes()) return
       call settle_trial(problem, step, run, trial, arrival, findings, request, outcome)
@@ -86,48 +86,58 @@ contains
       if (allocated(outcome%why)) return
       call record_trial(problem, run, trial, arrival, findings, recorder, outcome)
       if (allocated(outcome%why)) return
-      call announce_missed(problem, run, trial, findings, recorder, finished, outcome)
+      call announce_missed()
       if (arrival%label /= '') call announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
       if (finished) call announce(problem, run, new_critical('EP', 'end of the step', findings%bars), trial, .true., &
          & recorder, outcome)
       if (allocated(outcome%why)) return
       call arrive(problem, run, trial, arrival, findings)
+
+   contains
+
+      !> Finds the contact changes at whose corners the load turns. A limit point at a corner without a reported contact change is
+      !> rejected if contact at nodes changes in the increment: such corners depend on the mesh, and shorter increments pass around
+      !> them.
+      subroutine find_corners()
+         integer :: i
+         findings%beside = beside(findings%seen)
+         if (all(run%last%state%active .eqv. trial%state%active)) return
+         do i = 1, size(findings%seen)
+            associate (event => findings%seen(i)%event)
+               if (.not. event%corner .or. event%law%candidate > 0 .or. findings%beside(i) > 0) cycle
+               findings%seen(i)%located = .false.
+               event%corner = .false.
+               event%note = 'limit point of the load'
+            end associate
+         end do
+      end subroutine find_corners
+
+      !> Sets two conditions on which error bars depend: whether the trial is the end of the step, and whether the mesh may be
+      !> refined.
+      subroutine begin_asking()
+         findings%stops = stop_met(step, run%last%test_values, trial%test_values)
+         ! The mesh is not refined if the deck gives it, or if it was remade for this increment already: a second mesh made here
+         ! would lack the same nodes at interface points as the first. (A point before the event supplies them: the mesh of the
+         ! next increment begins there.)
+         findings%as_it_is = .not. any(problem%layout%rod_segment%placed) .or. arrival%tries > 0
+      end subroutine begin_asking
+
+      !> Reports events that were not located at the trial, which lies behind them.
+      subroutine announce_missed()
+         integer :: i
+         do i = 1, size(findings%seen)
+            if (findings%duplicate(i) .or. findings%seen(i)%located) cycle
+            associate (event => findings%seen(i)%event)
+               call announce(problem, run, new_critical(event%label, event%note), trial, .false., recorder, outcome)
+               call note_bracketed(outcome, event%note, run%last%state%load_factor, trial%state%load_factor)
+               finished = finished .or. event%kind == event_stop
+               ! The point counts for the closure check; no branch can start there.
+               call keep_critical_point(problem, run, event%label, trial%state, trial%state, 1.0_wp, &
+                  & run%arc_length + path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
+            end associate
+         end do
+      end subroutine announce_missed
    end subroutine accept
-
-   !> Finds the contact changes at whose corners the load turns. A limit point at a corner without a reported contact change is
-   !> rejected if contact at nodes changes in the increment: such corners depend on the mesh, and shorter increments pass around
-   !> them.
-   subroutine find_corners(run, trial, findings)
-      type(path_state_t), intent(in) :: run
-      type(path_point_t), intent(in) :: trial
-      type(findings_t), intent(inout) :: findings
-      integer :: i
-      findings%beside = beside(findings%seen)
-      if (all(run%last%state%active .eqv. trial%state%active)) return
-      do i = 1, size(findings%seen)
-         associate (event => findings%seen(i)%event)
-            if (.not. event%corner .or. event%law%candidate > 0 .or. findings%beside(i) > 0) cycle
-            findings%seen(i)%located = .false.
-            event%corner = .false.
-            event%note = 'limit point of the load'
-         end associate
-      end do
-   end subroutine find_corners
-
-   !> Sets two conditions on which error bars depend: whether the trial is the end of the step, and whether the mesh may be refined.
-   subroutine begin_asking(problem, step, run, trial, arrival, findings)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: trial
-      type(arrival_t), intent(in) :: arrival
-      type(findings_t), intent(inout) :: findings
-      findings%stops = stop_met(step, run%last%test_values, trial%test_values)
-      ! The mesh is not refined if the deck gives it, or if it was remade for this increment already: a second mesh made here would
-      ! lack the same nodes at interface points as the first. (A point before the event supplies them: the mesh of the next
-      ! increment begins there.)
-      findings%as_it_is = .not. any(problem%layout%rod_segment%placed) .or. arrival%tries > 0
-   end subroutine begin_asking
 
    !> Checks each located event and computes its error bars, up to the first that requires another increment.
    subroutine settle_events(problem, step, run, trial, arrival, findings, request, outcome)
@@ -146,43 +156,37 @@ contains
             findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, findings%seen(i))
             cycle
          end if
-         call settle_event(problem, step, run, trial, arrival, i, findings, request, outcome)
+         call settle_event()
          if (request%shorter .or. request%remeshes()) return
       end do
-   end subroutine settle_events
 
-   !> Decides on one located event: rejected as spurious, accepted with error bars, or to be located again on a shorter increment or
-   !> another mesh.
-   subroutine settle_event(problem, step, run, trial, arrival, i, findings, request, outcome)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: trial
-      type(arrival_t), intent(in) :: arrival
-      integer, intent(in) :: i                   !! index of the event among those seen
-      type(findings_t), intent(inout) :: findings
-      type(request_t), intent(inout) :: request
-      type(outcome_t), intent(in) :: outcome
-      associate (located_event => findings%seen(i))
-         findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
-         if (findings%duplicate(i)) return
-         ! Bars of a branch closure are those of the parent path, on its mesh.
-         if (allocated(located_event%bars)) return
-         request%shorter = arrival%can_cut .and. located_event%event%kind == event_stop .and. hides_release(problem, run, &
-            & findings, i)
-         if (request%shorter) return
-         call bars_at_event(problem, step, run, trial, located_event%event, located_event%point, located_event%bars, &
-            & findings%as_it_is)
-         ! The error bars may show that rounding is larger than assumed before.
-         findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
-         if (findings%duplicate(i)) return
-         call doubt_limit(problem, run, trial, located_event)
-         if (arrival%tries /= mesh_has_to_do) call ask_at_event(problem, step, run, located_event, arrival%tries, outcome, request)
-         if (request%remeshes()) return
-         call doubt_bifurcation(located_event)
-         request%shorter = arrival%can_cut .and. .not. located_event%located
-      end associate
-   end subroutine settle_event
+   contains
+
+      !> Decides on one located event: rejected as spurious, accepted with error bars, or to be located again on a shorter
+      !> increment or another mesh.
+      subroutine settle_event()
+         associate (located_event => findings%seen(i))
+            findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
+            if (findings%duplicate(i)) return
+            ! Bars of a branch closure are those of the parent path, on its mesh.
+            if (allocated(located_event%bars)) return
+            request%shorter = arrival%can_cut .and. located_event%event%kind == event_stop .and. hides_release(problem, run, &
+               & findings, i)
+            if (request%shorter) return
+            call bars_at_event(problem, step, run, trial, located_event%event, located_event%point, located_event%bars, &
+               & findings%as_it_is)
+            ! The error bars may show that rounding is larger than assumed before.
+            findings%duplicate(i) = turns_by_rounding(problem, step, run, trial, located_event)
+            if (findings%duplicate(i)) return
+            call doubt_limit(problem, run, trial, located_event)
+            if (arrival%tries /= mesh_has_to_do) &
+               & call ask_at_event(problem, step, run, located_event, arrival%tries, outcome, request)
+            if (request%remeshes()) return
+            call doubt_bifurcation(located_event)
+            request%shorter = arrival%can_cut .and. .not. located_event%located
+         end associate
+      end subroutine settle_event
+   end subroutine settle_events
 
    !> Computes the error bars of the trial, if they are shown or required for a mesh request.
    subroutine settle_trial(problem, step, run, trial, arrival, findings, request, outcome)
@@ -236,27 +240,24 @@ contains
          if (findings%duplicate(k) .or. findings%beside(k) > 0 .or. .not. findings%seen(k)%located) cycle
          call record_event(problem, step, run, trial, findings%seen(k), count_before(run, findings%seen, findings%duplicate, &
             & findings%seen(k)%fraction), recorder, finished, outcome)
-         if (.not. allocated(outcome%why)) call announce_beside(problem, run, findings, k, recorder, outcome)
+         if (.not. allocated(outcome%why)) call announce_beside(k)
          if (finished .or. allocated(outcome%why)) return
       end do
-   end subroutine record_events
 
-   !> Reports a limit point at the corner of a contact change, which is the point recorded last.
-   subroutine announce_beside(problem, run, findings, change, recorder, outcome)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(findings_t), intent(in) :: findings
-      integer, intent(in) :: change              !! index of the contact change among the events seen
-      class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome
-      integer :: i
-      associate (seen => findings%seen)
-         i = findloc(findings%beside, change, 1)
-         if (i == 0) return
-         call announce(problem, run, new_critical(seen(i)%event%label, seen(i)%event%note, seen(change)%bars), &
-            & seen(change)%point, .true., recorder, outcome)
-      end associate
-   end subroutine announce_beside
+   contains
+
+      !> Reports a limit point at the corner of a contact change, which is the point recorded last.
+      subroutine announce_beside(change)
+         integer, intent(in) :: change              ! index of the contact change among the events seen
+         integer :: i
+         associate (seen => findings%seen)
+            i = findloc(findings%beside, change, 1)
+            if (i == 0) return
+            call announce(problem, run, new_critical(seen(i)%event%label, seen(i)%event%note, seen(change)%bars), &
+               & seen(change)%point, .true., recorder, outcome)
+         end associate
+      end subroutine announce_beside
+   end subroutine record_events
 
    !> Records the trial as a point.
    subroutine record_trial(problem, run, trial, arrival, findings, recorder, outcome)
@@ -275,30 +276,6 @@ contains
       call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, &
          & arrival%changing, findings%bars, smooth=.true., pivots=pivots)
    end subroutine record_trial
-
-   !> Reports events that were not located at the trial, which lies behind them.
-   subroutine announce_missed(problem, run, trial, findings, recorder, finished, outcome)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: trial
-      type(findings_t), intent(in) :: findings
-      class(recorder_t), intent(inout) :: recorder
-      logical, intent(inout) :: finished         !! becomes true if the event is the end of the step
-      type(outcome_t), intent(inout) :: outcome
-      integer :: i
-      do i = 1, size(findings%seen)
-         if (findings%duplicate(i) .or. findings%seen(i)%located) cycle
-         associate (event => findings%seen(i)%event)
-            call announce(problem, run, new_critical(event%label, event%note), trial, .false., recorder, &
-               & outcome)
-            call note_bracketed(outcome, event%note, run%last%state%load_factor, trial%state%load_factor)
-            finished = finished .or. event%kind == event_stop
-            ! The point counts for the closure check; no branch can start there.
-            call keep_critical_point(problem, run, event%label, trial%state, trial%state, 1.0_wp, &
-               & run%arc_length + path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
-         end associate
-      end do
-   end subroutine announce_missed
 
    !> Reports the contact change that the trial is known to be.
    subroutine announce_contact(problem, run, trial, arrival, findings, recorder, outcome)

@@ -85,7 +85,7 @@ contains
       end associate
       call count_up(counter_points)
       if (.not. problem%is_sampled()) call count_largest(counter_largest, problem%model%mesh%n_elements)
-      call recorder%point(row, error)
+      call recorder%take(row, error)
       if (allocated(error)) then
          outcome%why = error%message
       else if (wrong /= '') then

@@ -2,6 +2,7 @@
 !> message where a bar is wider than the deck allows.
 module error_report
    use kinds, only: wp
+   use text, only: to_text
    use model, only: step_t, method_linearised
    use problem, only: problem_t
    use rod_state, only: state_t
@@ -18,15 +19,15 @@ module error_report
    use path_point, only: path_point_t
    use path_state, only: path_state_t
    use enriched_problem, only: enriched_problem_t
-   use error_bar, only: error_bar_t, error_bars_t, no_error_bars, shifted_error_bar, allowed_part, lacks_bound
+   use error_bar, only: error_bar_t, error_bars_t, no_error_bars, shifted_error_bar, allowed_part, lacks_bound, bar_of
    use path_errors, only: point_errors, event_errors
    use located_zero, only: zero_t, new_zero
    use mesh_request, only: excess
    use node_contact_functional, only: is_stop
    use error_text, only: bar_text
-   use run_accuracy, only: accuracy_t, place_t, note_worst
+   use run_accuracy, only: accuracy_t, place_t, note_worst, check_error_bar
    use path_record, only: buckling_t, limit_point_t
-   use columns, only: whole, brief, scientific
+   use columns, only: brief, scientific
    use timing, only: timing_start, timing_stop, phase_accuracy
    implicit none
    private
@@ -64,8 +65,7 @@ contains
       else if (event%jumps) then
          ! Free spans buckle: the event is the point where the line contact vanishes, at the load of `point`.
          call point_errors(problem, run%mesh%enriched, point%state, point%system, control_t(method=method_linearised), &
-            & point%tangent, &
-            & bars, places=.true., as_it_is=as_it_is)
+            & point%tangent, bars, places=.true., as_it_is=as_it_is)
          ! The inertia before and behind the event depends on the mesh and is not compared, only the sign of the load rate behind
          ! the event.
          bars%missed = 0
@@ -73,13 +73,10 @@ contains
          bars%unsure = bars%turned
       else if (event%held) then
          call point_errors(problem, run%mesh%enriched, point%state, point%system, holding_value(event%monitor, 0.0_wp), &
-            & point%tangent, &
-            & bars, places=.true., as_it_is=as_it_is)
+            & point%tangent, bars, places=.true., as_it_is=as_it_is)
       else
          call new_zero(problem, event, point%state, point%system, zero)
-         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
-            & run%last%state, trial%state), &
-            & trial%state%load_factor - run%last%state%load_factor, bars, as_it_is)
+         call errors_at_zero(bars)
          ! On stiff foundations a mesh given by the deck makes small contact changes of its own: no bar is possible.
          if (event%kind == event_contact .and. bars%load%estimated .and. .not. bars%load%bounded .and. &
             & .not. any(problem%layout%rod_segment%placed)) bars = no_error_bars(size(problem%model%monitor), waves)
@@ -92,11 +89,16 @@ contains
       logical function load_turns() result(turns)
          type(error_bars_t) :: of_rate
          call new_zero(problem, event_t(kind=event_limit), point%state, point%system, zero)
-         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
-            & run%last%state, trial%state), &
-            & trial%state%load_factor - run%last%state%load_factor, of_rate, as_it_is)
+         call errors_at_zero(of_rate)
          turns = of_rate%turned
       end function load_turns
+
+      !> Error bars for a zero at the point.
+      subroutine errors_at_zero(bars)
+         type(error_bars_t), intent(out) :: bars
+         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
+            & run%last%state, trial%state), trial%state%load_factor - run%last%state%load_factor, bars, as_it_is)
+      end subroutine errors_at_zero
 
       !> Bars of a detachment: a bifurcation of the reduced problem without force-free line contacts. No bar exists if free spans on
       !> a straight wall, whose rotation costs no energy, hide its null vector.
@@ -143,7 +145,7 @@ contains
       logical, intent(in), optional :: changing(:) !! (candidates) true for nodes whose contact begins or ends at `point`
       logical, intent(in), optional :: as_it_is  !! true: the mesh will not be refined for these bars
       type(zero_t) :: zero
-      logical :: everywhere
+      logical :: everywhere, told
       everywhere = step%bars_everywhere
       if (present(wanted)) everywhere = everywhere .or. wanted
       if (.not. (step%error_bars .and. (label /= '' .or. finished .or. everywhere))) return
@@ -156,18 +158,14 @@ contains
             zero%event = event_t(kind=event_contact, label=label, marked=changing)
          end if
       end if
-      if (allocated(zero%event)) then
+      told = allocated(zero%event) .or. (test > 0 .and. (label == '' .or. problem%has_spans()))
+      if (told) then
          call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
-            & run%last%state, point%state), &
-            & point%state%load_factor - run%last%state%load_factor, bars)
+            & run%last%state, point%state), point%state%load_factor - run%last%state%load_factor, bars)
       else if (label /= '' .and. .not. problem%has_spans()) then
          bars = no_error_bars(size(problem%model%monitor), at_nodes)
-      else if (label /= '' .and. test == 0) then
+      else if (label /= '') then
          bars = no_error_bars(size(problem%model%monitor), 'a whole span lies down here')
-      else if (test > 0) then
-         call event_errors(problem, run%mesh%enriched, point%state, point%system, zero, point%tangent, path_length(problem, &
-            & run%last%state, point%state), &
-            & point%state%load_factor - run%last%state%load_factor, bars)
       else
          call point_errors(problem, run%mesh%enriched, point%state, point%system, run%control, point%tangent, bars, &
             & places=label /= '' .or. finished .or. step%bars_everywhere, as_it_is=as_it_is)
@@ -301,7 +299,7 @@ contains
       integer :: k
       do k = 1, size(buckling%load_factor)
          associate (bar => buckling%bar(k), factor => buckling%load_factor(k))
-            if (bar%estimated) call note_ratio(bar, abs(factor), 'the load factor of buckling mode '//whole(k)//' is '// &
+            if (bar%estimated) call note_ratio(bar, abs(factor), 'the load factor of buckling mode '//to_text(k)//' is '// &
                & brief(factor), place_t(step=buckling%step, load_factor=factor), widest, accuracy)
          end associate
       end do
@@ -337,7 +335,7 @@ contains
       type(place_t), intent(in) :: at
       real(wp), intent(in) :: widest
       type(accuracy_t), intent(inout) :: accuracy
-      call note_worst(accuracy%error_bar, bar%bar / size, at)
+      call note_worst(accuracy, check_error_bar, bar%bar / size, at)
       if (allowed_part(bar, widest, size) <= 1.0_wp .or. allocated(accuracy%bar_words)) return
       accuracy%bar_words = coarse_words(what//' '//bar_text(bar), brief(widest)//' of it')
    end subroutine note_ratio
@@ -371,15 +369,15 @@ contains
       integer :: which
       logical :: made
       if (label /= '' .and. bars%load%estimated .and. accuracy%load > 0.0_wp) &
-         & call note_worst(accuracy%error_bar, bars%load%bar / accuracy%load, at)
+         & call note_worst(accuracy, check_error_bar, bars%load%bar / accuracy%load, at)
       made = any(problem%layout%rod_segment%placed)
       if (allocated(accuracy%bar_words) .or. .not. (made .or. label /= '')) return
-      there = ' at point '//whole(at%point)//' (load factor '//brief(at%load_factor)//')'
+      there = ' at point '//to_text(at%point)//' (load factor '//brief(at%load_factor)//')'
       if (label /= '') there = ' of '//label//there
       ! User values and turning points do not depend on the inertia.
       if (bars%missed /= 0 .and. .not. any(label == ['UZ', 'TP'])) then
          accuracy%bar_words = 'the mesh is too coarse for the bifurcations'//there//': finer elements have '// &
-            & whole(abs(bars%missed))//trim(merge(' more ', ' fewer', bars%missed > 0))// &
+            & to_text(abs(bars%missed))//trim(merge(' more ', ' fewer', bars%missed > 0))// &
             & ' unstable directions there; give more elements or a higher order'
          return
       end if
@@ -461,13 +459,4 @@ contains
       asked = max(step%asked, step%widest_bar)
       if (label == '') asked = step%asked_of_path
    end function asked_at
-
-   !> Error bar of a number: 0 the load factor, else the monitor of that index.
-   pure function bar_of(bars, which) result(bar)
-      type(error_bars_t), intent(in) :: bars
-      integer, intent(in) :: which
-      type(error_bar_t) :: bar
-      bar = bars%load
-      if (which > 0) bar = bars%monitor(which)
-   end function bar_of
 end module error_report

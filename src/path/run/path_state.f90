@@ -147,18 +147,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point    !! its tangent is that on this side
-      type(recent_path_t), allocatable :: longer(:)
-      integer :: kept
-      kept = 0
-      if (allocated(run%trail)) kept = min(size(run%trail), trail_length - 1)
-      allocate (longer(1 + kept))
-      longer(1)%from = run%last%state
-      longer(1)%first = run%last%tangent
-      longer(1)%to = point%state
-      longer(1)%chord = chord_between(problem, run%last%state, point%state)
-      longer(1)%last = point%tangent
-      if (kept > 0) longer(2:) = run%trail(:kept)
-      call move_alloc(longer, run%trail)
+      if (.not. allocated(run%trail)) allocate (run%trail(0))
+      run%trail = [recent_path_t(run%last%state, point%state, chord_between(problem, run%last%state, point%state), &
+         & run%last%tangent, point%tangent), run%trail(:min(size(run%trail), trail_length - 1))]
    end subroutine leave_trail
 
    !> Discards all data that refer to the nodes of the previous mesh.
