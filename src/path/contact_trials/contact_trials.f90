@@ -16,7 +16,7 @@ module contact_trials
    use contact_set_edits, only: same_set
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, any_fails
-   use next_spans, only: next_t, copy_next, tests_of
+   use next_spans, only: next_t, copy_next, tests_of, go_to_load
    use set_begins, only: go_back
    use path_state, only: path_state_t
    use contact_in_doubt, only: tell_differences
@@ -25,8 +25,8 @@ module contact_trials
    use doubts, only: doubts_of, all_doubts
    use set_trial, only: solve_neighbour
    use set_validity, only: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, load_changes, &
-      & step_ahead, farthest
-   use step_off, only: step_by, failing
+      & is_far_enough, step_ahead, farthest
+   use step_off, only: step_by, failing, tangent_along
    implicit none
    private
    public :: try_sets
@@ -101,9 +101,9 @@ contains
       next%problem%contact_span%number = first%problem%contact_span%number
    end subroutine try_sets
 
-   !> Enlarges the new contact or free span of a set found as long as the load factor has changed by less than the smallest
-   !> increment, so that the path can continue from there: a span that opens in a line contact may grow with a small power of the
-   !> load.
+   !> Enlarges the new contact or free span of a set found until the path can continue from there: by its length as long as the load
+   !> factor has changed by less than the smallest increment, since a span that opens in a line contact may grow with a small power
+   !> of the load, then by the load.
    subroutine enlarge(run, here, strip, doubt, valid)
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at a located change
@@ -113,15 +113,35 @@ contains
       type(trial_t), allocatable :: larger(:)
       real(wp) :: length
       length = first_length(valid(1)%length)
-      do
+      do while (valid(1)%sized .and. .not. load_changes(here, valid(1)%set))
          length = growth * length
-         if (.not. valid(1)%sized .or. length > most_of_strip .or. load_changes(here, valid(1)%set)) return
+         if (length > most_of_strip) return
          call look_at(run, here, strip, doubt, [length], larger)
          if (size(larger) == 0) return
          if (.not. same_kind(larger(1)%set%problem, valid(1)%set%problem)) return
          call move_alloc(larger, valid)
       end do
+      if (valid(1)%sized) call go_on(here, valid(1))
    end subroutine enlarge
+
+   !> Follows a set by growing changes of the load to an equilibrium from which increments can go on.
+   subroutine go_on(here, trial)
+      type(change_place_t), intent(in) :: here
+      type(trial_t), intent(inout) :: trial
+      type(next_t) :: farther
+      type(span_test_t), allocatable :: tests(:)
+      associate (load => here%state%load_factor)
+         do while (.not. is_far_enough(here, trial%set))
+            call copy_next(trial%set, farther)
+            call go_to_load(farther, load + growth * (farther%state%load_factor - load), tests)
+            if (.not. allocated(tests)) return
+            if (any_fails(tests) .or. .not. is_near(here, farther)) return
+            farther%tangent = tangent_along(farther, farther%tangent%u, farther%tangent%load)
+            call copy_next(farther, trial%set)
+            trial%there = farther%path_point_t
+         end do
+      end associate
+   end subroutine go_on
 
    !> Places at which the present set is edited: those of the tests that fail at the run's point or, if none fails there, a short
    !> step ahead. If no test fails, or no equilibrium is found ahead: the ends of all contacts.

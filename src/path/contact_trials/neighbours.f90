@@ -42,7 +42,7 @@ module neighbours
    integer, parameter :: order(5, 0:10) = reshape([ &
       & edit_lie_down, edit_merge, edit_pass, edit_jump, 0, &             ! no test
       & edit_add, edit_rise, edit_change, edit_lie_down, 0, &             ! gap
-      & edit_remove, edit_open, edit_jump, edit_ends, 0, &                ! force
+      & edit_open, edit_jump, edit_ends, edit_end_off, edit_remove, &    ! force
       & edit_spread, edit_part, edit_lie_down, edit_leave, edit_merge, &  ! curvature
       & edit_open, edit_end_off, edit_ends, edit_remove, 0, &             ! pressure
       & edit_shrink, edit_remove, edit_pass, 0, 0, &                      ! length
