@@ -107,6 +107,7 @@ contains
          if (here%at_change) reach = max(reach, far * here%least_load)
          change = maxval(abs(u(1:2, :)))
          whole = maxval(abs(state%u(1:2, :)))
+         if (allocated(here%beyond)) whole = max(whole, maxval(abs(here%beyond%u(1:2, :))))
          near = change <= another * next%problem%size .and. abs(next%state%load_factor - state%load_factor) <= reach
          ! Nothing may be displaced before the first change of contact.
          if (whole > rounding_gap(here%problem)) near = near .and. change <= farthest * whole

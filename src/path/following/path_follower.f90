@@ -171,7 +171,7 @@ contains
             return
          end if
       end if
-      if (step%method == method_generalised) run%control%previous = run%control%tangent
+      if (step%method == method_generalised .and. allocated(run%control%tangent)) run%control%previous = run%control%tangent
       call next_increment(step, attempt%report, attempt%relation, problem%moves_nodes(), run%control)
    end subroutine go_to_next_increment
 end module path_follower
