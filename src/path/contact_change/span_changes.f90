@@ -5,7 +5,8 @@ module span_changes
    use model, only: step_t, method_load
    use problem, only: problem_t
    use span_regions, only: find_span_regions
-   use test_kinds, only: span_test_t, any_crosses, any_fails, test_words, test_gap, test_force, test_crossing, test_length
+   use test_kinds, only: span_test_t, any_crosses, any_fails, test_words, test_gap, test_force, test_pressure, test_crossing, &
+      & test_length
    use reachability, only: turns
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
       & change_vanishing, place_within, place_here, place_ahead
@@ -182,11 +183,16 @@ contains
       call forget_mesh(there)
       there%last = change%point
       zero = [change%tests(change%which), zero_too(change%tests, change%which, interval%after%value < interval%before%value)]
-      if (interval%stuck .or. change%where == place_ahead) then
-         call try_sets(problem, step, there, first, next, found, zero)
-      else
+      found = .false.
+      if (.not. (interval%stuck .or. change%where == place_ahead)) then
          call try_sets(problem, step, there, first, next, found, zero, interval%to%state)
+         if (.not. found .and. zero(1)%kind == test_pressure .and. 0.5_wp * abs(run%control%increment) >= smallest(step, &
+            & run%control)) then
+            call go_less_far(step, run, interval%after(change%which), request)
+            return
+         end if
       end if
+      if (.not. found) call try_sets(problem, step, there, first, next, found, zero)
       if (found .and. change%label == '  ') then
          regions = [size(find_span_regions(problem, change%point%state)), size(find_span_regions(first%problem, first%state))]
          change%divides = regions(2) > regions(1) .and. first%divides

@@ -10,7 +10,7 @@ module doubts
    use rod_state, only: state_t, candidate_offset
    use obstacle_track, only: joint_distance
    use test_kinds, only: span_test_t, test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, &
-      & test_crossing, test_slope, test_leaving, test_couple, test_slack
+      & test_crossing, test_slope, test_leaving, test_couple, test_slack, well_below
    use rod_strips, only: strip_t, on_strips, strip_place, coincide
    use neighbours, only: doubt_t
    implicit none
@@ -106,11 +106,15 @@ contains
       type(pressure_t) :: pressure
       logical, allocatable :: least(:)
       real(wp), allocatable :: at(:)             ! coordinates along the rod segment
+      real(wp) :: nothing                        ! density that counts as zero
       integer :: i, k, n
       pressure = sample_line(problem, state, line)
       n = size(pressure%at)
+      nothing = well_below * test_slack(test_pressure) * scale / problem%size
       least = pressure%density <= [pressure%density(1), pressure%density(:n - 1)] .and. pressure%density < &
-         & [pressure%density(2:), huge(scale)] .and. pressure%density <= test_slack(test_pressure) * scale / problem%size
+         & [pressure%density(2:), huge(scale)]
+      least = least .and. pressure%density <= nothing
+      least(minloc(pressure%density, 1)) = .true.
       allocate (zone(count(least)), at(count(least)))
       do i = 1, size(zone)
          k = minloc(pressure%density, 1, mask=least)
@@ -127,6 +131,11 @@ contains
          pressure = sample_line(problem, beyond, now(k))
       end if
       zone%width = [(0.5_wp * pulled_length(at(i)), i=1, size(zone))]
+      ! Where the force is not tensile beyond, no other span opens at the same point of the path.
+      if (present(beyond)) zone = pack(zone, zone%width > 0.0_wp .or. [(i == 1, i=1, size(zone))])
+      zone%whole = 2.0_wp * zone%width >= pressure%at(size(pressure%at)) - pressure%at(1)
+      ! The end of the increment says nothing of the length of the first span then.
+      where (zone%whole) zone%width = 0.0_wp
 
    contains
 

@@ -59,6 +59,7 @@ module neighbours
       integer :: strip = 0
       real(wp) :: at = 0.0_wp                !! coordinate along the strip
       real(wp) :: width = 0.0_wp             !! half the length of a zone in which the test fails, 0: a point
+      logical :: whole = .false.             !! the test fails all along the line contact, which may lift off as a whole
       real(wp) :: room = huge(1.0_wp)        !! longest new contact or free span: distance to a joint of the obstacle
    end type doubt_t
 
@@ -102,8 +103,9 @@ contains
          call edit_with(length_of_new(k), k)
       end do
       rank = ranks(doubt%kind)
+      if (doubt%whole) rank(edit_ends) = 0
       allocate (found(0))
-      do r = 1, n_edits
+      do r = 0, n_edits
          do k = 1, size(all)
             if (rank(all(k)%edit) /= r) cycle
             ! A contact whose force is not zero does not end.
@@ -264,8 +266,6 @@ contains
          if (b < ends(2)) call add(all, edit_ends, shrunk(set, k, b))
          sizes = [zones * zone, e]
          do i = 1, size(sizes)
-            ! A line contact that is tensile all along lifts off as a whole.
-            if (2.0_wp * width >= b - a) exit
             g = sizes(i)
             if (a < s - g .and. s + g < b) call add(all, edit_open, opened(set, k, s - g, s + g), [k, size(set) + 1], [2, 1])
             if (b - a <= g) cycle
