@@ -231,18 +231,24 @@ contains
    !> that a bordered system that is regular keeps half of its digits.
    subroutine factor_general(factor)
       type(factor_t), intent(inout) :: factor  !! in: scaled matrix in `lu`; out: its factors
-      real(wp) :: weak
+      real(wp) :: largest, weak
       integer :: info, diagonal
       diagonal = 2 * factor%kd + 1
       if (.not. allocated(factor%spring)) allocate (factor%spring(factor%n))
       factor%spring = 0.0_wp
-      weak = max(sqrt(epsilon(weak)) * maxval(abs(factor%cholesky)), tiny(weak))
+      largest = maxval(abs(factor%cholesky))
+      weak = max(sqrt(epsilon(weak)) * largest, tiny(weak))
       do
          call dgbtrf(factor%n, factor%n, factor%kd, factor%kd, factor%lu, 3 * factor%kd + 1, factor%pivot, info)
          if (info <= 0) exit
          factor%deficient = .true.
          ! The same unknown has a zero pivot again only if the spring is below the rounding of larger entries: then it is doubled.
-         factor%spring(info) = factor%spring(info) + max(weak, factor%spring(info))
+         if (factor%spring(info) <= largest) then
+            factor%spring(info) = factor%spring(info) + max(weak, factor%spring(info))
+         else
+            ! The row of the unknown has become the pivot row of an unknown before it: all of them need a spring.
+            factor%spring(:info) = factor%spring(:info) + weak
+         end if
          call to_general(factor)
          factor%lu(diagonal, :) = factor%lu(diagonal, :) + factor%spring
       end do
