@@ -130,10 +130,13 @@ contains
       type(trial_t), intent(inout) :: trial
       type(next_t) :: farther
       type(span_test_t), allocatable :: tests(:)
+      real(wp) :: change
       associate (load => here%state%load_factor)
          do while (.not. is_far_enough(here, trial%set))
             call copy_next(trial%set, farther)
-            call go_to_load(farther, load + growth * (farther%state%load_factor - load), tests)
+            change = growth * (farther%state%load_factor - load)
+            if (abs(change) > abs(here%beyond%load_factor - load)) change = here%beyond%load_factor - load
+            call go_to_load(farther, load + change, tests)
             if (.not. allocated(tests)) return
             if (any_fails(tests) .or. .not. is_near(here, farther)) return
             farther%tangent = tangent_along(farther, farther%tangent%u, farther%tangent%load)

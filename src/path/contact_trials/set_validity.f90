@@ -37,7 +37,7 @@ module set_validity
    real(wp), parameter :: farthest = 0.2_wp  !! largest distance over which several sets are compared, and largest relative change
    !! of the load factor from the run's point to another set
 
-   real(wp), parameter :: like_increment = 0.1_wp !! part of an increment from which another whole one converges
+   real(wp), parameter :: like_increment = 0.5_wp !! part of an increment from which another whole one converges
    real(wp), parameter :: least_change = 1.0e-6_wp !! change of the load factor that an increment can make / first increment
 
    !> The run's point, from which another contact set is sought.
@@ -141,7 +141,7 @@ contains
             end if
             tests = tests_of(set)
             least = worst(tests)
-            if (decides .and. .not. any_fails(tests) .and. gaps_are_open(here, set, tests, trial%edit)) then
+            if (decides .and. .not. any_fails(tests) .and. gaps_are_open(here, trial, set, tests)) then
                if (.not. (here%at_change .or. leads_to_next(here%problem, run, set))) cycle
                trial%valid = .true.
                trial%there = set%path_point_t
@@ -152,7 +152,7 @@ contains
                call step_by(set, set%tangent, step_ahead(k), there%state, there%system, tests)
                if (.not. allocated(tests)) exit
                if (decides) then
-                  if (.not. (any_fails(tests) .or. gaps_are_open(here, there, tests, trial%edit))) exit
+                  if (.not. (any_fails(tests) .or. gaps_are_open(here, trial, there, tests))) exit
                end if
                if (.not. any_fails(tests)) then
                   if (.not. complement_grows(here, trial, there)) exit
@@ -217,15 +217,15 @@ contains
    !> slack of its test, but larger than rounding: between two points of contact the rod may lie along a straight obstacle without
    !> force. The gap may be as small as rounding if the load has changed since the contact force in the span's place became tensile,
    !> because gap and contact force are complementary.
-   logical function gaps_are_open(here, next, tests, edit) result(open)
+   logical function gaps_are_open(here, trial, next, tests) result(open)
       type(change_place_t), intent(in) :: here
-      type(next_t), intent(in) :: next
-      type(span_test_t), intent(in) :: tests(:)
-      integer, intent(in) :: edit                 !! the edit that made the set (neighbours)
+      type(trial_t), intent(in) :: trial
+      type(next_t), intent(in) :: next            !! the set at its first equilibrium, or a short step further
+      type(span_test_t), intent(in) :: tests(:)   !! its tests there
       real(wp) :: least
       least = -rounding_gap(next%problem)
-      if (any(edit == [edit_part, edit_open, edit_end_off, edit_rise])) then
-         if (.not. (lifts_off(here) .and. load_changes(here, next))) least = -least
+      if (any(trial%edit == [edit_part, edit_open, edit_end_off, edit_rise])) then
+         if (.not. (lifts_off(here) .and. load_changes(here, trial%set))) least = -least
       end if
       open = .not. any(tests%kind == test_vanishing .and. tests%value * next%problem%size < least)
    end function gaps_are_open
