@@ -136,6 +136,8 @@ contains
       zone%whole = 2.0_wp * zone%width >= pressure%at(size(pressure%at)) - pressure%at(1)
       ! The end of the increment says nothing of the length of the first span then.
       where (zone%whole) zone%width = 0.0_wp
+      ! The span is measured by the line contact, which may be much longer then.
+      zone%width = zone%width * (line%at(2) - line%at(1)) / (pressure%at(size(pressure%at)) - pressure%at(1))
 
    contains
 

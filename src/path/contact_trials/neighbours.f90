@@ -69,6 +69,8 @@ module neighbours
       type(contact_span_t), allocatable :: set(:) !! contact set on strips, new contact spans without number
       integer :: held(2) = 0                 !! indices of the contacts that have an end with a prescribed place, 0: none
       integer :: side(2) = 1                 !! which end of this contact: 1 first, 2 last
+      logical :: beyond = .false.            !! the free span is that of the equilibrium at the end of the increment; no length is
+      !! prescribed
       integer :: length = 1                  !! index of the prescribed length of the new contact or free span
    end type neighbour_t
 
@@ -251,7 +253,7 @@ contains
       real(wp), intent(in) :: e, near
       type(neighbour_t), allocatable, intent(inout) :: all(:)
       real(wp) :: ends(2), g, zone, middle, sizes(size(zones) + 1)
-      integer :: i
+      integer :: i, j, first
       ends = strip%ends()
       zone = max(width, e)
       associate (a => set(k)%at(1), b => set(k)%at(2))
@@ -267,10 +269,17 @@ contains
          sizes = [zones * zone, e]
          do i = 1, size(sizes)
             g = sizes(i)
+            first = size(all)
             if (a < s - g .and. s + g < b) call add(all, edit_open, opened(set, k, s - g, s + g), [k, size(set) + 1], [2, 1])
             if (b - a <= g) cycle
             if (s - a <= max(2.0_wp * zone, near)) call end_off(1, a + g, a <= ends(1))
             if (b - s <= max(2.0_wp * zone, near)) call end_off(2, b - g, b >= ends(2))
+            if (width <= 0.0_wp .or. i == size(sizes)) cycle
+            ! A zone of tensile force shows about how long the span is then.
+            all(first + 1:)%beyond = .true.
+            do j = first + 1, size(all)
+               all(j)%held = 0
+            end do
          end do
          do i = 1, size(strip%start)
             if (strip%start(i) > ends(1) .and. strip%start(i) < ends(2)) call at_boundary(strip%start(i))

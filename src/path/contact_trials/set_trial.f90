@@ -51,7 +51,8 @@ contains
       next = new_next(problem, state, numbered(contact_span, max(run%spans_begun, maxval([0, contact_span%number]))))
       call carry_forces(problem, state, next%problem, next%state)
       if (all(neighbour%held == 0)) then
-         call settle(next, found, plane_at(here, next))
+         found = .not. neighbour%beyond
+         if (found) call settle(next, found, plane_at(here, next))
          if (.not. found .and. first .and. allocated(here%beyond)) then
             ! Without forces at the change a free span has no definite equilibrium.
             next = new_next(problem, here%beyond, moved_beyond(here, next%problem%contact_span))
@@ -71,13 +72,13 @@ contains
       found = next%system%ok .and. max(next%system%force_residual, next%system%defect_residual) <= unbalanced
    end subroutine solve_neighbour
 
-   !> Contact spans of a neighbour whose ends are moved along with the ends of the present spans, to the equilibrium beyond the
+   !> Contact spans of a neighbour whose ends are moved along with the present spans, to the equilibrium beyond the
    !> change.
    function moved_beyond(here, contact_span) result(moved)
       type(change_place_t), intent(in) :: here
       type(contact_span_t), intent(in) :: contact_span(:)
       type(contact_span_t), allocatable :: moved(:), before(:), after(:)
-      integer :: k, i, j, end
+      integer :: k, i, j
       before = present_contact_spans(here%problem, here%state)
       after = present_contact_spans(here%problem, here%beyond)
       moved = contact_span
@@ -85,8 +86,9 @@ contains
          do i = 1, 2
             do j = 1, size(before)
                if (before(j)%rod_segment /= moved(k)%rod_segment .or. before(j)%contact /= moved(k)%contact) cycle
-               end = findloc(abs(before(j)%at - contact_span(k)%at(i)) <= 0.0_wp, .true., 1)
-               if (end > 0) moved(k)%at(i) = after(j)%at(end)
+               associate (part => (contact_span(k)%at(i) - before(j)%at(1)) / max(before(j)%at(2) - before(j)%at(1), tiny(1.0_wp)))
+                  if (abs(part - 0.5_wp) <= 0.5_wp) moved(k)%at(i) = after(j)%at(1) + part * (after(j)%at(2) - after(j)%at(1))
+               end associate
             end do
          end do
       end do
