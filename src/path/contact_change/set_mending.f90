@@ -18,6 +18,9 @@ module set_mending
    private
    public :: find_other_set, begin_located
 
+   real(wp), parameter :: nearer_by = 0.8_wp  !! factor on the distance to a first equilibrium: a short span follows no larger
+   !! change of the load
+
 contains
 
    !> Searches for another contact set if no increment converges or no set was found at a change, and continues with it.
@@ -84,7 +87,8 @@ contains
          passes = passes_value(problem, step, run, first)
          if (.not. passes) return
          call copy_next(first, nearer)
-         call go_to_load(nearer, 0.5_wp * (run%last%state%load_factor + first%state%load_factor), tests)
+         call go_to_load(nearer, run%last%state%load_factor + nearer_by * (first%state%load_factor - &
+            & run%last%state%load_factor), tests)
          if (.not. allocated(tests)) return
          if (any_fails(tests) .or. .not. abs(nearer%state%load_factor - first%state%load_factor) > 0.0_wp) return
          call copy_next(nearer, first)

@@ -16,7 +16,7 @@ module span_changes
    use simultaneous_tests, only: coming_next, zero_too
    use span_candidates, only: present_contact_spans
    use beginning_place, only: lies_elsewhere
-   use entering_contact_set, only: go_to_next, bound_for, passes_value
+   use entering_contact_set, only: go_to_next, bound_for
    use remeshing, only: ask_for_mesh
    use span_mesh, only: ask_for_twice
    use set_mending, only: begin_located
@@ -177,7 +177,7 @@ contains
       type(next_t) :: first, next, without
       type(span_test_t), allocatable :: zero(:)
       integer :: regions(2)                      ! numbers of contact regions before and after the change
-      logical :: found, vanishes, shorter
+      logical :: found, vanishes
       change%label = label_of(problem, change%tests(change%which))
       call copy_path_state(run, there)
       call forget_mesh(there)
@@ -186,9 +186,8 @@ contains
       found = .false.
       if (.not. (interval%stuck .or. change%where == place_ahead)) then
          call try_sets(problem, step, there, first, next, found, zero, interval%to%state)
-         shorter = zero(1)%kind == test_pressure .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)
-         if (shorter .and. found) shorter = passes_value(problem, step, there, first)
-         if (shorter) then
+         if (.not. found .and. zero(1)%kind == test_pressure .and. 0.5_wp * abs(run%control%increment) >= smallest(step, &
+            & run%control)) then
             call go_less_far(step, run, interval%after(change%which), request)
             return
          end if

@@ -37,7 +37,7 @@ module set_validity
    real(wp), parameter :: farthest = 0.2_wp  !! largest distance over which several sets are compared, and largest relative change
    !! of the load factor from the run's point to another set
 
-   real(wp), parameter :: like_increment = 0.5_wp !! part of an increment from which another whole one converges
+   real(wp), parameter :: like_increment = 0.9_wp !! part of an increment from which another whole one converges
    real(wp), parameter :: least_change = 1.0e-6_wp !! change of the load factor that an increment can make / first increment
 
    !> The run's point, from which another contact set is sought.
