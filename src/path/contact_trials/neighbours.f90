@@ -59,6 +59,7 @@ module neighbours
       integer :: strip = 0
       real(wp) :: at = 0.0_wp                !! coordinate along the strip
       real(wp) :: width = 0.0_wp             !! half the length of a zone in which the test fails, 0: a point
+      logical :: beyond = .false.            !! this length is that at the end of the increment
       logical :: whole = .false.             !! the test fails all along the line contact, which may lift off as a whole
       real(wp) :: room = huge(1.0_wp)        !! longest new contact or free span: distance to a joint of the obstacle
    end type doubt_t
@@ -147,7 +148,7 @@ contains
             at = brought_near(strip, [doubt%at], 0.5_wp * sum(set(k)%at))
             if (at(1) < set(k)%at(1) - near .or. at(1) > set(k)%at(2) + near) cycle
             if (set(k)%line) then
-               call edit_line(set, k, at(1), doubt%width, strip, new, near, all)
+               call edit_line(set, k, at(1), doubt%width, doubt%beyond, strip, new, near, all)
             else
                call edit_point(set, k, strip, new, near, all)
             end if
@@ -244,11 +245,12 @@ contains
    end subroutine edit_point
 
    !> Adds the edits of line contact k.
-   subroutine edit_line(set, k, s, width, strip, e, near, all)
+   subroutine edit_line(set, k, s, width, beyond, strip, e, near, all)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
       real(wp), intent(in) :: s              !! the place
       real(wp), intent(in) :: width          !! half the length of a zone in which the test fails, 0: a point
+      logical, intent(in) :: beyond          !! the zone is that at the end of the increment
       type(strip_t), intent(in) :: strip
       real(wp), intent(in) :: e, near
       type(neighbour_t), allocatable, intent(inout) :: all(:)
@@ -274,7 +276,7 @@ contains
             if (b - a <= g) cycle
             if (s - a <= max(2.0_wp * zone, near)) call end_off(1, a + g, a <= ends(1))
             if (b - s <= max(2.0_wp * zone, near)) call end_off(2, b - g, b >= ends(2))
-            if (width <= 0.0_wp .or. i == size(sizes)) cycle
+            if (.not. (beyond .and. width > 0.0_wp) .or. i == size(sizes)) cycle
             ! A zone of tensile force shows about how long the span is then.
             all(first + 1:)%beyond = .true.
             do j = first + 1, size(all)
