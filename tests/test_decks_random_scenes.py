@@ -486,7 +486,7 @@ def test_a_pipe_rises_off_a_hill(hill):
     """Where pressure vanishes a span opens, and soon the load turns back. Equilibria far away are not taken for what opens."""
     fields = dict(hill, soil="", hill=bell(hill, 16))
     runs = [dr.run_deck(UPHEAVAL.format(elements="", accuracy=f"*ACCURACY, TOLERANCE={asked}\n", **fields)) for asked in (1e-5, 1e-7)]
-    runs.append(dr.run_deck(UPHEAVAL.format(elements=", 20", accuracy="", **fields)))
+    runs.append(dr.run_deck(UPHEAVAL.format(elements=", 30", accuracy="", **fields)))
     # What the theory of small slopes leaves is their square.
     slopes = (hill["top"] / hill["width"])**2
     for run in runs:
@@ -513,7 +513,7 @@ def test_a_pipe_rises_off_a_hill_of_soil(hill, elements):
     """First its tip comes down, and the path has a corner; then contact spreads from the top and from the tip until it is one."""
     fields = dict(hill, soil=f", FOUNDATION=WINKLER, MODULUS={hill['modulus']}", hill=bell(hill, 21))
     runs = [dr.run_deck(UPHEAVAL.format(elements=elements, accuracy="" if elements else "*ACCURACY, TOLERANCE=1E-5\n", **fields)),
-            dr.run_deck(UPHEAVAL.format(elements=", 20", accuracy="", **fields))]
+            dr.run_deck(UPHEAVAL.format(elements=", 30", accuracy="", **fields))]
     for run in runs:
         assert [c.label for c in run.results.critical] == ["C+", "C+", "EP", "LP", "EP"]
         for found, other in zip(run.results.critical, runs[0].results.critical):

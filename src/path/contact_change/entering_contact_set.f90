@@ -8,7 +8,7 @@ module entering_contact_set
    use state_transfer, only: carried, carried_field
    use path_control, only: displacement_between, can_be_held, holding_value
    use path_continuity, only: path_tangent_at, between
-   use path_events, only: event_t, test_values_t, new_test_values, value_events, event_stop
+   use path_events, only: event_t, test_values_t, new_test_values, detect_events, value_events, event_stop
    use path_point, only: path_point_t, point_at, evaluate_tests
    use trial_request, only: request_t
    use mesh_transfer, only: refine_point
@@ -82,16 +82,22 @@ contains
 
    !> True if a value that the deck asks for, or the end of the step, lies between the run's point and the known equilibrium of the
    !> next set.
-   logical function passes_value(problem, step, run, next) result(passes)
+   logical function passes_value(problem, step, run, next, smooth) result(passes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next           !! with its path tangent
+      logical, intent(in) :: smooth              !! the path has no corner: limit points and bifurcations count, too
       type(path_state_t) :: on
       type(event_t), allocatable :: events(:)
       on = bound_for(problem, run, next)
-      call value_events(next%problem, step, on%last%test_values, new_test_values(next%problem, next%state, next%system, &
-         & next%tangent%load), on%last%state, next%state, events)
+      if (smooth) then
+         call detect_events(next%problem, step, on%last%test_values, new_test_values(next%problem, next%state, next%system, &
+            & next%tangent%load), on%last%state, next%state, events)
+      else
+         call value_events(next%problem, step, on%last%test_values, new_test_values(next%problem, next%state, next%system, &
+            & next%tangent%load), on%last%state, next%state, events)
+      end if
       passes = size(events) > 0
    end function passes_value
 

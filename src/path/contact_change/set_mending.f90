@@ -5,9 +5,10 @@ module set_mending
    use kinds, only: wp
    use model, only: step_t
    use problem, only: problem_t
-   use test_kinds, only: span_test_t, any_fails, test_length
+   use test_kinds, only: span_test_t, any_fails, test_length, test_pressure
    use next_spans, only: next_t, copy_next, go_to_load
    use contact_trials, only: try_sets
+   use step_off, only: tangent_along
    use contact_in_doubt, only: ask_nodes
    use entering_contact_set, only: go_to_next, adopt, passes_value
    use path_state, only: path_state_t
@@ -62,7 +63,7 @@ contains
       finished = .false.
       pivots = run%last%test_values%negative_pivots
       first%label = '  '
-      call come_before_values(problem, step, run, first, passes)
+      call come_before_values(problem, step, run, test%kind == test_pressure, first, passes)
       if (passes) then
          call go_to_next(problem, step, run, first, recorder, finished, outcome)
       else
@@ -75,22 +76,24 @@ contains
    end subroutine begin_located
 
    !> Moves the first equilibrium of a set towards the run's point until no value that the deck asks for lies between them.
-   subroutine come_before_values(problem, step, run, first, passes)
+   subroutine come_before_values(problem, step, run, smooth, first, passes)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
+      logical, intent(in) :: smooth              !! the path has no corner at the run's point
       type(next_t), intent(inout) :: first       !! with its path tangent
       logical, intent(out) :: passes             !! true: a value still lies between; the set has no valid equilibrium nearer
       type(next_t) :: nearer
       type(span_test_t), allocatable :: tests(:)
       do
-         passes = passes_value(problem, step, run, first)
+         passes = passes_value(problem, step, run, first, smooth)
          if (.not. passes) return
          call copy_next(first, nearer)
          call go_to_load(nearer, run%last%state%load_factor + nearer_by * (first%state%load_factor - &
             & run%last%state%load_factor), tests)
          if (.not. allocated(tests)) return
          if (any_fails(tests) .or. .not. abs(nearer%state%load_factor - first%state%load_factor) > 0.0_wp) return
+         nearer%tangent = tangent_along(nearer, first%tangent%u, first%tangent%load)
          call copy_next(nearer, first)
       end do
    end subroutine come_before_values

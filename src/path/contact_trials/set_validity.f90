@@ -130,7 +130,7 @@ contains
       associate (set => trial%set)
          set%tangent = tangent_along(set, carried_field(here%problem, here%state, here%tangent%u, set%problem, &
             & carried(here%problem, here%state, set%problem)), here%tangent%load)
-         if (decides .and. here%at_change) then
+         if (here%at_change .and. (decides .or. any(trial%edit == [edit_open, edit_end_off]))) then
             if (.not. goes_on_smoothly(here, set)) return
          end if
          call copy_next(set, there)
