@@ -147,6 +147,20 @@ def test_a_couple_lifts_its_node_at_once(couple, force, elements):
 
 
 @pytest.mark.parametrize("elements", [8, None])
+@pytest.mark.parametrize("couple, push", [(0.005, 0.05), (-0.05, 0.5), (0.05, 2.0), (0.005, 0.5)])
+def test_a_couple_lifts_a_node_that_a_force_presses(couple, push, elements):
+    """The force comes first and goes straight through the line. Of the span that the couple opens, the part behind the node grows with
+    the couple and the part before it with the couple's power 2/3: no ratio of them holds when it opens."""
+    run = beam((0.45,), f"*CLOAD\n2, 2, {-push!r}", f"*CLOAD\n2, 6, {couple!r}", elements=elements)
+    assert labels(run) == ["C+", "EP", "EP", "C-", "EP"]
+    *_, parts, end = run.results.critical
+    assert parts.load_factor == 0.0
+    m, n = lifted(couple, push, LOAD)
+    a = free_length(LOAD)
+    dr.assert_close(contact_at(run, end), [[a, 0.45 - m], [0.45 + n, 1.0 - a]], absolute=1e-6)
+
+
+@pytest.mark.parametrize("elements", [8, None])
 def test_a_couple_that_turns_the_other_way(elements):
     """As it passes zero the line is whole."""
     run = beam((0.45,), "*CLOAD\n2, 6, 0.005", "*CLOAD\n2, 6, -0.01", elements=elements)

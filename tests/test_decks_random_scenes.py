@@ -825,3 +825,58 @@ def test_no_arc_is_too_long_where_nothing_moves():
     assert end.point - touch.point <= 2 + math.log2(3300.0)
     dr.assert_close(touch.monitors["v"], 1.0 - 0.9609246887716418, relative=1e-9)
     dr.assert_close(end.monitors["push"], end.load_factor - touch.load_factor, relative=1e-9)
+
+
+JACKED = """*HEADING
+Half of a pipe on a floor, lifted by a jack and then pushed where it stands on it
+*NODE
+1, 0., 0.
+2, {length}, 0.
+*LINE, ELSET=P, NSET=P, TYPE=GE8
+1, 2, {elements}
+*BEAM SECTION, ELSET=P, SECTION=STIFFNESS
+{section}
+*BOUNDARY
+1, XSYMM
+2, ENCASTRE
+*OBSTACLE, NAME=FLOOR, TYPE=LINE
+-50., 0., 50., 0.
+*CONTACT, OBSTACLE=FLOOR, NSET=P
+*GAP, NAME=JACK
+1
+*MONITOR, NAME=height
+1, U2
+*STEP
+*STATIC, METHOD=LOAD
+1.
+*DLOAD
+P, PY, {weight}
+*END STEP
+*STEP
+*STATIC, METHOD=LOAD
+0.02, , 0.1
+*OBSTACLE MOTION
+JACK, 0., {lift}
+*END STEP
+*STEP
+*STATIC
+0.1, , 0.1
+*CLOAD
+1, 2, {push}
+*STOP
+LOAD, ABOVE, 1.
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("deck", [
+    dict(length=4.2188, elements=6, section="1.1959e+08, 7947.2", weight=-77.485, lift=0.003075, push=47.912),
+    dict(length=4.8944, elements=10, section="8951.3, 29.82", weight=-0.15052, lift=0.0010244, push=0.1),
+    dict(length=6.0, elements=20, section="1e6, 100.", weight=-1.0, lift=0.01, push=-5.0)])
+def test_a_push_that_the_jack_carries_alone_moves_nothing(deck):
+    """The arc length of what an increment of the load left of its convergence error is none: increments stay increments of the load."""
+    run = dr.run_deck(JACKED.format(**deck))
+    assert [c.label for c in run.results.critical] == ["EP", "C+", "EP", "EP"]
+    end = run.results.critical[-1]
+    dr.assert_close(end.load_factor, 1.0, relative=1e-12)
+    dr.assert_close(end.monitors["height"], deck["lift"], relative=1e-12)

@@ -49,6 +49,7 @@ contains
             case (test_force, test_curvature, test_slope, test_leaving, test_couple)
                at = touch_place(problem, state, test%candidate)
                call strip_place(strip, now(test%contact_span)%rod_segment, at, doubt(k)%strip, doubt(k)%at)
+               doubt(k)%beyond = present(beyond)
                ! Beside a joint of the obstacle a point contact spreads up to the joint.
                if (test%kind == test_curvature) doubt(k)%room = joint_distance(problem%model%obstacle(problem%candidates% &
                   & obstacle(test%candidate)), -candidate_offset(problem, state, problem%candidates, test%candidate), &

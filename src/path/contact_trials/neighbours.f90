@@ -88,6 +88,8 @@ module neighbours
    !! span on both sides of a node that a force or a couple lifts
    real(wp), parameter :: at_load(3) = [1.0_wp, 4.0_wp, 16.0_wp]  !! sizes as `zones` at segment boundaries, as multiples of the
    !! least size of a new span
+   real(wp), parameter :: at_load_beyond(2) = [16.0_wp, 256.0_wp] !! first guesses, likewise, for the size at the end of the
+   !! increment
 
 contains
 
@@ -306,7 +308,7 @@ contains
       subroutine at_boundary(s)
          real(wp), intent(in) :: s
          type(contact_span_t), allocatable :: new(:)
-         integer :: side, way, j, i
+         integer :: side, way, j, i, first
          real(wp) :: g
          if (s < set(k)%at(1) - near .or. s > set(k)%at(2) + near) return
          do side = 1, 2
@@ -335,6 +337,18 @@ contains
                   & call add(all, edit_open, opened(set, k, s - parts(1, i) * g, s + parts(2, i) * g), [k, size(set) + 1], [2, 1])
             end do
          end do
+         if (.not. beyond) return
+         ! Where a force and a couple act, the parts of the span on both sides may grow with different powers of the load. A short
+         ! span then has no equilibrium near any fixed ratio of the parts; the span at the end of the increment has.
+         first = size(all)
+         do j = 1, size(at_load_beyond)
+            g = at_load_beyond(j) * e
+            do i = 1, size(parts, 2)
+               if (set(k)%at(1) < s - parts(1, i) * g .and. s + parts(2, i) * g < set(k)%at(2)) &
+                  & call add(all, edit_open, opened(set, k, s - parts(1, i) * g, s + parts(2, i) * g))
+            end do
+         end do
+         all(first + 1:)%beyond = .true.
       end subroutine at_boundary
    end subroutine edit_line
 
