@@ -4,7 +4,7 @@ module entering_contact_set
    use model, only: step_t
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use next_spans, only: next_t, copy_next, holds
+   use next_spans, only: next_t, copy_next, holds, release_held_twice
    use state_transfer, only: carried, carried_field
    use path_control, only: displacement_between, can_be_held, holding_value
    use path_continuity, only: path_tangent_at, between
@@ -39,6 +39,7 @@ contains
       type(arrival_t) :: arrival
       type(request_t) :: request
       logical :: known, done
+      integer :: lost                            ! contacts of nodes that contact spans of the next set hold now
       call copy_problem(problem, before)
       call copy_path_state(run, start)
       known = allocated(next%tangent%u)
@@ -51,6 +52,11 @@ contains
       do
          run = bound_for(before, start, next)
          if (arrival%tries > 0) run%mesh%refinement = start%mesh%refinement
+         lost = node_contacts(before, start%last%state) - node_contacts(next%problem, run%last%state)
+         if (next%label == '' .and. lost > 0) then
+            arrival%label = 'C-'
+            arrival%times = lost
+         end if
          call copy_problem(next%problem, problem)
          call stop_before(problem, step, run, next)
          if (.not. known) then
@@ -79,6 +85,13 @@ contains
       run%last%tangent = path_tangent_at(problem, run%last%system, 0.0_wp * run%last%state%u, sign(1.0_wp, next%rate))
       call evaluate_tests(problem, run%last)
    end subroutine go_to_next
+
+   !> Number of active contacts of nodes.
+   pure integer function node_contacts(problem, state) result(number)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      number = count(state%active .and. problem%candidates%contact_span(:size(state%active)) == 0)
+   end function node_contacts
 
    !> True if a value that the deck asks for, or the end of the step, lies between the run's point and the known equilibrium of the
    !> next set.
@@ -158,12 +171,15 @@ contains
       type(path_state_t), intent(in) :: run
       type(next_t), intent(in) :: next
       type(path_state_t) :: on
+      type(state_t) :: state
       real(wp) :: rise
       call copy_path_state(run, on)
       on%spans_begun = max(run%spans_begun, maxval(next%problem%contact_span%number))
       call forget_mesh(on)
       ! The point need not be in equilibrium on that mesh: its tangent and test values are those of the next set's equilibrium.
-      on%last = point_at(next%problem, carried(problem, run%last%state, next%problem))
+      state = carried(problem, run%last%state, next%problem)
+      call release_held_twice(next%problem, state)
+      on%last = point_at(next%problem, state)
       associate (here => on%last)
          rise = next%state%load_factor - here%state%load_factor
          if (.not. is_there(on, next)) then

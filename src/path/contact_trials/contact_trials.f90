@@ -19,6 +19,7 @@ module contact_trials
    use next_spans, only: next_t, copy_next, tests_of, go_to_load
    use set_begins, only: go_back
    use path_state, only: path_state_t
+   use converged_state, only: contact_holds
    use contact_in_doubt, only: tell_differences
    use rod_strips, only: strip_t, find_strips, on_strips
    use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, divides, no_test
@@ -63,6 +64,7 @@ contains
       type(contact_span_t), allocatable :: before(:)
       real(wp), allocatable :: near(:)
       integer :: k, j, best
+      logical :: begins_later
       strip = find_strips(problem%layout)
       here = new_change_place(problem, run, max(abs(run%last_load), first_load(step)), zero, beyond)
       if (here%at_change) then
@@ -78,7 +80,9 @@ contains
       call copy_next(valid(best)%set, first)
       call copy_next(valid(best)%set, next)
       next%path_point_t = valid(best)%there
-      if (valid(best)%sized .and. .not. here%at_change) then
+      ! A set whose nodes do not yet pass their tests at its first equilibrium begins further on.
+      begins_later = .not. (here%at_change .or. contact_holds(first%problem, first%state, first%system))
+      if (begins_later .or. (valid(best)%sized .and. .not. here%at_change)) then
          call copy_next(next, first)
          call go_back(run%last%state%load_factor, first)
       end if
@@ -97,6 +101,7 @@ contains
       end do
       call tell_differences(problem, run, before, 0.0_wp * problem%layout%rod_segment%length, spread(0.0_wp, 1, &
          & size(problem%deck%contact)), first)
+      if (begins_later) first%located = .true.
       if (here%at_change) first%divides = divides(valid(best)%edit)
       next%problem%contact_span%number = first%problem%contact_span%number
    end subroutine try_sets

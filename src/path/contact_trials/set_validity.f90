@@ -16,7 +16,7 @@ module set_validity
    use beginning_contacts, only: candidate_of
    use neighbours, only: edit_add, edit_remove, edit_part, edit_open, edit_end_off, edit_rise
    use state_transfer, only: carried, carried_field
-   use path_control, only: displacement_between, metric
+   use path_control, only: displacement_between, metric, path_length
    use path_point, only: path_point_t
    use path_state, only: path_state_t
    use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
@@ -43,6 +43,8 @@ module set_validity
    !> The run's point, from which another contact set is sought.
    type, extends(next_t) :: change_place_t
       real(wp) :: least_load = 0.0_wp             !! least reference value for changes of the load factor
+      real(wp) :: travelled = 0.0_wp              !! length of the path behind this point, as a displacement: a structure may be
+      !! back where it was
       logical :: at_change = .false.              !! true: the change is located at this point
       logical :: kink = .true.                    !! false: the path is smooth at the located change
       logical :: pivots_tell = .true.             !! false: the stiffness of the present set is singular here
@@ -78,6 +80,7 @@ contains
       here%problem = problem
       here%path_point_t = run%last
       here%least_load = least_load
+      here%travelled = run%arc_length * problem%size
       here%at_change = present(zero)
       here%spans_begun = run%spans_begun
       if (present(beyond)) here%beyond = beyond
@@ -110,7 +113,7 @@ contains
          if (allocated(here%beyond)) whole = max(whole, maxval(abs(here%beyond%u(1:2, :))))
          near = change <= another * next%problem%size .and. abs(next%state%load_factor - state%load_factor) <= reach
          ! Nothing may be displaced before the first change of contact.
-         if (whole > rounding_gap(here%problem)) near = near .and. change <= farthest * whole
+         if (whole > rounding_gap(here%problem)) near = near .and. change <= farthest * max(whole, here%travelled)
       end function is_near_to
    end function is_near
 
@@ -142,7 +145,7 @@ contains
             tests = tests_of(set)
             least = worst(tests)
             if (decides .and. .not. any_fails(tests) .and. gaps_are_open(here, trial, set, tests)) then
-               if (.not. (here%at_change .or. leads_to_next(here%problem, run, set))) cycle
+               if (.not. on_path(run, here, set)) cycle
                trial%valid = .true.
                trial%there = set%path_point_t
                return
@@ -156,8 +159,7 @@ contains
                end if
                if (.not. any_fails(tests)) then
                   if (.not. complement_grows(here, trial, there)) exit
-                  ! Newton's method may have found another path.
-                  if (.not. (here%at_change .or. leads_to_next(here%problem, run, there))) exit
+                  if (.not. on_path(run, here, there)) exit
                   ! If the step comes nearer to the run's point, the new contact or free span becomes shorter.
                   if (trial%sized .and. trial%edits > 1) then
                      if (distance_from(here, there) < distance_from(here, set)) exit
@@ -177,6 +179,19 @@ contains
          end do
       end associate
    end subroutine verify
+
+   !> True if an equilibrium lies on the run's path, and not on another one that Newton's method has found: it is at the located
+   !> change, nearer than two of the last increments are long, or ahead in the direction of the path. Where a free span vanishes, the
+   !> direction of the path turns however near the equilibrium without the span is.
+   logical function on_path(run, here, there)
+      type(path_state_t), intent(in) :: run
+      type(change_place_t), intent(in) :: here
+      type(next_t), intent(in) :: there
+      on_path = here%at_change
+      if (.not. on_path) on_path = path_length(there%problem, carried(here%problem, here%state, there%problem), there%state) <= &
+         & far * run%last_length
+      if (.not. on_path) on_path = leads_to_next(here%problem, run, there)
+   end function on_path
 
    !> True unless a contact that has begun is pulled, or the gap of a contact that has ended closes: gap and contact force are
    !> complementary, so where one of them is zero the other one grows in the right sense. Both are measured from the set's first

@@ -1,9 +1,9 @@
 !> Another contact set with its equilibrium: transferred from a state of the present set and solved at any load factor.
 module next_spans
-   use kinds, only: wp
+   use kinds, only: wp, parallel
    use model, only: method_load
    use problem, only: problem_t
-   use rod_state, only: state_t
+   use rod_state, only: state_t, candidate_gap
    use linear_system, only: new_system
    use contact_spans, only: contact_span_t
    use span_problem, only: new_span_problem
@@ -16,7 +16,7 @@ module next_spans
    use corrector, only: increment_t, correct
    implicit none
    private
-   public :: next_t, copy_next, new_next, settle, go_to_load, tests_of, holds
+   public :: next_t, copy_next, new_next, release_held_twice, settle, go_to_load, tests_of, holds
 
    !> Point of the path with another contact set, found before the run accepts this set. Its tangent is the path tangent with
    !> which the present set arrives at the point; it is not known at the start of a step, where nothing has been displaced yet.
@@ -49,8 +49,35 @@ contains
       type(next_t) :: next
       next%problem = new_span_problem(problem, contact_span)
       next%state = carried(problem, state, next%problem)
+      call release_held_twice(next%problem, next%state)
       next%system = new_system(next%problem)
    end function new_next
+
+   !> Releases contacts of nodes with rigid obstacles if a contact span holds the node in the same direction: two rigid obstacles
+   !> cannot constrain a node along one line, and the forces of both would be undetermined. A released contact that must carry a
+   !> force becomes active again with the next increment.
+   subroutine release_held_twice(problem, state)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(inout) :: state
+      real(wp) :: gap, bend, normal(2), other(2)
+      integer :: c, twin
+      associate (list => problem%candidates)
+         do c = 1, list%n
+            if (.not. state%active(c) .or. list%contact_span(c) > 0) cycle
+            if (.not. problem%model%obstacle(list%obstacle(c))%rigid) cycle
+            call candidate_gap(problem, state, c, gap, normal, bend)
+            twin = list%twin(c)
+            do while (twin /= c)
+               call candidate_gap(problem, state, twin, gap, other, bend)
+               if (list%contact_span(twin) > 0 .and. abs(normal(1) * other(2) - normal(2) * other(1)) < parallel) then
+                  state%active(c) = .false.
+                  state%reaction(c) = 0.0_wp
+               end if
+               twin = list%twin(twin)
+            end do
+         end do
+      end associate
+   end subroutine release_held_twice
 
    !> Finds the equilibrium at the state's load factor: first with fixed touchdown points, because only forces in equilibrium
    !> determine the places of the touchdown points.

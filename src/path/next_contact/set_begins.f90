@@ -9,6 +9,7 @@ module set_begins
    use contact_change_types, only: step_interval_t
    use next_spans, only: next_t, copy_next, go_to_load
    use path_state, only: path_state_t
+   use converged_state, only: contact_holds
    implicit none
    private
    public :: find_begin, go_back, small_load
@@ -140,7 +141,7 @@ contains
          if (holds) then
             where (tests%kind == test_length .or. tests%kind == test_crossing) tests%value = tests%value + (1.0_wp - shorter) * &
                & shortest * minval(next%problem%layout%rod_segment%length) / next%problem%size
-            holds = .not. any_fails(tests)
+            holds = .not. any_fails(tests) .and. contact_holds(there%problem, there%state, there%system)
          end if
          if (holds) call copy_next(there, nearer)
          if (holds) since = load
