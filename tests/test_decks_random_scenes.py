@@ -858,7 +858,8 @@ P, PY, {weight}
 *OBSTACLE MOTION
 JACK, 0., {lift}
 *END STEP
-*STEP
+"""
+PUSHED = """*STEP
 *STATIC
 0.1, , 0.1
 *CLOAD
@@ -875,8 +876,25 @@ LOAD, ABOVE, 1.
     dict(length=6.0, elements=20, section="1e6, 100.", weight=-1.0, lift=0.01, push=-5.0)])
 def test_a_push_that_the_jack_carries_alone_moves_nothing(deck):
     """The arc length of what an increment of the load left of its convergence error is none: increments stay increments of the load."""
-    run = dr.run_deck(JACKED.format(**deck))
+    run = dr.run_deck((JACKED + PUSHED).format(**deck))
     assert [c.label for c in run.results.critical] == ["EP", "C+", "EP", "EP"]
     end = run.results.critical[-1]
     dr.assert_close(end.load_factor, 1.0, relative=1e-12)
     dr.assert_close(end.monitors["height"], deck["lift"], relative=1e-12)
+
+
+@pytest.mark.parametrize("length, elements, section, weight, lift, down", [
+    (4.223, 10, "2.4863e+07, 54537", -1806.7, 0.00099314, 0.0014453), (6.0, 20, "1e6, 100.", -1.0, 0.01, 0.015),
+    (6.0, 20, "1e6, 100.", -1.0, 0.03, 0.04), (5.0, 12, "1e7, 1000.", -20.0, 0.002, 0.0021)])
+def test_a_pipe_that_its_jack_lowers_on_to_the_floor(length, elements, section, weight, lift, down):
+    """Its free part vanishes with the fourth root of the height, which no increment follows. As the pipe comes to lie on the floor the
+    jack leaves it, and goes on alone."""
+    lower = f"*STEP\n*STATIC, METHOD=LOAD\n0.1\n*OBSTACLE MOTION\nJACK, 0., {-down}\n*END STEP\n"
+    run = dr.run_deck(JACKED.format(length=length, elements=elements, section=section, weight=weight, lift=lift) + lower)
+    assert [c.label for c in run.results.critical] == ["EP", "C+", "EP", "C-", "EP"]
+    leaves, end = run.results.critical[-2:]
+    dr.assert_close(leaves.load_factor, lift / down, relative=1e-6)
+    assert abs(end.monitors["height"]) <= 1e-12 * length
+    contact = run.results.contact
+    assert contact.count[-1] == 1
+    dr.assert_close([contact.start[-1][0], contact.end[-1][0]], [0.0, length], absolute=1e-9)
