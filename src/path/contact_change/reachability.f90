@@ -12,7 +12,7 @@ module reachability
    use path_state, only: path_state_t, path_tangent_of
    implicit none
    private
-   public :: far, turns, reach_of, leads_to, leads_to_next, arrival
+   public :: far, far_when_stuck, turns, reach_of, leads_to, leads_to_next, arrival
 
    real(wp), parameter :: far = 2.0_wp            !! increments over which a test may be extrapolated linearly
    real(wp), parameter :: far_when_stuck = 20.0_wp !! increments of extrapolation if no shorter increment converges

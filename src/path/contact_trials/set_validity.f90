@@ -22,7 +22,7 @@ module set_validity
    use test_kinds, only: span_test_t, any_fails, test_slack, test_gap, test_force, test_curvature, test_pressure, &
       & test_vanishing, test_couple
    use next_spans, only: next_t, copy_next, tests_of
-   use reachability, only: leads_to_next, far
+   use reachability, only: leads_to_next, far, far_when_stuck
    use step_off, only: tangent_along, along, step_by, failing
    implicit none
    private
@@ -181,15 +181,15 @@ contains
    end subroutine verify
 
    !> True if an equilibrium lies on the run's path, and not on another one that Newton's method has found: it is at the located
-   !> change, nearer than two of the last increments are long, or ahead in the direction of the path. Where a free span vanishes, the
-   !> direction of the path turns however near the equilibrium without the span is.
+   !> change, within reach of the last increment (reachability), or ahead in the direction of the path. Where a free span vanishes,
+   !> the direction of the path turns however near the equilibrium without the span is.
    logical function on_path(run, here, there)
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
       type(next_t), intent(in) :: there
       on_path = here%at_change
       if (.not. on_path) on_path = path_length(there%problem, carried(here%problem, here%state, there%problem), there%state) <= &
-         & far * run%last_length
+         & far_when_stuck * run%last_length
       if (.not. on_path) on_path = leads_to_next(here%problem, run, there)
    end function on_path
 
