@@ -16,12 +16,11 @@ program unilat
    use deck_assembly, only: assemble_deck
    use deck_to_model, only: read_deck
    use diagnostics, only: diagnostics_t, diagnostics_report, place_t
-   use card_manual, only: write_card_manual
+   use card_rows, only: write_card_manual, write_card_json
    use deck_templates, only: template_names, is_template, write_template
    use help_topics, only: write_card_help, write_help
    use terminal, only: is_terminal, has_colours, painted, standard_input, standard_output, standard_error, red
    use printable_text, only: printable, printable_lines
-   use card_json, only: write_card_json
    use deck_summary, only: write_deck_summary
    use load_sums, only: step_load_sums
    use start_support, only: why_deck_unheld

@@ -6,7 +6,7 @@ module help_topics
    use command_line, only: help_text
    use card_spec, only: card_spec_t, item_t, find_card
    use card_table, only: all_cards
-   use card_manual, only: write_card
+   use card_rows, only: write_card
    use card_check, only: known_card
    use foreign_words, only: foreign_card, foreign_parameter, foreign_value
    implicit none
@@ -27,7 +27,7 @@ contains
       if (i == 0) then
          call fail(error, 'no card *'//quoted(without_star(topic))//known_card(table, without_star(topic)))
       else
-         call write_card(unit, table(i))
+         call write_card(unit, table(i)%keyword)
       end if
    end subroutine write_card_help
 
@@ -46,7 +46,7 @@ contains
       if (found) return
       i = find_card(table, without_star(topic))
       if (i > 0) then
-         call write_card(unit, table(i))
+         call write_card(unit, table(i)%keyword)
          found = .true.
       end if
       ! Help on parameters and fields, and on the words that are their values; `words` collects the names, for a suggestion.
