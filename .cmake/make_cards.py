@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes card_rows.f90: the table of cards for checks and readers, and its reference as Markdown and JSON.
+"""Writes card_rows.f90: the table of cards for checks and readers, its reference as Markdown and JSON, and foreign words.
 
 usage: make_cards.py CARDS OUTPUT        (CMake calls it; CARDS is src/deck/cards.txt, whose head says how it is written)
 """
@@ -49,8 +49,8 @@ def item(line, constants, where):
 
 
 def read(path, constants):
-    """The cards of the table, in its order."""
-    cards, groups, target, meaning_next = [], {}, None, False
+    """The cards of the table, in its order; and the foreign words: what they are, of which card or item, words, answer."""
+    cards, foreign, groups, target, meaning_next = [], [], {}, None, False
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         where, line = f"{path}:{number}", line.strip()
         if not line or line.startswith("#"):
@@ -65,6 +65,9 @@ def read(path, constants):
             target, group, meaning_next = cards[-1]["parameters"], None, True
         elif meaning_next:
             cards[-1]["meaning"], meaning_next = line, False
+        elif line.startswith("foreign "):
+            place, words, answer = line[8:].split(" | ")
+            foreign.append((*(place.split(" of ") if " of " in place else (place, "")), words, answer))
         elif line.startswith("rows "):
             group = target = groups.setdefault(line[5:], [])
         else:
@@ -77,7 +80,7 @@ def read(path, constants):
                 layout |= {"most": int(given["at most"])} if "at most" in given else {}
                 cards[-1]["lines"].append(layout | {"fields": []})
                 target = cards[-1]["lines"][-1]["fields"]
-    return cards
+    return cards, foreign
 
 
 def alternatives(words):
@@ -135,11 +138,11 @@ def item_call(row, siblings):
             f"{quoted(row['former'])}, {quoted(row['only'])}, {BOUNDS[row['bound']]}, {row['most'] or 'usual_most'}, {times}, {quoted(row['meaning'])})")
 
 
-def module(cards):
+def module(cards, foreign):
     """Lines of the Fortran module."""
     yield from ("!> The cards of src/deck/cards.txt: entries of the table, and the reference. Made by .cmake/make_cards.py.", "module card_rows",
-                "   use card_spec", "   use model, only: method_words, parameter_words", "   implicit none", "   private",
-                "   public :: add_cards, write_card, write_card_manual, write_card_json", "contains", "   !> Adds the wanted cards to the table.",
+                "   use card_spec", "   use text, only: word_index", "   use model, only: method_words, parameter_words", "   implicit none", "   private",
+                "   public :: add_cards, write_card, write_card_manual, write_card_json, foreign_answer", "contains", "   !> Adds the wanted cards to the table.",
                 "   pure subroutine add_cards(t)", "      type(table_t), intent(inout) :: t")
     yield from (f"      if (is_wanted(t, {quoted(card['keyword'].replace(' ', ''))})) call card_{n}(t)" for n, card in enumerate(cards))
     yield "   end subroutine add_cards"
@@ -172,14 +175,22 @@ def module(cards):
         shown = dict(card, parameters=[{key: row[key] for key in row if key not in inner} for row in card["parameters"]],
                      lines=[dict(layout, fields=[{key: row[key] for key in row if key not in inner} for row in layout["fields"]]) for layout in card["lines"]])
         yield from printed([json.dumps(shown, ensure_ascii=False) + ("" if card is cards[-1] else ",")])
-    yield from ("      write (unit, '(a)') ']}'", "   end subroutine write_card_json", "end module card_rows")
+    yield from ("      write (unit, '(a)') ']}'", "   end subroutine write_card_json",
+                "   !> What to use here instead of a word of Abaqus and CalculiX; '' if the word is unknown.",
+                "   pure function foreign_answer(kind, place, word) result(answer)", "      character(*), intent(in) :: kind  !! 'card', 'parameter', 'value' or 'field'",
+                "      character(*), intent(in) :: place !! keyword of the card of a parameter or field, name of the item of a value",
+                "      character(*), intent(in) :: word  !! case and blanks do not matter; number of a field", "      character(:), allocatable :: answer", "      answer = ''")
+    yield from (f"      call take({quoted(kind)}, {quoted(place)}, {quoted(words)}, {quoted(answer)})" for kind, place, words, answer in foreign)
+    yield from ("   contains", "      pure subroutine take(what, of, words, why)", "         character(*), intent(in) :: what, of, words, why",
+                "         if (what == kind .and. (of == '' .or. of == place)) then", "            if (word_index(words, word) > 0) answer = why",
+                "         end if", "      end subroutine take", "   end function foreign_answer", "end module card_rows")
 
 
 def main():
     cards_file, output = map(pathlib.Path, sys.argv[1:])
     model = re.sub(r"'// *&\s*&? *'", "", (cards_file.parent.parent / "model" / "model.f90").read_text(encoding="utf-8"))
     constants = {"@" + name: words for name, words in re.findall(r"character\(\*\), parameter :: (\w+_words) = '([^']*)'", model)}
-    output.write_text("\n".join(module(read(cards_file, constants))) + "\n", encoding="utf-8")
+    output.write_text("\n".join(module(*read(cards_file, constants))) + "\n", encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -19,6 +19,8 @@ What it does.
       size | real > 0 [length] | default 2; times x | its size
    lines; last repeats
       label | label or set | | where
+
+foreign parameter of THING | SHAPE|FORM | here KIND
 """
 
 
@@ -41,6 +43,7 @@ def test_rows_become_calls(tmp_path):
         ("add_layout", ""), ("add_item", "label")]
     assert "'THING', in_step, .true., .false., 'OTHER', 1, 2)" in module
     assert "'size', kind_real, .false., '2', '', '', '', positive, usual_most, 1, 'its size')" in module
+    assert "call take('parameter', 'THING', 'SHAPE|FORM', 'here KIND')" in module
     assert "'| size | real > 0 | length | 2 times the size of x | its size |'" in module
 
 
