@@ -5,6 +5,7 @@
 !> error.
 module length_table
    use kinds, only: wp, pi
+   use ordered_knots, only: piece_at
    implicit none
    private
    public :: length_table_t, new_length_table, add_panel, close_table, panel_places, table_value, table_excess, table_points
@@ -149,25 +150,7 @@ contains
       real(wp), intent(in) :: s
       integer, intent(out) :: panel
       real(wp), intent(out) :: x              !! -1 to 1
-      integer :: right, middle
-      panel = 1
-      right = size(table%at)
-      ! If all panels have the same length, the first guess is right.
-      middle = min(1 + int((s - table%at(1)) / (table%at(right) - table%at(1)) * (right - 1)), right - 1)
-      if (table%at(middle) > s) then
-         right = middle
-      else
-         panel = middle
-         if (table%at(middle + 1) > s) right = middle + 1
-      end if
-      do while (right - panel > 1)
-         middle = (panel + right) / 2
-         if (table%at(middle) > s) then
-            right = middle
-         else
-            panel = middle
-         end if
-      end do
-      x = ((s - table%at(panel)) - (table%at(right) - s)) / (table%at(right) - table%at(panel))
+      panel = piece_at(table%at, s)
+      x = ((s - table%at(panel)) - (table%at(panel + 1) - s)) / (table%at(panel + 1) - table%at(panel))
    end subroutine find_in_panel
 end module length_table
