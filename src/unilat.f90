@@ -31,7 +31,7 @@ program unilat
    use checkpoint, only: standing_t
    use restart_check, only: why_not_with
    use restart_file, only: restart_t, read_restart
-   use path_points, only: find_point
+   use path_points, only: find_named_point
    use checked_output, only: put_text, open_draft, put_draft
    use model, only: model_t
    use problem, only: problem_t, new_problem
@@ -144,8 +144,8 @@ program unilat
       standing%changed = options%deck /= '' .or. size(options%set) > 0
       standing%steps = deck_model%step
       if (standing%changed) call check_other_deck()
-      if (options%from /= '') call find_point(options%restart, options%from, standing%branch, standing%from, standing%load_factor, &
-         & error)
+      if (options%from /= '') call find_named_point(options%restart, options%from, standing%branch, standing%from, &
+         & standing%load_factor, error)
       if (allocated(error)) call stop_with(exit_deck_error, error%message)
    end if
    if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file, &

@@ -460,14 +460,14 @@ contains
       type(lying_t), intent(inout), optional :: kept !! of the same state, or undefined; computed again only if the element changes
       if (present(kept)) then
          if (kept%element /= e) kept = lying(problem, state, e)
-         call look_at(problem, state, kept, tau, local, place, angle, density)
+         call forces_from_output(problem, state, kept, tau, local, place, angle, density)
       else
-         call look_at(problem, state, lying(problem, state, e), tau, local, place, angle, density)
+         call forces_from_output(problem, state, lying(problem, state, e), tau, local, place, angle, density)
       end if
    end subroutine conforming_forces
 
    !> As conforming_forces, with the element's dense output.
-   pure subroutine look_at(problem, state, here, tau, local, place, angle, density)
+   pure subroutine forces_from_output(problem, state, here, tau, local, place, angle, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(lying_t), intent(in) :: here
@@ -492,7 +492,7 @@ contains
          place = track%place + obstacle_shift(problem, state, obstacle)
       end associate
       angle = atan2(here%sense * track%tangent(2), here%sense * track%tangent(1))
-   end subroutine look_at
+   end subroutine forces_from_output
 
    !> A conforming element's dense output.
    pure type(lying_t) function lying(problem, state, e, inner)
