@@ -87,12 +87,7 @@ contains
       integer, intent(inout) :: n           !! forces in the list
       integer, intent(in) :: contact
       real(wp), intent(in) :: at, place(2), force(2)
-      real(wp), allocatable :: longer(:, :)
-      if (n == size(list, 2)) then
-         allocate (longer(6, 2 * n))
-         longer(:, :n) = list
-         call move_alloc(longer, list)
-      end if
+      if (n == size(list, 2)) list = reshape(list, [6, 2 * n], pad=list)
       n = n + 1
       list(:, n) = [real(contact, wp), at, place, force]
    end subroutine add

@@ -54,7 +54,6 @@ contains
       logical, intent(in) :: last_try         !! true: the panel is added whatever its accuracy
       logical, intent(out) :: added
       real(wp) :: c(0:table_points + 1), d(0:table_points), half, noise
-      real(wp), allocatable :: longer(:), more(:, :)
       integer :: k, i, n
       real(wp), parameter :: wave(table_points, 0:table_points - 1) = reshape([((cos(k * pi * (i - 0.5_wp) / table_points), &
          & i=1, table_points), k=0, table_points - 1)], [table_points, table_points]) !! Chebyshev polynomials at the points
@@ -78,11 +77,8 @@ contains
       d(0) = sum(d(1::2)) - sum(d(2::2))
       if (n > 1) d(0) = d(0) + sum(table%excess(:, n - 1))
       if (n == size(table%at)) then
-         allocate (longer(2 * n), more(table_points + 1, 2 * n - 1))
-         longer(:n) = table%at
-         more(:, :n - 1) = table%excess
-         call move_alloc(longer, table%at)
-         call move_alloc(more, table%excess)
+         table%at = [table%at, table%at] ! twice the room
+         table%excess = reshape(table%excess, [table_points + 1, 2 * n - 1], pad=[0.0_wp])
       end if
       table%n = n
       table%at(n + 1) = to
