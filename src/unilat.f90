@@ -16,12 +16,11 @@ program unilat
    use deck_assembly, only: assemble_deck
    use deck_to_model, only: read_deck
    use diagnostics, only: diagnostics_t, diagnostics_report, place_t
-   use card_manual, only: write_card_manual
+   use card_rows, only: write_card_manual, write_card_json
    use deck_templates, only: template_names, is_template, write_template
    use help_topics, only: write_card_help, write_help
    use terminal, only: is_terminal, has_colours, painted, standard_input, standard_output, standard_error, red
    use printable_text, only: printable, printable_lines
-   use card_json, only: write_card_json
    use deck_summary, only: write_deck_summary
    use load_sums, only: step_load_sums
    use start_support, only: why_deck_unheld
@@ -32,7 +31,7 @@ program unilat
    use checkpoint, only: standing_t
    use restart_check, only: why_not_with
    use restart_file, only: restart_t, read_restart
-   use path_points, only: find_point
+   use path_points, only: find_named_point
    use checked_output, only: put_text, open_draft, put_draft
    use model, only: model_t
    use problem, only: problem_t, new_problem
@@ -145,8 +144,8 @@ program unilat
       standing%changed = options%deck /= '' .or. size(options%set) > 0
       standing%steps = deck_model%step
       if (standing%changed) call check_other_deck()
-      if (options%from /= '') call find_point(options%restart, options%from, standing%branch, standing%from, standing%load_factor, &
-         & error)
+      if (options%from /= '') call find_named_point(options%restart, options%from, standing%branch, standing%from, &
+         & standing%load_factor, error)
       if (allocated(error)) call stop_with(exit_deck_error, error%message)
    end if
    if (.not. options%quiet) call write_deck_summary(output_unit, deck_model, program_version, deck_words(), result_file, &

@@ -75,10 +75,10 @@ contains
       allocate (dual(system%n, size(number)), by_held(size(number)))
       call solve_path_duals(problem, system, held, number, modes, dual, by_held, ok)
       if (.not. ok) return
-      held_inside = look_inside(problem, state, held, finer, start, at_start)
+      held_inside = enrichment_change(problem, state, held, finer, start, at_start)
       do m = 1, size(number)
          if (.not. number(m)%estimated) cycle
-         inside = look_inside(problem, state, number(m), finer, start, at_start)
+         inside = enrichment_change(problem, state, number(m), finer, start, at_start)
          ! A prescribed monitor has the prescribed value on the element's own polynomial: between nodes the enriched polynomial
          ! differs there, and all numbers change with the correction of that difference.
          call set_row(number(m), dual(:, m), inside%change - by_held(m) * held_inside%change, m)
@@ -181,7 +181,7 @@ contains
    end function eigenvalue_shares
 
    !> Change of a number between nodes due to enriched polynomials, in which the elements have no internal residuals.
-   function look_inside(problem, state, number, finer, start, at_start) result(inside)
+   function enrichment_change(problem, state, number, finer, start, at_start) result(inside)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(functional_t), intent(in) :: number
@@ -194,7 +194,7 @@ contains
       real(wp) :: largest
       integer :: i, j
       allocate (inside%element(0))
-      if (allocated(number%section)) call look_at_sections()
+      if (allocated(number%section)) call add_section_changes()
       if (.not. allocated(number%inner)) return
       inside%element = number%inner%element
       do i = 1, size(number%inner)
@@ -210,7 +210,7 @@ contains
    contains
 
       !> Change of sections in enriched elements with the same nodal displacements.
-      subroutine look_at_sections()
+      subroutine add_section_changes()
          real(wp) :: none(at_start%n)
          solved = start
          none = 0.0_wp
@@ -224,7 +224,7 @@ contains
             end associate
          end do
          inside%most = max(inside%most, abs(inside%change))
-      end subroutine look_at_sections
+      end subroutine add_section_changes
 
       real(wp) function section_change(place, tau)
          type(section_place_t), intent(in) :: place
@@ -243,5 +243,5 @@ contains
          call point_displacement(finer, start, place%element, tau, enriched, v)
          difference = dot_product(place%weight, defect + v - u)
       end function difference
-   end function look_inside
+   end function enrichment_change
 end module error_contributions

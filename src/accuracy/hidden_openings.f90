@@ -52,9 +52,9 @@ contains
                e = problem%ground%chain%element(2, c)
                if (.not. follows(problem, state, c)) then
                   call settled_gap(problem, state, c, settled, waves)
-                  call look_at_settled(waves(1))
-                  call look_at_settled(0.0_wp)
-                  call look_at_settled(waves(2))
+                  call check_decayed_wave(waves(1))
+                  call check_decayed_wave(0.0_wp)
+                  call check_decayed_wave(waves(2))
                   cycle
                end if
                gap = told_gap(problem, state, c)
@@ -74,11 +74,11 @@ contains
    contains
 
       !> Checks an element too long for its foundation at one end, or at its middle, where the wave from the end has decayed.
-      subroutine look_at_settled(wave)
+      subroutine check_decayed_wave(wave)
          real(wp), intent(in) :: wave            !! amplitude of the wave
          rounds_off = wave < 2.0_wp * rounding
          call look(settled, max(wave, rounding))
-      end subroutine look_at_settled
+      end subroutine check_decayed_wave
 
       !> Classifies a place of an element. Elements without certain contact between two places of certain contact may have opened.
       subroutine look(value, doubt)

@@ -288,13 +288,8 @@ contains
    subroutine note_shared(a, first, length)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: first, length
-      integer, allocatable :: more(:, :)
       if (.not. allocated(a%shared)) allocate (a%shared(2, 64))
-      if (a%n_shared == size(a%shared, 2)) then
-         allocate (more(2, 2 * a%n_shared))
-         more(:, :a%n_shared) = a%shared
-         call move_alloc(more, a%shared)
-      end if
+      if (a%n_shared == size(a%shared, 2)) a%shared = reshape(a%shared, [2, 2 * a%n_shared], pad=a%shared)
       a%n_shared = a%n_shared + 1
       a%shared(:, a%n_shared) = [first, length]
    end subroutine note_shared

@@ -109,8 +109,7 @@ contains
       character(*), intent(in) :: name  !! as typed
       integer, intent(out) :: position  !! in self%name
       logical, intent(out) :: is_new    !! false: the name was in the list already
-      character(name_length), allocatable :: more(:)
-      integer :: i, capacity
+      integer :: i
       position = self%find(name)
       is_new = position == 0
       if (.not. is_new) return
@@ -118,15 +117,10 @@ contains
          allocate (self%name(first_capacity), self%key(first_capacity))
          allocate (self%slot(2 * first_capacity), source=0)
       else if (self%n == size(self%name)) then
-         capacity = 2 * self%n
-         allocate (more(capacity))
-         more(:self%n) = self%name
-         call move_alloc(more, self%name)
-         allocate (more(capacity))
-         more(:self%n) = self%key
-         call move_alloc(more, self%key)
+         self%name = [self%name, self%name] ! twice the room
+         self%key = [self%key, self%key]
          deallocate (self%slot)
-         allocate (self%slot(2 * capacity), source=0)
+         allocate (self%slot(2 * size(self%name)), source=0)
          do i = 1, self%n
             self%slot(name_slot(self%slot, self%key, self%key(i))) = i
          end do

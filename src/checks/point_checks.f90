@@ -59,14 +59,14 @@ contains
       call judge_mesh(problem, state, verdict)
       if (size(verdict%element) > 0) call note_worst(accuracy, check_mesh, verdict%ratio, at, element=verdict%element(1))
       if (verdict%ratio > 1.0_wp) call warn('the mesh is too coarse', verdict_words(verdict), accuracy%mesh_words)
-      call look_at_rounding()
-      call look_at_rolling()
-      call look_at_strain()
+      call warn_of_rounding()
+      call warn_of_rolling()
+      call warn_of_strain()
 
    contains
 
       !> Warns if a strain is not small beside 1.
-      subroutine look_at_strain()
+      subroutine warn_of_strain()
          real(wp) :: strain
          integer :: e
          call largest_strain(problem, state, strain, e)
@@ -75,10 +75,10 @@ contains
          if (strain > told_strain) call warn('strains are large', scientific(strain, 2)//' in element '// &
             & to_text(problem%model%mesh%element_label(e))//', and the rod theory assumes small strains: its forces are wrong '// &
             & 'by about that part', accuracy%strain_words)
-      end subroutine look_at_strain
+      end subroutine warn_of_strain
 
       !> Warns if the rod can roll, because its displacements are then only one solution of a family.
-      subroutine look_at_rolling()
+      subroutine warn_of_rolling()
          character(:), allocatable :: names, where
          integer :: m
          call note_worst(accuracy, check_rolling, system%roll_range / problem%size, at)
@@ -93,11 +93,11 @@ contains
          end do
          if (names /= '') accuracy%hanging_words = 'from point '//to_text(at%point)//' (load factor '//brief(at%load_factor)// &
             & ') on the loads do not tell how far the rod rolls about '//where//', nor what hangs on it: '//names(3:)
-      end subroutine look_at_rolling
+      end subroutine warn_of_rolling
 
       !> Warns if rounding is a large part of the stiffness along the path. Near limit points and on plateaus that stiffness is
       !> almost zero: rounding is then compared with the stiffness of the previous point, or with bending.
-      subroutine look_at_rounding()
+      subroutine warn_of_rounding()
          real(wp) :: stiffness, rounding, scale
          ! The path does not depend on the tangent of a start with a stiffness homotopy, see stiffness_homotopy.
          if (is_stress_free(state) .and. followed_part(problem) < 1.0_wp) return
@@ -109,7 +109,7 @@ contains
          if (rounding > told_rounding * scale) call warn('rounding spoils limit points and stability', &
             & 'it makes '//scientific(rounding / scale, 2)//' of the stiffness along the path: '// &
             & rounding_cure(problem, state), accuracy%rounding_words)
-      end subroutine look_at_rounding
+      end subroutine warn_of_rounding
 
       !> Keeps the first warning of its kind for the run, and adds it to the point.
       subroutine warn(what, words, kept)
@@ -130,25 +130,25 @@ contains
       type(accuracy_t), intent(in) :: here       !! worst values of that point alone
       character(:), allocatable :: text
       text = ''
-      call look('balance of forces', here%worst(check_force_balance), unbalanced)
-      call look('balance of moments', here%worst(check_moment_balance), unbalanced)
-      call look('balance of every node', here%worst(check_node_balance), unbalanced)
-      call look('penetration', here%worst(check_penetration), max(misplaced, here%asked))
-      call look('tension', here%worst(check_tension), unbalanced)
-      call look('complementarity', here%worst(check_complementarity), max(misplaced, here%asked))
-      call look('reactions and law of foundations', here%worst(check_foundation), unbalanced)
+      call check_bound('balance of forces', here%worst(check_force_balance), unbalanced)
+      call check_bound('balance of moments', here%worst(check_moment_balance), unbalanced)
+      call check_bound('balance of every node', here%worst(check_node_balance), unbalanced)
+      call check_bound('penetration', here%worst(check_penetration), max(misplaced, here%asked))
+      call check_bound('tension', here%worst(check_tension), unbalanced)
+      call check_bound('complementarity', here%worst(check_complementarity), max(misplaced, here%asked))
+      call check_bound('reactions and law of foundations', here%worst(check_foundation), unbalanced)
       if (text /= '') text = 'its own checks found it wrong: '//text
 
    contains
 
-      pure subroutine look(name, worst, bound)
+      pure subroutine check_bound(name, worst, bound)
          character(*), intent(in) :: name
          type(worst_t), intent(in) :: worst
          real(wp), intent(in) :: bound
          if (worst%value <= bound) return
          if (text /= '') text = text//'; '
          text = text//name//' '//scientific(worst%value, 2)//' '//place_in_words(worst%at)
-      end subroutine look
+      end subroutine check_bound
    end function failed_words
 
    !> "at point 12 (load factor 1.5), node 7"

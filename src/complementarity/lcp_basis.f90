@@ -9,7 +9,7 @@ module lcp_basis
    implicit none
    private
    public :: scaled_lcp_t, basis_t
-   public :: start, invert, exchange, evaluate, least_row, blocking_row
+   public :: start, invert, exchange, evaluate_basis, least_row, blocking_row
 
    ! Rounding of sums of n terms is about sqrt(n) eps times their size, and hardly ever n eps.
    real(wp), parameter :: pivot_tolerance = 16.0_wp * epsilon(1.0_wp)
@@ -129,7 +129,7 @@ contains
    end subroutine exchange
 
    !> Values of the basic variables and the entering column, with the size of their terms, which bounds their rounding error.
-   subroutine evaluate(problem, entering, basis)
+   subroutine evaluate_basis(problem, entering, basis)
       type(scaled_lcp_t), intent(in) :: problem
       integer, intent(in) :: entering
       type(basis_t), intent(inout) :: basis
@@ -176,7 +176,7 @@ contains
       do j = 1, n
          basis%value = basis%value + basis%inverse(:, j) * residual(j)
       end do
-   end subroutine evaluate
+   end subroutine evaluate_basis
 
    !> Row of the variable that reaches zero first as the entering variable grows; 0 if none does.
    integer function blocking_row(basis, z0) result(row)

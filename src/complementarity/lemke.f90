@@ -19,7 +19,7 @@ module lemke
    use kinds, only: wp
    use lapack, only: dgetrf, dgetrs, dpotrf
    use golden_section, only: golden
-   use lcp_basis, only: scaled_lcp_t, basis_t, start, invert, exchange, evaluate, least_row, blocking_row
+   use lcp_basis, only: scaled_lcp_t, basis_t, start, invert, exchange, evaluate_basis, least_row, blocking_row
    implicit none
    private
    public :: solve_lcp, outcome_name
@@ -108,7 +108,7 @@ contains
             if (modulo(attempt, 2) == 0) active = active .and. z > 0.0_wp
          end if
          call start(problem, active, d, basis, ok)
-         if (ok) call follow_path(problem, basis, d, limit, active, outcome, pivots)
+         if (ok) call follow_pivots(problem, basis, d, limit, active, outcome, pivots)
          if (.not. ok) outcome = lcp_breakdown
          select case (outcome)
          case (lcp_solved)
@@ -229,7 +229,7 @@ contains
    end function balancing_exponent
 
    !> Follows the path of almost complementary bases by pivots until the artificial variable z0 leaves.
-   subroutine follow_path(problem, basis, d, limit, active, outcome, pivots)
+   subroutine follow_pivots(problem, basis, d, limit, active, outcome, pivots)
       type(scaled_lcp_t), intent(in) :: problem
       type(basis_t), intent(inout) :: basis
       real(wp), intent(in) :: d(:)
@@ -243,7 +243,7 @@ contains
       n = problem%n
       z0 = 2 * n + 1
       entering = z0
-      call evaluate(problem, entering, basis)
+      call evaluate_basis(problem, entering, basis)
       row = least_row(basis, basis%value, d, [(.true., row=1, n)])
       outcome = lcp_pivot_limit
       exchanges: do
@@ -253,12 +253,12 @@ contains
          call exchange(basis, row, entering)
          if (leaving == z0) exit
          entering = merge(leaving + n, leaving - n, leaving <= n)
-         call evaluate(problem, entering, basis)
+         call evaluate_basis(problem, entering, basis)
          row = blocking_row(basis, z0)
          if (row > 0) cycle
          ! A ray is accepted only if it is confirmed with an inverse computed anew, without the accumulated rounding of the path.
          call invert(problem, basis, ok)
-         if (ok) call evaluate(problem, entering, basis)
+         if (ok) call evaluate_basis(problem, entering, basis)
          outcome = lcp_breakdown
          if (.not. ok .or. .not. all(ieee_is_finite(basis%column))) return
          row = blocking_row(basis, z0)
@@ -271,7 +271,7 @@ contains
       do row = 1, n
          if (basis%variable(row) <= n) active(basis%variable(row)) = .false.
       end do
-   end subroutine follow_path
+   end subroutine follow_pivots
 
    !> Solves  w = 0  in the active pairs and z = 0 in the others, from the data and with one refinement.
    subroutine solve_active(problem, active, z, w, ok, ray, next)

@@ -94,7 +94,7 @@ contains
       line%first = element(1)
       line%last = element(2)
       line%contact = contact
-      call look_beside(problem, state, line, touched, counts)
+      call find_contact_beside(problem, state, line, touched, counts)
       call make_profiles(problem, state, element, profile)
       call take_samples(problem, state, profile, line)
       from = problem%origin(line%first) + state%geometry%element(line%first)%s(1)
@@ -143,7 +143,7 @@ contains
 
    !> Determines whether the ends of the sampled elements touch this obstacle, and between which coordinates gaps count that are no
    !> local minima. The margin at a contact is a part of the length of the whole free span, across segment boundaries.
-   pure subroutine look_beside(problem, state, line, touched, counts)
+   pure subroutine find_contact_beside(problem, state, line, touched, counts)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(sampled_gap_t), intent(inout) :: line
@@ -167,7 +167,7 @@ contains
       counts = ends
       if (zero(1)) counts(1) = max(ends(1), ends(1) - more(1) + margin)
       if (zero(2)) counts(2) = min(ends(2), ends(2) + more(2) - margin)
-   end subroutine look_beside
+   end subroutine find_contact_beside
 
    !> Determines the length of the free span beyond one end of an element; `touches` is true if the span ends with contact to this
    !> obstacle.

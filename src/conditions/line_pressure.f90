@@ -3,8 +3,8 @@ module line_pressure
    use kinds, only: wp
    use problem, only: problem_t
    use rod_state, only: state_t, element_load, node_position
-   use conforming_span, only: lying_t, conforming_forces, excess_curvature, node_track, track_sense, rod_angle, bend_at, &
-      & track_joints, find_joints, ge_end, density_samples
+   use track_nodes, only: excess_curvature, node_track, track_sense, rod_angle, bend_at, track_joints, find_joints, ge_end
+   use conforming_span, only: lying_t, conforming_forces, density_samples
    use obstacle_track, only: track_t
    use rod_load, only: ge_load_t, line_at
    use contact_spans, only: contact_span_t
@@ -134,12 +134,12 @@ contains
       if (i == 1) side = -1
       if (i == size(pressure%at)) side = 1
       do e = line%element(1), line%element(2)
-         call look_at_joints(e)
+         call compare_joints(e)
       end do
 
    contains
 
-      subroutine look_at_joints(e)
+      subroutine compare_joints(e)
          integer, intent(in) :: e
          real(wp), allocatable :: share(:), couple(:)
          real(wp) :: at, density
@@ -156,7 +156,7 @@ contains
             where = at
             side = 0
          end do
-      end subroutine look_at_joints
+      end subroutine compare_joints
    end subroutine least_pressure
 
    !> Density that the obstacle's force would have if the rod followed the track at a point contact: r = m'' with m = EI (curvature

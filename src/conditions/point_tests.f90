@@ -5,7 +5,8 @@ module point_tests
    use kinds, only: wp, parallel
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, candidate_gap, may_react
-   use conforming_span, only: rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation, conforming_forces
+   use track_nodes, only: rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation
+   use conforming_span, only: conforming_forces
    use touchdown_points, only: point_force
    use breakpoint_forces, only: breakpoint_force, at_breakpoint, left_over, breakpoint_couple
    use contact_spans, only: line_share
@@ -208,7 +209,7 @@ contains
       integer, intent(in) :: c
       real(wp) :: density
       integer :: e
-      call look_at_end(problem, state, c, e, density)
+      call find_line_end(problem, state, c, e, density)
       ends_down = e > 0
       if (ends_down) ends_down = stays_down(problem, e, breakpoint_couple(problem, state, c), density)
    end function ends_down
@@ -225,7 +226,7 @@ contains
       integer :: e
       lifts_little = push < 0.0_wp .and. problem%model%fixed(3, problem%candidates%node(c))
       if (.not. lifts_little) return
-      call look_at_end(problem, state, c, e, density)
+      call find_line_end(problem, state, c, e, density)
       lifts_little = e > 0
       if (lifts_little) lifts_little = lifted_at_mirror(-push * scale, density) <= line_share * &
          & problem%layout%rod_segment(problem%rod_segment(e))%length
@@ -233,7 +234,7 @@ contains
 
    !> Finds the element of a line contact at a candidate where both the line contact and its rod end, and the density of the
    !> obstacle's force there.
-   subroutine look_at_end(problem, state, c, e, density)
+   subroutine find_line_end(problem, state, c, e, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: c
@@ -248,5 +249,5 @@ contains
       if (problem%conforms(problem%candidates%element(side, c)) == 0) return
       e = problem%candidates%element(side, c)
       call conforming_forces(problem, state, e, merge(1.0_wp, 0.0_wp, side == 1), local, place, angle, density)
-   end subroutine look_at_end
+   end subroutine find_line_end
 end module point_tests

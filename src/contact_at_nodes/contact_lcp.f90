@@ -65,7 +65,7 @@ contains
       end do
       do k = 1, n
          associate (candidate => lcp%candidate(k))
-            if (problem%coupling%n > 0) call answer_of_column(problem, system, candidate, lcp%x(:, k), lcp%y(k), gap, reaction)
+            if (problem%coupling%n > 0) call answer_of_column(candidate, lcp%x(:, k), lcp%y(k))
             do i = merge(old + 1, 1, k <= old), n
                lcp%m(i, k) = response(lcp%candidate(i), lcp%x(:, k), lcp%y(k), lcp%force(:, k))
             end do
@@ -94,6 +94,19 @@ contains
             if (state%active(candidate)) response = -system%spring(candidate) * response
          end if
       end function response
+
+      !> Openings and reactions of all candidates on coupled ground in a column; values of other candidates are not set.
+      subroutine answer_of_column(candidate, x, y)
+         integer, intent(in) :: candidate         !! candidate of the column
+         real(wp), intent(in) :: x(:), y
+         integer :: j
+         do j = 1, problem%coupling%n
+            associate (coupled => problem%coupling%candidate(j))
+               gap(coupled) = gap_change(problem, system, coupled, x, y)
+            end associate
+         end do
+         call coupled_answer(problem%coupling, system%coupling, unit(problem, candidate), gap, reaction)
+      end subroutine answer_of_column
    end subroutine add_candidates
 
    !> Solves the LCP for the gaps and reactions of the increment with unchanged contact set.
@@ -160,7 +173,7 @@ contains
          if (d > 0) prescribed(system%unknown(d)) = -prescribed(system%unknown(candidate)) * &
             & dot_product(system%normal(:, candidate), system%normal(:, d)) / system%slope(d)
       else
-         if (problem%coupling%entry(candidate) > 0) call add_coupled_load(problem, system, candidate, force)
+         if (problem%coupling%entry(candidate) > 0) call add_coupled_load()
          if (problem%coupling%entry(candidate) == 0 .or. .not. state%active(candidate)) then
             call spread_force(problem, system%tie_block, problem%candidates%node(candidate), [own_force(), 0.0_wp], force)
             d = problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier
@@ -180,35 +193,15 @@ contains
          end associate
          if (state%active(candidate)) pair = pair * system%spring(candidate)
       end function own_force
+
+      !> Adds the forces of coupled ground on nodes for a unit of a candidate's z, with fixed nodes.
+      subroutine add_coupled_load()
+         real(wp) :: opening(problem%candidates%n), push(problem%candidates%n)
+         opening = 0.0_wp
+         call coupled_answer(problem%coupling, system%coupling, unit(problem, candidate), opening, push)
+         call add_forces(system%coupling, push(system%coupling%candidate), force)
+      end subroutine add_coupled_load
    end subroutine solve_column
-
-   !> Openings and reactions of all candidates on coupled ground in a column; values of other candidates are not set.
-   subroutine answer_of_column(problem, system, candidate, x, y, gap, reaction)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: candidate         !! candidate of the column
-      real(wp), intent(in) :: x(:), y
-      real(wp), intent(inout) :: gap(:), reaction(:)
-      integer :: j
-      do j = 1, problem%coupling%n
-         associate (coupled => problem%coupling%candidate(j))
-            gap(coupled) = gap_change(problem, system, coupled, x, y)
-         end associate
-      end do
-      call coupled_answer(problem%coupling, system%coupling, unit(problem, candidate), gap, reaction)
-   end subroutine answer_of_column
-
-   !> Adds the forces of coupled ground on nodes for a unit of a candidate's z, with fixed nodes.
-   subroutine add_coupled_load(problem, system, candidate, force)
-      type(problem_t), intent(in) :: problem
-      type(system_t), intent(in) :: system
-      integer, intent(in) :: candidate
-      real(wp), intent(inout) :: force(:)
-      real(wp) :: opening(problem%candidates%n), push(problem%candidates%n)
-      opening = 0.0_wp
-      call coupled_answer(problem%coupling, system%coupling, unit(problem, candidate), opening, push)
-      call add_forces(system%coupling, push(system%coupling%candidate), force)
-   end subroutine add_coupled_load
 
    !> Vector with 1 for one candidate and 0 for the others.
    pure function unit(problem, candidate)

@@ -4,13 +4,13 @@
 !> Relations between cards are checked by the readers.
 module card_check
    use kinds, only: wp
-   use text, only: plural, nearest_word, word_at, word_index, separated
+   use text, only: to_text, plural, nearest_word, word_at, word_index, separated
    use printable_text, only: quoted
    use diagnostics, only: place_t
    use card_spec, only: card_spec_t, item_t, find_card, find_item, names_of, keywords_of, in_model, in_step, outside_step, kind_flag
    use card_table, only: all_cards, cards_of
    use deck_cards, only: deck_t
-   use foreign_words, only: foreign_card, foreign_parameter, foreign_field
+   use card_rows, only: foreign_answer
    use item_values, only: convert, value_error, choices, foreign
    implicit none
    private
@@ -252,7 +252,8 @@ contains
             place = deck%field_place(line, f)
             if (i > size(item)) then
                wrong = 'a field too many; the line reads: '//separated(names_of(item), ', ')
-               if (foreign_field(spec%keyword, f) /= '') wrong = wrong//'; '//foreign_field(spec%keyword, f)
+               if (foreign_answer('field', spec%keyword, to_text(f)) /= '') &
+                  wrong = wrong//'; '//foreign_answer('field', spec%keyword, to_text(f))
             else if (.not. deck%field_given(line, f)) then
                if (.not. item(i)%required) cycle
                wrong = item(i)%name//' is missing; the line reads: '//separated(names_of(item), ', ')
@@ -286,7 +287,7 @@ contains
       type(card_spec_t), intent(in) :: table(:)
       character(*), intent(in) :: keyword !! as typed, without the star
       character(:), allocatable :: string
-      string = foreign_card(keyword)
+      string = foreign_answer('card', '', keyword)
       if (string /= '') then
          string = foreign//string
          return
@@ -303,7 +304,7 @@ contains
       type(card_spec_t), intent(in) :: spec
       character(*), intent(in) :: name
       character(:), allocatable :: string
-      string = foreign_parameter(spec%keyword, name)
+      string = foreign_answer('parameter', spec%keyword, name)
       if (string /= '') then
          string = foreign//string
       else if (size(spec%parameter) == 0) then

@@ -4,11 +4,11 @@ module card_spec
    implicit none
    private
    public :: card_spec_t, layout_t, item_t, find_card, find_item, names_of, keywords_of
-   public :: table_t, add_card, add_parameter, add_layout, add_field, add_point
+   public :: table_t, is_wanted, add_card, add_layout, add_item
    public :: kind_flag, kind_word, kind_name, kind_integer, kind_real, kind_label, kind_label_or_set, kind_dof
-   public :: kind_component, kind_path, kind_value, kind_distributed, kind_formula, kind_names
-   public :: in_model, in_step, anywhere, outside_step, part_names
-   public :: any_value, positive, not_negative, not_zero, below_one, poisson, bound_signs, bound_words
+   public :: kind_component, kind_path, kind_value, kind_distributed, kind_formula
+   public :: in_model, in_step, anywhere, outside_step
+   public :: any_value, positive, not_negative, not_zero, below_one, poisson, bound_words
    public :: many_lines, usual_most
 
    enum, bind(c)
@@ -40,12 +40,7 @@ module card_spec
       enumerator :: poisson   !! Poisson's ratio
    end enum
 
-   !> Names of the kinds, parts of the deck and signs of the bounds, for the manual and for other programs; bounds in words, for
-   !> messages.
-   character(*), parameter :: kind_names(*) = [character(18) :: 'flag', 'word', 'name', 'integer', 'real', 'label', &
-      'label or set', '1, 2 or 6', 'degrees of freedom', 'path', 'name = value', 'real or name', 'formula']
-   character(*), parameter :: part_names(*) = [character(13) :: 'model', 'step', 'anywhere', 'outside steps']
-   character(*), parameter :: bound_signs(0:*) = [character(12) :: '', '> 0', '>= 0', 'not 0', '> 0, < 1', '> -1, <= 0.5']
+   !> Bounds in words, for messages.
    character(*), parameter :: bound_words(0:*) = [character(26) :: '', 'positive', 'zero or positive', 'other than zero', &
       'positive and below 1', 'above -1 and at most 0.5']
 
@@ -65,7 +60,6 @@ module card_spec
       character(:), allocatable :: only    !! condition under which the item is allowed, such as 'TYPE=CIRCLE'; '': always
       integer :: bound = any_value
       integer :: most = usual_most         !! largest magnitude of an integer
-      character(:), allocatable :: unit    !! in words; '': none
       character(:), allocatable :: meaning !! one line
    end type item_t
 
@@ -85,7 +79,6 @@ module card_spec
       logical :: once = .false.               !! true: the card is allowed once in the model part, or once in each step
       logical :: free_text = .false.          !! true: data lines are not split into fields; a layout serves the manual only
       character(:), allocatable :: follows    !! card below which this one must be, with only cards of the same kind between; ''
-      character(:), allocatable :: meaning
       type(item_t), allocatable :: parameter(:)
       type(layout_t), allocatable :: layout(:) !! the first one whose condition is satisfied applies; empty: no data lines
    end type card_spec_t
@@ -94,8 +87,9 @@ module card_spec
    type :: table_t
       integer :: n = 0
       type(card_spec_t) :: card(most_cards)   !! the first n are in use
+      integer :: layout = 0                   !! layout of the last card to which fields are added; 0: parameters are added
+      integer :: item = 0                     !! number of items added there
       character(:), allocatable :: wanted     !! keys of the wanted cards between bars, with a bar at both ends; '': all cards
-      logical :: skips = .false.              !! true: the last card is not wanted, and its parameters and fields are passed over
    end type table_t
 
 contains
@@ -146,154 +140,84 @@ contains
       end do
    end function keywords_of
 
-   !> Begins a card; the following parameters and layouts belong to it.
-   pure subroutine add_card(table, keyword, where, meaning, once, follows, free_text)
+   !> True if a table is to receive a card.
+   pure logical function is_wanted(table, key)
+      type(table_t), intent(in) :: table
+      character(*), intent(in) :: key !! keyword in capitals without blanks
+      is_wanted = table%wanted == '' .or. index(table%wanted, '|'//key//'|') > 0
+   end function is_wanted
+
+   !> Begins a card; the following items are its parameters, those behind a layout its fields.
+   pure subroutine add_card(table, keyword, where, once, free_text, follows, n_parameters, n_layouts)
       type(table_t), intent(inout) :: table
       character(*), intent(in) :: keyword            !! this and the following arguments: components of card_spec_t
       integer, intent(in) :: where
-      character(*), intent(in) :: meaning
-      logical, intent(in), optional :: once, free_text !! default false
-      character(*), intent(in), optional :: follows  !! default ''
-      character(:), allocatable :: key
-      key = squeeze(keyword)
-      table%skips = table%wanted /= '' .and. index(table%wanted, '|'//key//'|') == 0
-      if (table%skips) return
+      logical, intent(in) :: once, free_text
+      character(*), intent(in) :: follows
+      integer, intent(in) :: n_parameters, n_layouts !! numbers of parameters and layouts that will be added
       table%n = table%n + 1
       associate (card => table%card(table%n))
          card%keyword = keyword
-         card%key = key
+         card%key = squeeze(keyword)
          card%where = where
-         card%meaning = meaning
-         if (present(once)) card%once = once
-         if (present(free_text)) card%free_text = free_text
-         card%follows = text_of(follows)
-         allocate (card%parameter(0), card%layout(0))
+         card%once = once
+         card%free_text = free_text
+         card%follows = follows
+         allocate (card%parameter(n_parameters), card%layout(n_layouts))
       end associate
+      table%layout = 0
+      table%item = 0
    end subroutine add_card
 
-   !> Adds a parameter to the last card of a table. It is required unless it has a default or is optional.
-   pure subroutine add_parameter(table, name, kind, meaning, default, words, only, optional, bound, former, most)
+   !> Begins a form of data lines of the last card; the following items are its fields.
+   pure subroutine add_layout(table, when, least, most, last_repeats, n_fields)
       type(table_t), intent(inout) :: table
-      character(*), intent(in) :: name                         !! this and the following arguments: components of item_t
-      integer, intent(in) :: kind
-      character(*), intent(in) :: meaning
-      character(*), intent(in), optional :: default, words, only, former !! default ''
-      logical, intent(in), optional :: optional                !! true: may be left out
-      integer, intent(in), optional :: bound, most
-      if (table%skips) return
-      associate (card => table%card(table%n))
-         call add_item(card%parameter, name, kind, meaning, default, words, optional, bound)
-         associate (item => card%parameter(size(card%parameter)))
-            item%only = text_of(only)
-            item%former = text_of(former)
-            if (present(most)) item%most = most
-         end associate
-      end associate
-   end subroutine add_parameter
-
-   !> Adds a form of data lines to the last card of a table.
-   pure subroutine add_layout(table, when, least, most, last_repeats)
-      type(table_t), intent(inout) :: table
-      character(*), intent(in), optional :: when     !! this and the following arguments: components of layout_t
-      integer, intent(in), optional :: least, most
-      logical, intent(in), optional :: last_repeats
-      type(layout_t) :: layout
-      if (table%skips) return
-      layout%when = text_of(when)
-      if (present(least)) layout%least = least
-      if (present(most)) layout%most = most
-      if (present(last_repeats)) layout%last_repeats = last_repeats
-      allocate (layout%field(0))
-      associate (card => table%card(table%n))
-         card%layout = [card%layout, layout]
+      character(*), intent(in) :: when               !! this and the following arguments: components of layout_t
+      integer, intent(in) :: least, most
+      logical, intent(in) :: last_repeats
+      integer, intent(in) :: n_fields                !! number of fields that will be added
+      table%layout = table%layout + 1
+      table%item = 0
+      associate (layout => table%card(table%n)%layout(table%layout))
+         layout%when = when
+         layout%least = least
+         layout%most = most
+         layout%last_repeats = last_repeats
+         allocate (layout%field(n_fields))
       end associate
    end subroutine add_layout
 
-   !> Adds a field to the last form of the last card of a table. It is required unless it has a default or is optional.
-   pure subroutine add_field(table, name, kind, meaning, unit, default, words, optional, bound, times_field)
+   !> Adds a parameter to the last card, or a field to its last layout.
+   pure subroutine add_item(table, name, kind, required, default, words, former, only, bound, most, times_field, meaning)
       type(table_t), intent(inout) :: table
-      character(*), intent(in) :: name                         !! this and the following arguments: components of item_t
+      character(*), intent(in) :: name               !! this and the following arguments: components of item_t
       integer, intent(in) :: kind
+      logical, intent(in) :: required
+      character(*), intent(in) :: default, words, former, only
+      integer, intent(in) :: bound, most, times_field
       character(*), intent(in) :: meaning
-      character(*), intent(in), optional :: unit, default, words !! default ''
-      logical, intent(in), optional :: optional                !! true: may be left out
-      integer, intent(in), optional :: bound, times_field
-      if (table%skips) return
-      associate (card => table%card(table%n))
-         associate (layout => card%layout(size(card%layout)))
-            call add_item(layout%field, name, kind, meaning, default, words, optional, bound)
-            associate (item => layout%field(size(layout%field)))
-               item%unit = text_of(unit)
-               if (present(times_field)) item%times_field = times_field
-            end associate
-         end associate
-      end associate
-   end subroutine add_field
+      table%item = table%item + 1
+      if (table%layout == 0) then
+         call set(table%card(table%n)%parameter(table%item))
+      else
+         call set(table%card(table%n)%layout(table%layout)%field(table%item))
+      end if
 
-   !> Adds two fields: coordinates of a point, or components of a vector, as lengths.
-   pure subroutine add_point(table, x, y, meaning)
-      type(table_t), intent(inout) :: table
-      character(*), intent(in) :: x, y     !! names of the fields
-      character(*), intent(in) :: meaning  !! of both
-      call add_field(table, x, kind_real, meaning, unit='length')
-      call add_field(table, y, kind_real, meaning, unit='length')
-   end subroutine add_point
+   contains
 
-   !> Appends what parameters and fields have in common to a list; texts that are not given are ''.
-   pure subroutine add_item(items, name, kind, meaning, default, words, optional, bound)
-      type(item_t), allocatable, intent(inout) :: items(:)
-      character(*), intent(in) :: name
-      integer, intent(in) :: kind
-      character(*), intent(in) :: meaning
-      character(*), intent(in), optional :: default, words
-      logical, intent(in), optional :: optional
-      integer, intent(in), optional :: bound
-      type(item_t) :: item
-      type(item_t), allocatable :: longer(:)
-      integer :: n, i
-      item%name = name
-      item%kind = kind
-      item%meaning = meaning
-      item%default = text_of(default)
-      item%words = text_of(words)
-      item%former = ''
-      item%only = ''
-      item%unit = ''
-      item%required = .not. present(default)
-      if (present(optional)) item%required = item%required .and. .not. optional
-      if (present(bound)) item%bound = bound
-      n = size(items)
-      allocate (longer(n + 1))
-      do i = 1, n
-         call move_item(items(i), longer(i))
-      end do
-      call move_item(item, longer(n + 1))
-      call move_alloc(longer, items)
+      pure subroutine set(item)
+         type(item_t), intent(inout) :: item
+         item%name = name
+         item%kind = kind
+         item%required = required
+         item%default = default
+         item%words = words
+         item%former = former
+         item%only = only
+         item%bound = bound
+         item%most = most
+         item%times_field = times_field
+         item%meaning = meaning
+      end subroutine set
    end subroutine add_item
-
-   !> Moves the contents of one item to another; the first is empty afterwards.
-   pure subroutine move_item(from, to)
-      type(item_t), intent(inout) :: from
-      type(item_t), intent(inout) :: to
-      call move_alloc(from%name, to%name)
-      to%kind = from%kind
-      to%required = from%required
-      call move_alloc(from%default, to%default)
-      to%times_field = from%times_field
-      call move_alloc(from%words, to%words)
-      call move_alloc(from%former, to%former)
-      call move_alloc(from%only, to%only)
-      to%bound = from%bound
-      to%most = from%most
-      call move_alloc(from%unit, to%unit)
-      call move_alloc(from%meaning, to%meaning)
-   end subroutine move_item
-
-   !> An optional text, '' if it is not given.
-   pure function text_of(given) result(string)
-      character(*), intent(in), optional :: given
-      character(:), allocatable :: string
-      string = ''
-      if (present(given)) string = given
-   end function text_of
 end module card_spec

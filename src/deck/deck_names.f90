@@ -117,12 +117,7 @@ contains
       integer, allocatable, intent(inout) :: list(:)
       integer, intent(inout) :: n
       integer, intent(in) :: number
-      integer, allocatable :: longer(:)
-      if (n == size(list)) then
-         allocate (longer(2 * n))
-         longer(:n) = list
-         call move_alloc(longer, list)
-      end if
+      if (n == size(list)) list = [list, list] ! twice the room
       n = n + 1
       list(n) = number
    end subroutine put

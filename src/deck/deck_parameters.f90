@@ -92,7 +92,6 @@ contains
       type(spot_t), allocatable, intent(out) :: spots(:)  !! replaced parts; after an error the last one is its place
       character(:), allocatable, intent(out) :: wrong     !! description of the error; '' if there is none
       character(:), allocatable :: value
-      type(spot_t), allocatable :: more(:)
       type(growing_text_t) :: read
       integer :: from, first, length, n
       allocate (spots(4))
@@ -105,11 +104,7 @@ contains
          if (first == 0) exit
          first = from + first - 1
          length = index(typed(first:), '}')
-         if (n == size(spots)) then
-            allocate (more(2 * n))
-            more(:n) = spots
-            call move_alloc(more, spots)
-         end if
+         if (n == size(spots)) spots = [spots, spots] ! twice the room
          n = n + 1
          associate (spot => spots(n))
             spot%typed = [first, len_trim(typed)]
@@ -242,14 +237,9 @@ contains
    pure subroutine append(self, parameter)
       type(deck_parameters_t), intent(inout) :: self
       type(deck_parameter_t), intent(in) :: parameter
-      type(deck_parameter_t), allocatable :: more(:)
       integer :: i
       logical :: is_new
-      if (self%n == size(self%list)) then
-         allocate (more(2 * self%n))
-         more(:self%n) = self%list
-         call move_alloc(more, self%list)
-      end if
+      if (self%n == size(self%list)) self%list = [self%list, self%list] ! twice the room
       self%n = self%n + 1
       self%list(self%n) = parameter
       call self%names%add(parameter%name, i, is_new)

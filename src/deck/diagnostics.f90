@@ -40,13 +40,8 @@ contains
       class(diagnostics_t), intent(inout) :: self
       type(place_t), intent(in) :: place  !! place marked by the caret line
       character(*), intent(in) :: message !! one line
-      type(diagnostic_t), allocatable :: more(:)
       if (.not. allocated(self%item)) allocate (self%item(most_shown))
-      if (self%n == size(self%item)) then
-         allocate (more(2 * self%n))
-         more(:self%n) = self%item
-         call move_alloc(more, self%item)
-      end if
+      if (self%n == size(self%item)) self%item = [self%item, self%item] ! twice the room
       self%n = self%n + 1
       self%item(self%n) = diagnostic_t(place, shortened(message, longest_message))
    end subroutine add

@@ -6,9 +6,8 @@ module help_topics
    use command_line, only: help_text
    use card_spec, only: card_spec_t, item_t, find_card
    use card_table, only: all_cards
-   use card_manual, only: write_card
+   use card_rows, only: write_card, foreign_answer
    use card_check, only: known_card
-   use foreign_words, only: foreign_card, foreign_parameter, foreign_value
    implicit none
    private
    public :: write_card_help, write_help
@@ -27,7 +26,7 @@ contains
       if (i == 0) then
          call fail(error, 'no card *'//quoted(without_star(topic))//known_card(table, without_star(topic)))
       else
-         call write_card(unit, table(i))
+         call write_card(unit, table(i)%keyword)
       end if
    end subroutine write_card_help
 
@@ -46,7 +45,7 @@ contains
       if (found) return
       i = find_card(table, without_star(topic))
       if (i > 0) then
-         call write_card(unit, table(i))
+         call write_card(unit, table(i)%keyword)
          found = .true.
       end if
       ! Help on parameters and fields, and on the words that are their values; `words` collects the names, for a suggestion.
@@ -114,18 +113,18 @@ contains
          character(8), parameter :: places(7) = [character(8) :: 'TYPE', 'METHOD', 'SECTION', 'field', 'quantity', 'type', 'dof']
          character(:), allocatable :: answer
          integer :: i
-         answer = foreign_card(without_star(topic))
+         answer = foreign_answer('card', '', without_star(topic))
          if (answer /= '') call answer_with('*'//without_star(topic), answer)
-         answer = foreign_parameter('', topic)        ! of any card
+         answer = foreign_answer('parameter', '', topic) ! of any card
          if (answer /= '') call answer_with(topic, answer)
          if (answer == '') then
             do i = 1, size(table)
-               answer = foreign_parameter(table(i)%keyword, topic)
+               answer = foreign_answer('parameter', table(i)%keyword, topic)
                if (answer /= '') call answer_with('*'//table(i)%keyword//', '//topic, answer)
             end do
          end if
          do i = 1, size(places)
-            answer = foreign_value(trim(places(i)), topic)
+            answer = foreign_answer('value', trim(places(i)), topic)
             if (answer /= '') call answer_with(trim(places(i))//' '//topic, answer)
          end do
       end subroutine write_foreign

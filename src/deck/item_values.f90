@@ -6,7 +6,7 @@ module item_values
    use printable_text, only: quoted
    use card_spec, only: item_t, bound_words, kind_word, kind_name, kind_integer, kind_real, kind_label, &
       kind_label_or_set, kind_dof, kind_component, kind_distributed, positive, not_negative, not_zero, below_one, poisson
-   use foreign_words, only: foreign_value
+   use card_rows, only: foreign_answer
    implicit none
    private
    public :: convert, value_error, choices, component_dof, foreign
@@ -73,7 +73,8 @@ contains
    pure function value_error(item, typed) result(wrong)
       type(item_t), intent(in) :: item
       character(*), intent(in) :: typed
-      character(:), allocatable :: wrong, near
+      character(:), allocatable :: wrong, near, answer
+      answer = foreign_answer('value', item%name, typed)
       select case (item%kind)
       case (kind_word)
          wrong = word_error()
@@ -93,8 +94,8 @@ contains
          wrong = item%name//' must be 1 (x), 2 (y) or 6 (rotation), not '//quoted(typed)
       case default
          near = nearest_word(item%words, typed)
-         if (foreign_value(item%name, typed) /= '') then
-            wrong = item%name//' cannot be '//quoted(typed)//foreign//foreign_value(item%name, typed)
+         if (answer /= '') then
+            wrong = item%name//' cannot be '//quoted(typed)//foreign//answer
          else if (near /= '') then
             wrong = item%name//' cannot be '//quoted(typed)//'; did you mean '//near//'?'
          else
@@ -108,8 +109,7 @@ contains
          character(:), allocatable :: wrong, pair
          integer :: i
          wrong = item%name//' cannot be '//quoted(typed)//'; '//choices(item%words, typed)
-         if (foreign_value(item%name, typed) /= '') wrong = item%name//' cannot be '//quoted(typed)//foreign// &
-            foreign_value(item%name, typed)
+         if (answer /= '') wrong = item%name//' cannot be '//quoted(typed)//foreign//answer
          do i = 1, word_count(item%former)
             pair = word_at(item%former, i)
             if (pair(:index(pair, ' ') - 1) == squeeze(typed)) wrong = item%name//' cannot be '//squeeze(typed)// &

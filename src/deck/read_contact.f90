@@ -45,8 +45,7 @@ contains
       integer :: touched(model%mesh%n_nodes)
       do while (deck%next_card('AXIAL SOIL'))
          if (.not. deck%defines(deck%names%obstacle, deck%text('NAME'))) cycle
-         soil = obstacle_t()
-         soil%name = deck%text('NAME')
+         soil = obstacle_t(name=deck%text('NAME'))
          soil%rigid = .false.
          soil%bilateral = .true.
          soil%along_rod = .true.

@@ -40,7 +40,7 @@ contains
                if (ok) call check_line()
             end if
          end do
-         if (ok .and. deck%lines_sound()) call look_along()
+         if (ok .and. deck%lines_sound()) call check_values()
          model%distribution = [model%distribution, new]
       end do
 
@@ -114,7 +114,7 @@ contains
       end subroutine check_line
 
       !> Looks at the values all along the chain: the end of a table, places where a formula has no value, least and mean value.
-      subroutine look_along()
+      subroutine check_values()
          character(:), allocatable :: wrong
          real(wp) :: x(2), angle, speed, value, s
          integer :: c, e, k
@@ -141,7 +141,7 @@ contains
             end do
          end do
          if (size(new%value) > 0) new%least = min(new%least, minval(new%value))
-      end subroutine look_along
+      end subroutine check_values
    end subroutine read_distribution_cards
 
    !> The value of a field: a number or a distribution, which must be defined on given elements.

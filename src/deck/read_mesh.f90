@@ -42,6 +42,7 @@ contains
       type(checked_deck_t), intent(inout), target :: deck !! receives nodes, elements and sets
       type(model_t), intent(inout) :: model             !! receives mesh (without sections), curve, node_set
       type(growing_mesh_t) :: grown
+      type(element_card_t) :: common                    ! of the present card
       type(corner_t), allocatable :: corner(:)
       integer :: e
       allocate (deck%names%placed_line(0), corner(0))
@@ -52,6 +53,7 @@ contains
          end do
       end do
       do while (deck%next_card('NODE|ELEMENT|LINE|ARC|RING|ELLIPSE|SPLINE|NSET|ELSET'))
+         if (all(deck%at%keyword /= ['NSET ', 'ELSET'])) common = common_to()
          select case (deck%at%keyword)
          case ('NODE')
             call read_nodes()
@@ -78,8 +80,6 @@ contains
    contains
 
       subroutine read_nodes()
-         type(element_card_t) :: common
-         common = common_to()
          do while (deck%next_line())
             if (.not. is_new_label(deck%names%node)) cycle
             call new_node(deck%integer('label'), [deck%real('x'), deck%real('y')])
@@ -88,14 +88,12 @@ contains
       end subroutine read_nodes
 
       subroutine read_elements()
-         type(element_card_t) :: common
          integer :: node(2)
-         common = common_to()
          do while (deck%next_line())
             if (.not. is_new_label(deck%names%element)) cycle
             node = end_nodes('second node')
             if (minval(node) > 0) then
-               call new_element(deck%integer('label'), node, common, 0, &
+               call new_element(deck%integer('label'), node, 0, &
                   [0.0_wp, norm2(grown%mesh%x(:, node(2)) - grown%mesh%x(:, node(1)))], .false.)
             else
                deck%names%mesh_incomplete = .true.
@@ -114,32 +112,27 @@ contains
       end function is_new_label
 
       !> Kind of the elements of a card, and the sets that receive its nodes and elements.
-      type(element_card_t) function common_to() result(common)
+      type(element_card_t) function common_to() result(of_card)
          if (deck%at%keyword /= 'NODE') then
-            call element_kind(deck%word('TYPE'), common%family, common%stages)
-            if (deck%given('ELSET')) call deck%names%element%begin_set(deck%text('ELSET'), common%element_set)
+            call element_kind(deck%word('TYPE'), of_card%family, of_card%stages)
+            if (deck%given('ELSET')) call deck%names%element%begin_set(deck%text('ELSET'), of_card%element_set)
          end if
          if (deck%at%keyword == 'ELEMENT') return
-         if (deck%given('NSET')) call deck%names%node%begin_set(deck%text('NSET'), common%node_set)
+         if (deck%given('NSET')) call deck%names%node%begin_set(deck%text('NSET'), of_card%node_set)
       end function common_to
 
       !> Reads *LINE, *ARC, *RING and *ELLIPSE: one curve for each data line.
       subroutine read_curves()
-         type(element_card_t) :: common
          type(curve_t) :: curve
          integer :: node(2), elements
          real(wp) :: grading
          logical :: placed, ok
-         common = common_to()
          do while (deck%next_line())
             call read_curve(node, curve)
-            placed = .not. deck%given('elements')
-            elements = deck%integer('elements')
-            if (placed) elements = output_elements
-            call read_division(common, elements, grading, minval(node) > 0 .and. node(1) == node(2), ok)
+            call read_division(minval(node) > 0 .and. node(1) == node(2), elements, grading, placed, ok)
             if (ok .and. minval(node) > 0) then
                call grown%add_curve(curve)
-               call mesh_curve(node, with_corners(graded_division(curve%length, elements, grading)), common, placed)
+               call mesh_curve(node, with_corners(graded_division(curve%length, elements, grading)), placed)
                deck%names%placed_line = [deck%names%placed_line, merge(deck%at%line, 0, placed)]
             else
                deck%names%mesh_incomplete = .true.
@@ -149,14 +142,12 @@ contains
 
       !> Reads *SPLINE: one curve for the card.
       subroutine read_spline()
-         type(element_card_t) :: common
          type(curve_t) :: curve
          integer, allocatable :: node(:), elements(:)
          real(wp), allocatable :: grading(:), point(:, :), at(:)
          logical, allocatable :: placed(:)
          logical :: ok, closed, sound
          integer :: i, n
-         common = common_to()
          n = deck%at%n_lines
          allocate (node(n), elements(n), grading(n), placed(n))
          sound = deck%lines_sound()         ! others are passed over
@@ -164,13 +155,10 @@ contains
          do while (deck%next_line())
             i = i + 1
             node(i) = deck%node('node')
-            placed(i) = .not. deck%given('elements')
-            elements(i) = deck%integer('elements')
-            if (placed(i)) elements(i) = output_elements
             ok = .true.
             if (i < n .or. deck%word('ENDS') == 'CLOSED') then
-               call read_division(common, elements(i), grading(i), .false., ok)
-            else if (.not. placed(i)) then
+               call read_division(.false., elements(i), grading(i), placed(i), ok)
+            else if (deck%given('elements')) then
                call deck%wrong('elements', 'no node follows the last one of a spline that is not closed')
                ok = .false.
             end if
@@ -193,7 +181,7 @@ contains
          call grown%add_curve(curve)
          do i = 1, size(node) - 1
             call mesh_curve(node(i:i + 1), at(i) + with_corners(graded_division(at(i + 1) - at(i), elements(i), grading(i))), &
-               & common, placed(i))
+               & placed(i))
          end do
          deck%names%placed_line = [deck%names%placed_line, merge(deck%at%line, 0, all(placed(:size(node) - 1)))]
       end subroutine read_spline
@@ -254,17 +242,18 @@ contains
          node = 0
       end subroutine read_curve
 
-      !> Reads the grading of a curve, and checks that it can be divided into so many elements.
-      subroutine read_division(common, elements, grading, closed, ok)
-         type(element_card_t), intent(in) :: common
-         integer, intent(in) :: elements      ! given, or those for the output
-         real(wp), intent(out) :: grading
+      !> Reads how a curve is divided, and checks that it can be.
+      subroutine read_division(closed, elements, grading, placed, ok)
          logical, intent(in) :: closed        ! back to the first node
+         integer, intent(out) :: elements     ! given, or those for the output
+         real(wp), intent(out) :: grading
+         logical, intent(out) :: placed       ! the deck omits the number of elements
          logical, intent(out) :: ok
-         logical :: placed
          integer :: before
          before = deck%diagnostics%n
          placed = .not. deck%given('elements')
+         elements = deck%integer('elements')
+         if (placed) elements = output_elements
          grading = 1.0_wp
          if (placed .and. common%stages < 2) then
             call deck%wrong_line('the number of elements can be left out of those of order 4, 6 and 8 only (TYPE)')
@@ -287,10 +276,9 @@ contains
       end subroutine read_division
 
       !> Adds nodes and elements on the last curve, from its first to its last node.
-      subroutine mesh_curve(ends, s, common, placed)
+      subroutine mesh_curve(ends, s, placed)
          integer, intent(in) :: ends(2)             ! indices of the end nodes, equal for a ring
          real(wp), intent(in) :: s(0:)              ! ends of the elements on the curve
-         type(element_card_t), intent(in) :: common
          logical, intent(in) :: placed              ! true: the deck omits the number of elements
          type(imperfection_t) :: none(0)
          integer :: i, from, to
@@ -304,7 +292,7 @@ contains
                call new_node(deck%names%node%greatest + 1, x)
                to = grown%mesh%n_nodes
             end if
-            call new_element(deck%names%element%greatest + 1, [from, to], common, grown%n_curves, s(i - 1:i), placed)
+            call new_element(deck%names%element%greatest + 1, [from, to], grown%n_curves, s(i - 1:i), placed)
             call deck%names%node%append(common%node_set, [to])
             from = to
          end do
@@ -380,9 +368,8 @@ contains
          call deck%names%node%add(label, deck%at%line_at)
       end subroutine new_node
 
-      subroutine new_element(label, node, common, curve, s, placed)
+      subroutine new_element(label, node, curve, s, placed)
          integer, intent(in) :: label, node(2), curve
-         type(element_card_t), intent(in) :: common
          real(wp), intent(in) :: s(2)
          logical, intent(in) :: placed
          call grown%add_element(label, node, common%family, common%stages, curve, s, placed)

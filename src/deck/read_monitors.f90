@@ -28,9 +28,8 @@ contains
             cycle
          end if
          if (.not. deck%defines(deck%names%monitor, deck%text('NAME'))) cycle
-         monitor = monitor_t()
+         monitor = monitor_t(name=deck%text('NAME'))
          allocate (monitor%node(0), monitor%element(0))
-         monitor%name = deck%text('NAME')
          if (deck%given('OBSTACLE')) then
             monitor%quantity = quantity_contact
             call deck%touched_obstacle('OBSTACLE', monitor%obstacle, ok)

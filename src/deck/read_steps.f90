@@ -27,7 +27,7 @@ contains
       end do
       allocate (model%step(s))
       do while (deck%next_card('STEP', also_bad=.true.))
-         call begin_step(deck, model%step(deck%at%step))
+         call set_step_defaults(deck, model%step(deck%at%step))
       end do
       do while (deck%next_card('STATIC|BUCKLE|CONTROLS'))
          associate (step => model%step(deck%at%step))
@@ -58,7 +58,7 @@ contains
    end subroutine check_kinds
 
    !> Sets name and defaults of a step.
-   subroutine begin_step(deck, step)
+   subroutine set_step_defaults(deck, step)
       type(checked_deck_t), intent(inout) :: deck
       type(step_t), intent(inout) :: step
       logical :: ok
@@ -75,7 +75,7 @@ contains
       step%desired_iterations = nint(deck%default('CONTROLS', 'DESIRED'))
       step%max_points = nint(deck%default('CONTROLS', 'POINTS'))
       allocate (step%stop(0), step%locate(0), step%turning(0), step%branch(0), step%limit_curve(0), step%mode_offset(0))
-   end subroutine begin_step
+   end subroutine set_step_defaults
 
    !> Reads *STATIC: method, monitor, increments.
    subroutine read_static(deck, model, step)

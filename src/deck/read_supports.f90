@@ -125,6 +125,9 @@ contains
       type(checked_deck_t), intent(inout) :: deck       !! with mesh and laws; receives the names of the cards as those of obstacles
       type(model_t), intent(inout) :: model             !! with supports, obstacles and contacts; receives new obstacles and
       !! contacts, and nodes and ties of relative motions
+      type(obstacle_t) :: obstacle                      ! of the present card
+      real(wp) :: normal(2)                             ! direction of its force
+      integer, allocatable :: held_in(:)                ! (nodes) line of the deck with the node, for this card; 0: none
       call read_point_laws('GAP')
       call read_point_laws('SPRING')
 
@@ -133,14 +136,10 @@ contains
       !> Reads the cards of one keyword.
       subroutine read_point_laws(keyword)
          character(*), intent(in) :: keyword
-         type(obstacle_t) :: obstacle
-         real(wp) :: normal(2)
-         integer :: held_in(model%mesh%n_nodes)         ! (nodes) line of the deck with the node, for the card being read; 0: none
          do while (deck%next_card(keyword))
             if (is_linear_spring(deck)) cycle
             if (.not. deck%defines(deck%names%obstacle, deck%text('NAME'))) cycle
-            obstacle = obstacle_t()
-            obstacle%name = deck%text('NAME')
+            obstacle = obstacle_t(name=deck%text('NAME'))
             obstacle%kind = obstacle_line
             obstacle%at_nodes = .true.
             obstacle%bilateral = keyword == 'SPRING'
@@ -152,11 +151,11 @@ contains
             obstacle%point = reshape([0.0_wp, 0.0_wp, normal(2), -normal(1)], [2, 2])
             obstacle%rigid = .not. deck%given('LAW')
             if (deck%given('LAW')) obstacle%law = deck%named('LAW', deck%names%law, 'foundation law')
-            if (keyword == 'GAP') call read_stiffness(obstacle)
+            if (keyword == 'GAP') call read_stiffness()
             model%obstacle = [model%obstacle, obstacle]
-            held_in = 0
+            held_in = spread(0, 1, model%mesh%n_nodes)
             do while (deck%next_line())
-               call read_nodes(obstacle, normal, held_in)
+               call read_nodes()
                if (deck%given('MEMBER')) call place_member(model%obstacle(size(model%obstacle)))
             end do
          end do
@@ -164,8 +163,8 @@ contains
 
       !> Makes the obstacle of a member: a circle about the second node on which the first one begins. Inside it the member is
       !> slack, outside it is longer than at the start and pulls.
-      subroutine place_member(obstacle)
-         type(obstacle_t), intent(inout) :: obstacle
+      subroutine place_member(member)
+         type(obstacle_t), intent(inout) :: member
          integer, allocatable :: nodes(:)
          integer :: other
          if (size(model%contact) == 0 .or. .not. deck%given('second node')) then
@@ -174,21 +173,20 @@ contains
          end if
          nodes = model%contact(size(model%contact))%node
          other = deck%node('second node')
-         if (other == 0 .or. obstacle%kind == obstacle_circle .or. size(nodes) /= 1) then
+         if (other == 0 .or. member%kind == obstacle_circle .or. size(nodes) /= 1) then
             call deck%wrong('node or set', 'a card with MEMBER has one line, and one node on it')
             return
          end if
-         obstacle%kind = obstacle_circle
-         obstacle%centre = model%mesh%x(:, other)
-         obstacle%radius = norm2(model%mesh%x(:, nodes(1)) - obstacle%centre)
-         obstacle%inside = .true.
-         if (.not. obstacle%bilateral) obstacle%inside = deck%word('MEMBER') == 'PULL'
-         if (obstacle%radius <= 0.0_wp) call deck%wrong('second node', 'a member between nodes at one place has no direction')
+         member%kind = obstacle_circle
+         member%centre = model%mesh%x(:, other)
+         member%radius = norm2(model%mesh%x(:, nodes(1)) - member%centre)
+         member%inside = .true.
+         if (.not. member%bilateral) member%inside = deck%word('MEMBER') == 'PULL'
+         if (member%radius <= 0.0_wp) call deck%wrong('second node', 'a member between nodes at one place has no direction')
       end subroutine place_member
 
       !> Reads the stiffness of stops.
-      subroutine read_stiffness(obstacle)
-         type(obstacle_t), intent(inout) :: obstacle
+      subroutine read_stiffness()
          if (.not. deck%given('STIFFNESS')) return
          if (deck%given('LAW')) call deck%wrong('LAW', 'a stop has either STIFFNESS or LAW')
          obstacle%rigid = .false.
@@ -196,10 +194,7 @@ contains
       end subroutine read_stiffness
 
       !> Reads a data line: node or set, clearance (*GAP), second node. The second node is a part of the structure, as with springs.
-      subroutine read_nodes(obstacle, normal, held_in)
-         type(obstacle_t), intent(in) :: obstacle
-         real(wp), intent(in) :: normal(2)              ! direction of the force
-         integer, intent(inout) :: held_in(:)
+      subroutine read_nodes()
          type(contact_t) :: contact
          character(:), allocatable :: problem
          integer :: other, new, i
@@ -218,7 +213,7 @@ contains
             associate (node => contact%node(i))
                problem = ''
                if (deck%names%is_loose(node)) problem = 'belongs to no element'
-               if (.not. moves(node, other, normal)) problem = 'is supported in this direction already'
+               if (.not. moves(node, other)) problem = 'is supported in this direction already'
                if (held_in(node) > 0) problem = 'is on this card already, from '//deck%source%line_words(held_in(node))
                if (other == node) problem = 'is the second node, too'
                held_in(node) = deck%at%line_at
@@ -236,9 +231,8 @@ contains
       end subroutine read_nodes
 
       !> True if a support lets the motion on which the card acts happen.
-      logical function moves(node, other, normal)
+      logical function moves(node, other)
          integer, intent(in) :: node, other             ! other: the second node, 0: the ground
-         real(wp), intent(in) :: normal(2)
          logical :: free(3)
          free = .not. model%fixed(:, node)
          if (other > 0) free = free .or. .not. model%fixed(:, other)

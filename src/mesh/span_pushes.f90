@@ -7,7 +7,8 @@ module span_pushes
    use rod_state, only: state_t, candidate_gap, node_position
    use span_forces, only: end_force, cut_force
    use span_regions, only: chain_coordinate, lengths_before
-   use conforming_span, only: lying_t, conforming_forces, rolled_t, rolled, track_joints, node_track, track_sense, density_samples
+   use track_nodes, only: rolled_t, rolled, track_joints, node_track, track_sense
+   use conforming_span, only: lying_t, conforming_forces, density_samples
    implicit none
    private
    public :: point_pushes, line_pushes
@@ -87,12 +88,7 @@ contains
       integer, intent(inout) :: n           !! forces in the list
       integer, intent(in) :: contact
       real(wp), intent(in) :: at, place(2), force(2)
-      real(wp), allocatable :: longer(:, :)
-      if (n == size(list, 2)) then
-         allocate (longer(6, 2 * n))
-         longer(:, :n) = list
-         call move_alloc(longer, list)
-      end if
+      if (n == size(list, 2)) list = reshape(list, [6, 2 * n], pad=list)
       n = n + 1
       list(:, n) = [real(contact, wp), at, place, force]
    end subroutine add

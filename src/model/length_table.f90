@@ -5,6 +5,7 @@
 !> error.
 module length_table
    use kinds, only: wp, pi
+   use ordered_knots, only: piece_at
    implicit none
    private
    public :: length_table_t, new_length_table, add_panel, close_table, panel_places, table_value, table_excess, table_points
@@ -53,7 +54,6 @@ contains
       logical, intent(in) :: last_try         !! true: the panel is added whatever its accuracy
       logical, intent(out) :: added
       real(wp) :: c(0:table_points + 1), d(0:table_points), half, noise
-      real(wp), allocatable :: longer(:), more(:, :)
       integer :: k, i, n
       real(wp), parameter :: wave(table_points, 0:table_points - 1) = reshape([((cos(k * pi * (i - 0.5_wp) / table_points), &
          & i=1, table_points), k=0, table_points - 1)], [table_points, table_points]) !! Chebyshev polynomials at the points
@@ -77,11 +77,8 @@ contains
       d(0) = sum(d(1::2)) - sum(d(2::2))
       if (n > 1) d(0) = d(0) + sum(table%excess(:, n - 1))
       if (n == size(table%at)) then
-         allocate (longer(2 * n), more(table_points + 1, 2 * n - 1))
-         longer(:n) = table%at
-         more(:, :n - 1) = table%excess
-         call move_alloc(longer, table%at)
-         call move_alloc(more, table%excess)
+         table%at = [table%at, table%at] ! twice the room
+         table%excess = reshape(table%excess, [table_points + 1, 2 * n - 1], pad=[0.0_wp])
       end if
       table%n = n
       table%at(n + 1) = to
@@ -149,25 +146,7 @@ contains
       real(wp), intent(in) :: s
       integer, intent(out) :: panel
       real(wp), intent(out) :: x              !! -1 to 1
-      integer :: right, middle
-      panel = 1
-      right = size(table%at)
-      ! If all panels have the same length, the first guess is right.
-      middle = min(1 + int((s - table%at(1)) / (table%at(right) - table%at(1)) * (right - 1)), right - 1)
-      if (table%at(middle) > s) then
-         right = middle
-      else
-         panel = middle
-         if (table%at(middle + 1) > s) right = middle + 1
-      end if
-      do while (right - panel > 1)
-         middle = (panel + right) / 2
-         if (table%at(middle) > s) then
-            right = middle
-         else
-            panel = middle
-         end if
-      end do
-      x = ((s - table%at(panel)) - (table%at(right) - s)) / (table%at(right) - table%at(panel))
+      panel = piece_at(table%at, s)
+      x = ((s - table%at(panel)) - (table%at(panel + 1) - s)) / (table%at(panel + 1) - table%at(panel))
    end subroutine find_in_panel
 end module length_table

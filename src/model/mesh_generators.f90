@@ -228,13 +228,8 @@ contains
    pure subroutine add_curve(self, curve)
       class(growing_mesh_t), intent(inout) :: self
       type(curve_t), intent(in) :: curve
-      type(curve_t), allocatable :: larger(:)
       if (.not. allocated(self%curve)) allocate (self%curve(16))
-      if (self%n_curves == size(self%curve)) then
-         allocate (larger(2 * self%n_curves))
-         larger(:self%n_curves) = self%curve
-         call move_alloc(larger, self%curve)
-      end if
+      if (self%n_curves == size(self%curve)) self%curve = [self%curve, self%curve] ! twice the room
       self%n_curves = self%n_curves + 1
       self%curve(self%n_curves) = curve
    end subroutine add_curve

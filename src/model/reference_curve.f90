@@ -1,6 +1,7 @@
 !> Position, direction, curvature and length of the stress-free axis: a line, an arc or a spline with its imperfection.
 module reference_curve
    use kinds, only: wp, pi, parallel
+   use ordered_knots, only: piece_at
    use model, only: curve_t, path_t, imperfection_t, shape_nodal
    use obstacle_track, only: track_t, track_at
    use imperfection, only: imperfection_value
@@ -112,24 +113,14 @@ contains
       real(wp), intent(out) :: angle          !! [rad]
       type(track_t) :: near
       real(wp) :: sigma, local
-      integer :: n, rounds, left, right, middle
+      integer :: n, rounds
       associate (curve => path%shape%curve)
          n = size(curve%piece)
          sigma = path%start + s / path%scale
          rounds = 0
          if (curve%closed) rounds = floor(sigma / curve%start(n + 1))
          local = sigma - rounds * curve%start(n + 1)
-         left = 1
-         right = n + 1
-         do while (right - left > 1)
-            middle = (left + right) / 2
-            if (curve%start(middle) > local) then
-               right = middle
-            else
-               left = middle
-            end if
-         end do
-         near%piece = left + rounds * n
+         near%piece = piece_at(curve%start(:n + 1), local) + rounds * n
          at = track_at(path%shape, 0.0_wp, sigma, near)
          ! Pieces turn by far less than half a turn: the direction of the first point of this piece tells the number of turns.
          rounds = 0

@@ -5,6 +5,7 @@
 !> acts on a point of the rod.
 module rod_layout
    use kinds, only: wp
+   use ordered_knots, only: piece_at
    use model, only: obstacle_of, model_t
    use element_families, only: conforms
    use reference_curve, only: curve_goes_on
@@ -234,17 +235,7 @@ contains
    pure integer function segment_element(rod_segment, at) result(k)
       type(rod_segment_t), intent(in) :: rod_segment
       real(wp), intent(in) :: at              !! coordinate; beyond the ends the element at the end is returned
-      integer :: last, middle
-      k = 1
-      last = size(rod_segment%element)
-      do while (k < last)
-         middle = (k + last + 1) / 2
-         if (rod_segment%at(middle) <= at) then
-            k = middle
-         else
-            last = middle - 1
-         end if
-      end do
+      k = piece_at(rod_segment%at, at)
    end function segment_element
 
    !> Curve of the deck's element that contains a coordinate, and the nominal coordinate there.

@@ -1,6 +1,5 @@
 !> Monitors, the numbers that the deck observes: displacements, reactions of supports and springs, contact forces, sections. Their
-!> values and
-!> their linearisations (functionals).
+!> values and their linearisations (functionals).
 module monitors
    use kinds, only: wp
    use model, only: quantity_displacement, quantity_contact, quantity_section

@@ -33,9 +33,8 @@ module section_quantities
 contains
 
    !> Quantity of the section at a place of an element. Forces have the signs of the results: N positive in tension, Q along the
-   !> left
-   !> normal of the section. Strain and stress are those of the fibre that has the largest, as positive numbers: without heat, and
-   !> without shear.
+   !> left normal of the section. Strain and stress are those of the fibre that has the largest, as positive numbers: without heat,
+   !> and without shear.
    function section_value(problem, state, e, tau, quantity, sense) result(value)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -165,7 +164,7 @@ contains
                step = (high - low) / n
                best = -1.0_wp
                do j = 0, n
-                  there = look(e, low + j * step)
+                  there = magnitude(e, low + j * step)
                   if (there > best) tau = low + j * step
                   best = max(best, there)
                end do
@@ -173,18 +172,18 @@ contains
                call take(e, tau, best)
                call search%begin(max(low, tau - step), min(high, tau + step), sections_to_rounding)
                do while (search%asks(tau))
-                  call search%tell(-look(e, tau))
+                  call search%tell(-magnitude(e, tau))
                end do
                call take(e, search%place, -search%least)
             end associate
          end do
       end subroutine search_element
 
-      real(wp) function look(e, tau)
+      real(wp) function magnitude(e, tau)
          integer, intent(in) :: e
          real(wp), intent(in) :: tau
-         look = abs(section_value(problem, state, e, tau, monitor%component))
-      end function look
+         magnitude = abs(section_value(problem, state, e, tau, monitor%component))
+      end function magnitude
 
       !> Takes a place if its value is larger than that so far.
       subroutine take(e, tau, size_there)
@@ -239,8 +238,7 @@ contains
    end function value_there
 
    !> Linearisation of such a monitor, without factor and offset. The place of the largest value stays: to first order its motion
-   !> does
-   !> not change the value. The place itself as a number has no linearisation.
+   !> does not change the value. The place itself as a number has no linearisation.
    function new_section_functional(problem, state, system, monitor) result(number)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

@@ -1,6 +1,7 @@
 !> Interpolating quintic spline of one variable: four times continuously differentiable between its ends.
 module quintic_spline
    use kinds, only: wp
+   use ordered_knots, only: piece_at
    use lapack, only: dgbtrf, dgbtrs
    implicit none
    private
@@ -108,17 +109,9 @@ contains
       real(wp), intent(in) :: s                  !! place at which the spline is evaluated
       real(wp), intent(out) :: w, dw, ddw, dddw  !! value and first three derivatives
       real(wp) :: h, t, c(6)
-      integer :: left, right, middle
-      left = 1
-      right = size(knot)
-      do while (right - left > 1)
-         middle = (left + right) / 2
-         if (knot(middle) > s) then
-            right = middle
-         else
-            left = middle
-         end if
-      end do
+      integer :: left, right
+      left = piece_at(knot, s)
+      right = left + 1
       h = knot(right) - knot(left)
       c = hermite_coefficients([value(left), h * slope(left), h**2 * bend(left), h * slope(right), h**2 * bend(right), &
          & value(right) - value(left)])

@@ -11,7 +11,7 @@ module listing
    use text_table, only: column_t, cell_t, page_rows, load_digits, monitor_digits, wide_column, fitting_columns, widen_columns, &
       & write_head, write_row
    use side_tables, only: limit_table_t, open_limit_table, write_limit_point, leave_limit_table, write_buckling_table
-   use run_summary, only: write_accuracy, write_cost
+   use run_summary, only: list_accuracy, list_cost
    use text, only: plural, to_text, word_at
    use terminal, only: has_colours, painted, standard_output, red, green
    use error_bar, only: error_bar_t
@@ -292,8 +292,8 @@ contains
       type(accuracy_t), intent(in) :: accuracy
       character(:), allocatable :: points
       call write_critical(listing)
-      call write_accuracy(listing%unit, listing%has_contact, accuracy)
-      call write_cost(listing%unit)
+      call list_accuracy(listing%unit, listing%has_contact, accuracy)
+      call list_cost(listing%unit)
       points = plural(listing%n_root + listing%n_on_branches, 'point')
       if (listing%n_branches == 1) points = points//', '//to_text(listing%n_on_branches)//' of them on a branch'
       if (listing%n_branches > 1) points = points//', '//to_text(listing%n_on_branches)//' of them on ' &

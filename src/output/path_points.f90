@@ -13,7 +13,7 @@ module path_points
    use hdf5_datasets, only: hdf5_text_type
    implicit none
    private
-   public :: find_point
+   public :: find_named_point
 
    integer, parameter :: label_length = 2          !! bytes of /path/label
 
@@ -27,7 +27,7 @@ module path_points
 contains
 
    !> Finds the point with a name. The error lists the names that there are.
-   subroutine find_point(file, name, branch, point, load_factor, error)
+   subroutine find_named_point(file, name, branch, point, load_factor, error)
       character(*), intent(in) :: file             !! a result file of unilat
       character(*), intent(in) :: name
       integer, intent(out) :: branch               !! 0: the path of the steps
@@ -48,7 +48,7 @@ contains
       end if
       if (.not. allocated(error)) call point_called(points, name(colon + 1:), point, error)
       if (.not. allocated(error)) call move_alloc(points%load_factor, load_factor)
-   end subroutine find_point
+   end subroutine find_named_point
 
    !> Reads the points of a path from a result file. The error says that it has none.
    subroutine read_path_points(path, branch, points, error)

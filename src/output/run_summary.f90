@@ -8,12 +8,12 @@ module run_summary
    use columns, only: scientific, fixed, left, right
    implicit none
    private
-   public :: write_accuracy, write_cost, failed_checks
+   public :: list_accuracy, list_cost, failed_checks
 
 contains
 
    !> Writes the worst values over all points.
-   subroutine write_accuracy(unit, has_contact, accuracy)
+   subroutine list_accuracy(unit, has_contact, accuracy)
       integer, intent(in) :: unit                 !! open for formatted writing
       logical, intent(in) :: has_contact          !! false: nothing is written about contact
       type(accuracy_t), intent(in) :: accuracy
@@ -26,7 +26,7 @@ contains
          if (check(i)%if_found .and. check(i)%worst%at%point == 0) cycle
          write (unit, '(a)') '   '//left(check(i)%head, 38)//right(scientific(check(i)%worst%value, 2), 9)
       end do
-   end subroutine write_accuracy
+   end subroutine list_accuracy
 
    !> Reasons not to trust the results, other than those that end a step (point_checks), in words; '' if there are none.
    pure function failed_checks(accuracy) result(text)
@@ -47,7 +47,7 @@ contains
    end function failed_checks
 
    !> Writes seconds and calls of every phase that was used, and the counters that are not zero.
-   subroutine write_cost(unit)
+   subroutine list_cost(unit)
       integer, intent(in) :: unit                 !! open for formatted writing
       real(wp) :: total
       integer :: i
@@ -62,5 +62,5 @@ contains
          if (counted(i) > 0) write (unit, '(a)') '   '//left(counter_name(i), 38) &
             & //right(to_text(counted(i)), 14)
       end do
-   end subroutine write_cost
+   end subroutine list_cost
 end module run_summary

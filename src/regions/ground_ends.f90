@@ -34,7 +34,7 @@ contains
          if (problem%ground%chain%s(c) < from .or. problem%ground%chain%s(c) > to) cycle
          associate (node => problem%ground%chain%node(c), mesh => problem%model%mesh)
             if (.not. all(problem%model%fixed(1:2, node)) .or. .not. collocates(mesh%family(e))) cycle
-            call look_at_end(problem, state, side, c, e, gap, slope, bend)
+            call gap_at_rod_end(problem, state, side, c, e, gap, slope, bend)
             if (abs(gap) > rounding_gap(problem)) cycle
             order(side) = 1
             if (problem%model%fixed(3, node) .and. abs(slope) * problem%size <= rounding_gap(problem)) order(side) = 2
@@ -56,7 +56,7 @@ contains
          if (order(side) == 0) cycle
          n = n + 1
          call chain_end(problem, contact, side, c, e)
-         call look_at_end(problem, state, side, c, e, gap, slope, bend)
+         call gap_at_rod_end(problem, state, side, c, e, gap, slope, bend)
          root(n)%at = problem%ground%chain%s(c)
          root(n)%order = order(side)
          root(n)%scale = problem%size
@@ -79,7 +79,7 @@ contains
    end subroutine chain_end
 
    !> Computes the gap at an end of a rod, and its first and second derivatives by the stress-free distance from the end.
-   subroutine look_at_end(problem, state, side, candidate, e, gap, slope, bend)
+   subroutine gap_at_rod_end(problem, state, side, candidate, e, gap, slope, bend)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: side, candidate, e
@@ -89,5 +89,5 @@ contains
       call rod_derivatives(problem, state, e, side, x)
       slope = merge(1.0_wp, -1.0_wp, side == 1) * dot_product(normal, x(:, 1))
       bend = dot_product(normal, x(:, 2)) + curvature * (normal(1) * x(2, 1) - normal(2) * x(1, 1))**2
-   end subroutine look_at_end
+   end subroutine gap_at_rod_end
 end module ground_ends

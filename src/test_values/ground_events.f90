@@ -261,7 +261,7 @@ contains
       type(ground_event_t), intent(in) :: event
       integer :: candidate
       real(wp) :: tau, factor
-      call look_at_place(problem, state, event, value, candidate, tau, factor)
+      call evaluate_event(problem, state, event, value, candidate, tau, factor)
    end function ground_event_value
 
    !> Magnitude of the gap at the event's place, the measure of the error of the location.
@@ -284,12 +284,12 @@ contains
       real(wp), intent(out) :: tau             !! position in the element, 0 to 1
       real(wp), intent(out) :: factor          !! factor of the roots on the gap there
       real(wp) :: value
-      call look_at_place(problem, state, event, value, candidate, tau, factor)
+      call evaluate_event(problem, state, event, value, candidate, tau, factor)
       if (.not. factor > 0.0_wp) candidate = 0
    end subroutine ground_event_place
 
    !> Computes the value of the event function, its place, and the factor that the roots of the gap have there.
-   subroutine look_at_place(problem, state, event, value, candidate, tau, factor)
+   subroutine evaluate_event(problem, state, event, value, candidate, tau, factor)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(ground_event_t), intent(in) :: event
@@ -311,5 +311,5 @@ contains
       else
          value = -smallest_ground_gap(problem, state, event%contact, from, to, candidate, tau)
       end if
-   end subroutine look_at_place
+   end subroutine evaluate_event
 end module ground_events

@@ -90,7 +90,7 @@ contains
             wander = path_length(problem, predicted, trial%state)
             report%converged = wander <= straight * length
             if (.not. report%converged) report%message = 'no other path was found near the bifurcation'
-            if (report%converged) call look_outside()
+            if (report%converged) call check_penetration()
             if (report%converged) exit
          end if
          length = 0.5_wp * length
@@ -110,13 +110,13 @@ contains
 
       !> Rejects a first point with a free span that penetrates an obstacle; this occurs if the switch passes the first contact of
       !> the other path.
-      subroutine look_outside()
+      subroutine check_penetration()
          type(span_test_t), allocatable :: tests(:)
          if (.not. problem%has_spans()) return
          tests = run_span_tests(problem, trial%state, max(trial%system%force_scale, tiny(length)))
          report%converged = all(tests%value >= -test_slack(tests%kind) .or. tests%kind /= test_gap)
          if (.not. report%converged) report%message = 'the other path begins inside an obstacle'
-      end subroutine look_outside
+      end subroutine check_penetration
 
       !> Sets the strategy of the step in the direction of the branch. The first increment is at most as long as the switch.
       subroutine set_increment()

@@ -20,7 +20,7 @@ module limit_curves
    use second_parameter, only: present_value
    use limit_marks, only: renew_marks
    use limit_rigid, only: make_rigid
-   use limit_search, only: curve_walk_t, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value, small_drop
+   use limit_search, only: curve_walk_t, trial_t, stand_here, scale_rate, evaluate_rate, search, as_coordinate, as_value, small_drop
    use monitors, only: monitor_values
    use limit_mesh, only: bars_here, refine_limit_point
    use error_report, only: note_curve_bar
@@ -105,7 +105,7 @@ contains
                return
             end if
             call scale_rate(follower, trial)
-            call evaluate(follower, [0.0_wp, 0.0_wp], trial)
+            call evaluate_rate(follower, [0.0_wp, 0.0_wp], trial)
             if (.not. trial%report%converged) then
                trouble = trial%report%message
                return
@@ -122,7 +122,7 @@ contains
 
       !> Restores a run on a limit curve from a checkpoint of which the frame has been read.
       subroutine take_walk()
-         call exchange(standing%archive, own, walk, outcome)
+         call exchange_walk(standing%archive, own, walk, outcome)
          call clear_end(outcome)
          if (.not. standing%changed) return
          call change_steps(standing%steps, walk%follower%base)
@@ -156,11 +156,11 @@ contains
             if (allocated(outcome%why)) return
             place = distance * way
             call shorten_to_values(place, exact, final)
-            call look(place, merge([1.0_wp, 0.0_wp], [way(2), -way(1)], exact .or. points == 1))
+            call search_near(place, merge([1.0_wp, 0.0_wp], [way(2), -way(1)], exact .or. points == 1))
             if (trial%report%converged .and. .not. exact) then
                call shorten_to_values(place, exact, final)
                ! The search passed a requested value of the parameter: it is repeated at that value.
-               if (exact) call look(place, [1.0_wp, 0.0_wp])
+               if (exact) call search_near(place, [1.0_wp, 0.0_wp])
             end if
             if (.not. trial%report%converged) then
                cuts = cuts + 1
@@ -183,7 +183,7 @@ contains
             turned = place(2) * way(2) < 0.0_wp
             if (norm2(place) > 0.0_wp) way = place / norm2(place)
             follower%coordinate = follower%coordinate + place(2) * follower%unit(2)
-            call go(trial)
+            call accept_trial(trial)
             if (.not. follower%system%ok) then
                trouble = 'the tangent at a limit point is singular'
                return
@@ -224,7 +224,7 @@ contains
             trouble = 'no limit point was found with the obstacle rigid: '//trial%report%message
             return
          end if
-         call go(trial)
+         call accept_trial(trial)
          if (follower%problem%has_spans()) then
             if (.not. spans_hold(follower%problem, follower%state, follower%system%force_scale)) then
                trouble = 'where the rigid obstacle touches is not where the foundation pushed'
@@ -238,7 +238,7 @@ contains
    contains
 
       !> Searches for the zero near a predicted place; a distant zero is another limit point, or lies behind the last one.
-      subroutine look(at, normal)
+      subroutine search_near(at, normal)
          real(wp), intent(inout) :: at(2)
          real(wp), intent(in) :: normal(2)
          real(wp) :: predicted(2)
@@ -249,7 +249,7 @@ contains
             & (walk%points == 2 .or. exact .or. dot_product(at, walk%way) >= sharpest * norm2(at))) return
          trial%report%converged = .false.
          trial%report%message = 'the curve turns too sharply, or ends'
-      end subroutine look
+      end subroutine search_near
 
       !> Shortens a step to end at the last value of the parameter, or at the first requested value passed.
       subroutine shorten_to_values(at, shortened, is_last)
@@ -281,7 +281,7 @@ contains
       end subroutine shorten_to_values
 
       !> Accepts a trial of the search as the last limit point of the curve.
-      subroutine go(to)
+      subroutine accept_trial(to)
          type(trial_t), intent(in) :: to
          real(wp) :: unit
          direction = walk%follower%control%tangent
@@ -301,7 +301,7 @@ contains
             walk%way = walk%way / norm2(walk%way)
             walk%follower%unit(1) = unit
          end if
-      end subroutine go
+      end subroutine accept_trial
 
       !> Passes a checkpoint to the recorder.
       subroutine keep_walk(now)
@@ -310,7 +310,7 @@ contains
          integer :: n
          if (frame%n == 0 .or. .not. (now .or. recorder%wants_state())) return
          n = frame%n
-         call exchange(frame, own, walk, outcome)
+         call exchange_walk(frame, own, walk, outcome)
          call recorder%state(frame%words(:frame%n), error)
          call archive_reset(frame, n)
          if (allocated(error) .and. .not. allocated(outcome%why)) outcome%why = error%message
@@ -349,7 +349,7 @@ contains
    end subroutine report
 
    !> Stores or reads the part of the checkpoint behind the frame.
-   subroutine exchange(a, own, walk, outcome)
+   subroutine exchange_walk(a, own, walk, outcome)
       type(archive_t), intent(inout) :: a
       type(critical_points_t), intent(inout) :: own
       type(curve_walk_t), intent(inout) :: walk
@@ -357,5 +357,5 @@ contains
       call exchange_critical_points_t(a, own)
       call exchange_curve_walk_t(a, walk)
       call exchange_outcome_t(a, outcome)
-   end subroutine exchange
+   end subroutine exchange_walk
 end module limit_curves

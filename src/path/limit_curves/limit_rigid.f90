@@ -36,7 +36,7 @@ contains
       end where
       call choose_spans(deck)
       if (all(deck%contact%along .or. deck%contact%obstacle /= curve%obstacle)) then
-         call lay_down(curve, deck, problem, state, direction, ok)
+         call lay_down()
       else
          call take_marks_off(problem, state, direction, ok)
          if (ok) call stand_at_nodes()
@@ -51,59 +51,49 @@ contains
          state = carry_state(problem, next, state)
          call copy_problem(next, problem)
       end subroutine stand_at_nodes
-   end subroutine make_rigid
 
-   !> Replaces the pressed parts of the foundation contact by line contacts.
-   subroutine lay_down(curve, deck, problem, state, direction, ok)
-      type(limit_curve_t), intent(in) :: curve
-      type(model_t), intent(in) :: deck          !! model of the deck with the curve's obstacle rigid
-      type(problem_t), intent(inout) :: problem
-      type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :)
-      logical, intent(out) :: ok
-      type(problem_t) :: base
-      type(contact_span_t), allocatable :: contact_span(:)
-      call copy_problem(problem, base)
-      base%deck = deck
-      call place_spans(new_problem(deck), base)
-      contact_span = present_contact_spans(problem, state)
-      call stand_on(new_span_problem(base, [contact_span, pressed_lines(curve, problem, state, maxval([0, &
-         & contact_span%number]))], state), &
-         & problem, state, direction, ok)
-   end subroutine lay_down
+      !> Replaces the pressed parts of the foundation contact by line contacts.
+      subroutine lay_down()
+         type(problem_t) :: base
+         type(contact_span_t), allocatable :: contact_span(:)
+         call copy_problem(problem, base)
+         base%deck = deck
+         call place_spans(new_problem(deck), base)
+         contact_span = present_contact_spans(problem, state)
+         call stand_on(new_span_problem(base, [contact_span, pressed_lines(maxval([0, contact_span%number]))], state), problem, &
+            & state, direction, ok)
+      end subroutine lay_down
 
-   !> Line contacts where the curve's obstacle pushes: the parts of each rod segment between the ends of contact.
-   function pressed_lines(curve, problem, state, last) result(line)
-      type(limit_curve_t), intent(in) :: curve
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: last                !! last identity number of a contact span
-      type(contact_span_t), allocatable :: line(:)
-      type(cut_t), allocatable :: cut(:)
-      real(wp), allocatable :: at(:)
-      real(wp) :: stiffness
-      integer :: contact, rod_segment, k, i, segment
-      logical :: before
-      allocate (line(0))
-      cut = find_cuts(problem, state)
-      do contact = 1, size(problem%deck%contact)
-         if (problem%deck%contact(contact)%obstacle /= curve%obstacle) cycle
-         do rod_segment = 1, size(problem%layout%rod_segment)
-            at = [0.0_wp, pack(cut%at, cut%rod_segment == rod_segment .and. cut%contact == contact .and. .not. cut%at_end), &
-               & problem%layout%rod_segment(rod_segment)%length]
-            before = .false.
-            do k = 1, size(at) - 1
-               call segment_at(problem, state, rod_segment, contact, 0.5_wp * (at(k) + at(k + 1)), segment, stiffness)
-               i = size(line)
-               if (carries(segment) .and. before) then
-                  line(i)%at(2) = at(k + 1)
-               else if (carries(segment)) then
-                  line = [line, contact_span_t(number=last + i + 1, contact=contact, rod_segment=rod_segment, at=at(k:k + 1), &
-                     & line=.true.)]
-               end if
-               before = carries(segment)
+      !> Line contacts where the curve's obstacle pushes: the parts of each rod segment between the ends of contact.
+      function pressed_lines(last) result(line)
+         integer, intent(in) :: last                !! last identity number of a contact span
+         type(contact_span_t), allocatable :: line(:)
+         type(cut_t), allocatable :: cut(:)
+         real(wp), allocatable :: at(:)
+         real(wp) :: stiffness
+         integer :: contact, rod_segment, k, i, segment
+         logical :: before
+         allocate (line(0))
+         cut = find_cuts(problem, state)
+         do contact = 1, size(problem%deck%contact)
+            if (problem%deck%contact(contact)%obstacle /= curve%obstacle) cycle
+            do rod_segment = 1, size(problem%layout%rod_segment)
+               at = [0.0_wp, pack(cut%at, cut%rod_segment == rod_segment .and. cut%contact == contact .and. .not. cut%at_end), &
+                  & problem%layout%rod_segment(rod_segment)%length]
+               before = .false.
+               do k = 1, size(at) - 1
+                  call segment_at(problem, state, rod_segment, contact, 0.5_wp * (at(k) + at(k + 1)), segment, stiffness)
+                  i = size(line)
+                  if (carries(segment) .and. before) then
+                     line(i)%at(2) = at(k + 1)
+                  else if (carries(segment)) then
+                     line = [line, contact_span_t(number=last + i + 1, contact=contact, rod_segment=rod_segment, at=at(k:k + 1), &
+                        & line=.true.)]
+                  end if
+                  before = carries(segment)
+               end do
             end do
          end do
-      end do
-   end function pressed_lines
+      end function pressed_lines
+   end subroutine make_rigid
 end module limit_rigid

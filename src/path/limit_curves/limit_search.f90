@@ -14,8 +14,8 @@ module limit_search
    use bracketing, only: bracket_t, new_bracket, next_guess, take_value
    implicit none
    private
-   public :: follower_t, curve_walk_t, copy_follower, trial_t, stand_here, scale_rate, evaluate, search, as_coordinate, as_value
-   public :: small_drop
+   public :: follower_t, curve_walk_t, copy_follower, trial_t, stand_here, scale_rate, evaluate_rate, search, as_coordinate
+   public :: as_value, small_drop
 
    integer, parameter :: max_searches = 40          !! evaluations of the load rate h for one limit point; no input deck changes
    !! from 20 to 80
@@ -86,7 +86,7 @@ contains
       type(trial_t), intent(out) :: trial
       integer :: try
       do try = 1, 12
-         call evaluate(follower, [1.0_wp, 0.0_wp], trial)
+         call evaluate_rate(follower, [1.0_wp, 0.0_wp], trial)
          if (trial%report%converged .and. abs(trial%rate) > 0.0_wp) exit
          follower%unit(1) = 0.5_wp * follower%unit(1)
       end do
@@ -97,7 +97,7 @@ contains
    end subroutine scale_rate
 
    !> Evaluates the load rate h at a point of the surface, with both coordinates in their units from the last limit point.
-   subroutine evaluate(follower, place, trial)
+   subroutine evaluate_rate(follower, place, trial)
       type(follower_t), intent(inout) :: follower
       real(wp), intent(in) :: place(2)
       type(trial_t), intent(out) :: trial
@@ -125,7 +125,7 @@ contains
       control%method = method_cylindrical
       call set_tangent(trial%problem, follower%system, follower%control%tangent, 0.0_wp, control)
       trial%rate = control%tangent_load
-   end subroutine evaluate
+   end subroutine evaluate_rate
 
    !> Searches for h = 0 from a point along a normal to the curve: by secants until the zero is bracketed.
    subroutine search(follower, step, place, normal, trial, searches)
@@ -140,7 +140,7 @@ contains
       real(wp) :: q, h, q_old, h_old, slope
       integer :: total
       logical :: bracketed, open
-      call evaluate(follower, place, trial)
+      call evaluate_rate(follower, place, trial)
       searches = 1
       if (.not. trial%report%converged) return
       total = trial%iterations
@@ -151,7 +151,7 @@ contains
       q = first_move
       bracketed = .false.
       do searches = 2, max_searches
-         call evaluate(follower, place + q * normal, next)
+         call evaluate_rate(follower, place + q * normal, next)
          total = total + next%iterations
          if (.not. next%report%converged) then
             ! Half the distance to the last point that converged.

@@ -77,12 +77,12 @@ contains
       here%demand = taken_along(problem, run%last%state, asked%demand)
       cut = find_cuts(problem, trial%state)
       ! An unloaded start has no contact ends yet: the new mesh is built from the trial state, not from the start.
-      if (settled .and. run%fresh) call remesh_trial(asked, problem, run, trial, .false., taken)
+      if (settled .and. run%fresh) call remesh_trial(.false.)
       if (.not. taken .and. (problem%has_spans() .or. request%at_last_point .or. marked(problem, trial%state, &
          & cut))) call stand_here()
       ! If nodes, or elements on foundations, have just detected contact, the run's point has no such spans.
       if (.not. (taken .or. done)) request%density_before = present_demand(problem, run%last%state)
-      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, request%events_located, taken)
+      if (.not. (taken .or. done)) call remesh_trial(request%events_located)
       ! Newton's method may fail on one mesh and converge on another, which may be finer than requested.
       if (.not. (taken .or. done)) then
          do k = 1, size(here%demand)
@@ -90,7 +90,7 @@ contains
          end do
          call stand_here()
       end if
-      if (.not. (taken .or. done)) call remesh_trial(asked, problem, run, trial, .false., taken)
+      if (.not. (taken .or. done)) call remesh_trial(.false.)
       done = done .or. taken
       if (.not. done .and. allocated(finer)) then
          ! No equilibrium was found from the coarsened mesh: the mesh before it is restored.
@@ -107,6 +107,44 @@ contains
             & run%last%state)), &
             & problem, run, done)
       end subroutine stand_here
+
+      !> Transfers the trial to another mesh, in equilibrium there, and the run's point with it, in equilibrium if possible.
+      subroutine remesh_trial(both)
+         logical, intent(in) :: both                    !! true: the run's point, too, must be in equilibrium on the mesh
+         type(problem_t) :: before
+         type(path_state_t) :: unmoved
+         type(path_point_t) :: start, moved
+         type(state_t) :: state
+         logical :: fresh, settled
+         call copy_problem(problem, before)
+         call copy_path_state(run, unmoved)
+         start = run%last
+         run%last%state = trial%state
+         fresh = run%fresh
+         run%fresh = .false.
+         call stand_on(new_span_problem(asked, present_contact_spans(problem, trial%state), trial%state, find_cuts(problem, &
+            & trial%state)), problem, run, taken)
+         run%fresh = fresh
+         moved = run%last
+         run%last = start
+         if (.not. taken) return
+         state = carried(before, start%state, problem)
+         call tell_segments(problem, state, carried=.true.)
+         run%last = point_at(problem, state)
+         run%last%tangent = path_tangent_t(carried_field(before, start%state, start%tangent%u, problem, state), start%tangent%load)
+         run%last%test_values = start%test_values
+         if (.not. fresh) then
+            ! Shorter increments may start at the run's point, and events may be located from it.
+            call rebalance(problem, run, settled)
+            taken = settled .or. .not. both
+            if (.not. taken) then
+               call copy_problem(before, problem)
+               call copy_path_state(unmoved, run)
+               return
+            end if
+         end if
+         trial = moved
+      end subroutine remesh_trial
    end subroutine refine_mesh
 
    !> Mesh density for a trial, moved with the nodes to another state: density in a span moves with the ends of the span.
@@ -125,49 +163,6 @@ contains
          end if
       end do
    end function taken_along
-
-   !> Transfers the trial to another mesh, in equilibrium there, and the run's point with it, in equilibrium if possible.
-   subroutine remesh_trial(asked, problem, run, trial, both, taken)
-      type(problem_t), intent(in) :: asked           !! the problem with the requested mesh density
-      type(problem_t), intent(inout) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(inout) :: trial
-      logical, intent(in) :: both                    !! true: the run's point, too, must be in equilibrium on the mesh
-      logical, intent(out) :: taken                  !! false: no equilibrium was found, nothing has changed
-      type(problem_t) :: before
-      type(path_state_t) :: unmoved
-      type(path_point_t) :: start, moved
-      type(state_t) :: state
-      logical :: fresh, settled
-      call copy_problem(problem, before)
-      call copy_path_state(run, unmoved)
-      start = run%last
-      run%last%state = trial%state
-      fresh = run%fresh
-      run%fresh = .false.
-      call stand_on(new_span_problem(asked, present_contact_spans(problem, trial%state), trial%state, find_cuts(problem, &
-         & trial%state)), problem, run, taken)
-      run%fresh = fresh
-      moved = run%last
-      run%last = start
-      if (.not. taken) return
-      state = carried(before, start%state, problem)
-      call tell_segments(problem, state, carried=.true.)
-      run%last = point_at(problem, state)
-      run%last%tangent = path_tangent_t(carried_field(before, start%state, start%tangent%u, problem, state), start%tangent%load)
-      run%last%test_values = start%test_values
-      if (.not. fresh) then
-         ! Shorter increments may start at the run's point, and events may be located from it.
-         call rebalance(problem, run, settled)
-         taken = settled .or. .not. both
-         if (.not. taken) then
-            call copy_problem(before, problem)
-            call copy_path_state(unmoved, run)
-            return
-         end if
-      end if
-      trial = moved
-   end subroutine remesh_trial
 
    !> Coarsens the mesh as far as the errors of the last point permit, if the coarser mesh has fewer elements and an equilibrium.
    !> The next trial shows whether this mesh is good enough.

@@ -75,7 +75,7 @@ contains
       call begin_asking()
       call settle_events(problem, step, run, trial, arrival, findings, request, outcome)
       if (request%shorter .or. request%remeshes()) return
-      call settle_trial(problem, step, run, trial, arrival, findings, request, outcome)
+      call settle_trial()
       if (request%remeshes()) return
       call report_turned_load(problem, step, run, recorder, outcome)
       if (allocated(outcome%why)) return
@@ -84,7 +84,7 @@ contains
       finished = findings%stops
       if (arrival%label /= '') call check_closure(problem, run, trial%state, arrival%label, outcome)
       if (allocated(outcome%why)) return
-      call record_trial(problem, run, trial, arrival, findings, recorder, outcome)
+      call record_trial()
       if (allocated(outcome%why)) return
       call announce_missed()
       if (arrival%label /= '') call announce_contact(problem, run, trial, arrival, findings, recorder, outcome)
@@ -137,6 +137,41 @@ contains
             end associate
          end do
       end subroutine announce_missed
+
+      !> Computes the error bars of the trial, if they are shown or required for a mesh request.
+      subroutine settle_trial()
+         logical :: behind_end, critical, can_ask
+         if (allocated(arrival%bars)) findings%bars = arrival%bars
+         ! A trial behind the end of the step is not a point of the step.
+         behind_end = any(findings%seen%located .and. findings%seen%event%kind == event_stop .and. .not. findings%duplicate)
+         critical = arrival%label /= '' .or. findings%stops
+         can_ask = arrival%tries /= mesh_has_to_do
+         if (.not. (allocated(findings%bars) .or. behind_end)) &
+            & call bars_at_point(problem, step, run, trial, merge('  ', arrival%label, arrival%bracketed), findings%stops, 0, &
+            & findings%bars, wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%rod_segment%placed), &
+            & changing=arrival%changing, as_it_is=findings%as_it_is .and. critical)
+         if (behind_end .or. .not. allocated(findings%bars)) return
+         if (can_ask) call ask_for_mesh(problem, step, run, trial%state, trial%system%force_scale, findings%bars, critical, &
+            & arrival%tries, outcome, request)
+         if (request%remeshes()) return
+         if (.not. critical) call note_error(problem, step, findings%bars, sizes_there(problem, step, run, trial%state, &
+            & trial%system%force_scale, asked_at(problem, step, ''), outcome), '', place_t(run%branch, problem%step, run%points + &
+            & 1, trial%state%load_factor), outcome%accuracy)
+         if (can_ask .and. .not. (critical .or. any(findings%seen%located))) &
+            & call ask_for_less(problem, step, run, trial%state, trial%system%force_scale, findings%bars, arrival%tries, outcome)
+         if (.not. (critical .or. step%bars_everywhere)) deallocate (findings%bars)
+      end subroutine settle_trial
+
+      !> Records the trial as a point.
+      subroutine record_trial()
+         integer :: pivots
+         ! At a contact change the tangent may be singular, for example if a point contact has zero relative curvature and the free
+         ! span beside it is in neutral equilibrium; the pivots just before the change are used.
+         pivots = trial%system%negative_pivots
+         if (arrival%changes) pivots = count_before(run, findings%seen, findings%duplicate, 1.0_wp)
+         call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, &
+            & arrival%changing, findings%bars, smooth=.true., pivots=pivots)
+      end subroutine record_trial
    end subroutine accept
 
    !> Checks each located event and computes its error bars, up to the first that requires another increment.
@@ -188,39 +223,6 @@ contains
       end subroutine settle_event
    end subroutine settle_events
 
-   !> Computes the error bars of the trial, if they are shown or required for a mesh request.
-   subroutine settle_trial(problem, step, run, trial, arrival, findings, request, outcome)
-      type(problem_t), intent(in) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: trial
-      type(arrival_t), intent(in) :: arrival
-      type(findings_t), intent(inout) :: findings
-      type(request_t), intent(inout) :: request
-      type(outcome_t), intent(inout) :: outcome
-      logical :: behind_end, critical, can_ask
-      if (allocated(arrival%bars)) findings%bars = arrival%bars
-      ! A trial behind the end of the step is not a point of the step.
-      behind_end = any(findings%seen%located .and. findings%seen%event%kind == event_stop .and. .not. findings%duplicate)
-      critical = arrival%label /= '' .or. findings%stops
-      can_ask = arrival%tries /= mesh_has_to_do
-      if (.not. (allocated(findings%bars) .or. behind_end)) &
-         & call bars_at_point(problem, step, run, trial, merge('  ', arrival%label, arrival%bracketed), findings%stops, 0, &
-         & findings%bars, wanted=step%asked_of_path > 0.0_wp .and. any(problem%layout%rod_segment%placed), &
-         & changing=arrival%changing, as_it_is=findings%as_it_is .and. critical)
-      if (behind_end .or. .not. allocated(findings%bars)) return
-      if (can_ask) call ask_for_mesh(problem, step, run, trial%state, trial%system%force_scale, findings%bars, critical, &
-         & arrival%tries, outcome, request)
-      if (request%remeshes()) return
-      if (.not. critical) call note_error(problem, step, findings%bars, sizes_there(problem, step, run, trial%state, &
-         & trial%system%force_scale, &
-         & asked_at(problem, step, ''), outcome), '', place_t(run%branch, problem%step, run%points + 1, trial%state%load_factor), &
-         & outcome%accuracy)
-      if (can_ask .and. .not. (critical .or. any(findings%seen%located))) &
-         & call ask_for_less(problem, step, run, trial%state, trial%system%force_scale, findings%bars, arrival%tries, outcome)
-      if (.not. (critical .or. step%bars_everywhere)) deallocate (findings%bars)
-   end subroutine settle_trial
-
    !> Records the located events in their order, up to the event that ends the step.
    subroutine record_events(problem, step, run, trial, findings, recorder, finished, outcome)
       type(problem_t), intent(in) :: problem
@@ -258,24 +260,6 @@ contains
          end associate
       end subroutine announce_beside
    end subroutine record_events
-
-   !> Records the trial as a point.
-   subroutine record_trial(problem, run, trial, arrival, findings, recorder, outcome)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(inout) :: run
-      type(path_point_t), intent(in) :: trial
-      type(arrival_t), intent(in) :: arrival
-      type(findings_t), intent(in) :: findings
-      class(recorder_t), intent(inout) :: recorder
-      type(outcome_t), intent(inout) :: outcome
-      integer :: pivots
-      ! At a contact change the tangent may be singular, for example if a point contact has zero relative curvature and the free
-      ! span beside it is in neutral equilibrium; the pivots just before the change are used.
-      pivots = trial%system%negative_pivots
-      if (arrival%changes) pivots = count_before(run, findings%seen, findings%duplicate, 1.0_wp)
-      call record(problem, run, trial, merge('EP', arrival%label, findings%stops), arrival%report, recorder, outcome, &
-         & arrival%changing, findings%bars, smooth=.true., pivots=pivots)
-   end subroutine record_trial
 
    !> Reports the contact change that the trial is known to be.
    subroutine announce_contact(problem, run, trial, arrival, findings, recorder, outcome)

@@ -1,0 +1,37 @@
+!> Search among increasing numbers.
+module ordered_knots
+   use kinds, only: wp
+   implicit none
+   private
+   public :: piece_at
+
+contains
+
+   !> Index of the piece between neighbouring knots that contains a place: at a knot the piece that begins there, beyond the ends
+   !> the piece at the end.
+   pure integer function piece_at(knot, place) result(piece)
+      real(wp), intent(in) :: knot(:)         !! not decreasing, 2 or more
+      real(wp), intent(in) :: place
+      integer :: right, middle
+      piece = 1
+      right = size(knot)
+      if (place >= knot(right)) piece = right - 1
+      if (place <= knot(1) .or. place >= knot(right)) return
+      ! If all pieces have the same length, the first guess is right.
+      middle = min(1 + int((place - knot(1)) / (knot(right) - knot(1)) * (right - 1)), right - 1)
+      if (knot(middle) > place) then
+         right = middle
+      else
+         piece = middle
+         if (knot(middle + 1) > place) right = middle + 1
+      end if
+      do while (right - piece > 1)
+         middle = (piece + right) / 2
+         if (knot(middle) > place) then
+            right = middle
+         else
+            piece = middle
+         end if
+      end do
+   end function piece_at
+end module ordered_knots

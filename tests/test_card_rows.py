@@ -1,0 +1,57 @@
+"""The table of cards, src/deck/cards.txt, as .cmake/make_cards.py reads it."""
+import pathlib
+import re
+import subprocess
+import sys
+
+import pytest
+
+SOURCE = pathlib.Path(__file__).parent.parent
+SOUND = """
+rows spot
+   x, y | real [length] | | position
+
+*THING | step; once; below OTHER
+What it does.
+   KIND | ROUND|FLAT | default ROUND | its shape
+   lines; with KIND=ROUND; at most 1
+      as spot
+      size | real > 0 [length] | default 2; times x | its size
+   lines; last repeats
+      label | label or set | | where
+
+foreign parameter of THING | SHAPE|FORM | here KIND
+"""
+
+
+def made(folder, rows):
+    """What is made of some rows: the module, and messages."""
+    (folder / "model").mkdir()
+    (folder / "model" / "model.f90").write_text("")
+    (folder / "deck").mkdir()
+    (folder / "deck" / "cards.txt").write_text(rows)
+    run = subprocess.run([sys.executable, SOURCE / ".cmake" / "make_cards.py", folder / "deck" / "cards.txt", folder / "rows.f90"],
+                         capture_output=True, text=True)
+    return (folder / "rows.f90").read_text() if run.returncode == 0 else "", run.stderr
+
+
+def test_rows_become_calls(tmp_path):
+    """Parameters and fields in their order; a group is put in its place, a point becomes two fields, a factor the number of its field."""
+    module, _ = made(tmp_path, SOUND)
+    assert re.findall(r"call (add_\w+)\(t, '(\w*=?\w*)'", module) == [
+        ("add_card", "THING"), ("add_item", "KIND"), ("add_layout", "KIND=ROUND"), ("add_item", "x"), ("add_item", "y"), ("add_item", "size"),
+        ("add_layout", ""), ("add_item", "label")]
+    assert "'THING', in_step, .true., .false., 'OTHER', 1, 2)" in module
+    assert "'size', kind_real, .false., '2', '', '', '', positive, usual_most, 1, 'its size')" in module
+    assert "call take('parameter', 'THING', 'SHAPE|FORM', 'here KIND')" in module
+    assert "'| size | real > 0 | length | 2 times the size of x | its size |'" in module
+
+
+@pytest.mark.parametrize("row, message", [
+    ("label | label or set | | where", ("label | label or set | where", "four columns")),
+    ("size | real > 0 [length]", ("size | real >> 0 [length]", "'>> 0' is no bound")),
+    ("default ROUND |", ("defaults ROUND |", "'defaults ROUND' is none of: default")),
+    ("step; once;", ("stop; once;", "'stop' is none of: model, step")), ("step; once;", ("once;", "the part of the deck is missing"))])
+def test_a_bad_row_is_told_with_its_line(tmp_path, row, message):
+    module, error = made(tmp_path, SOUND.replace(row, message[0]))
+    assert module == "" and message[1] in error and re.search(r"cards\.txt:\d+: ", error)
