@@ -65,12 +65,13 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       logical, intent(out) :: scaled            !! false: displacements are rounding only, and no arc length exists
-      real(wp) :: length
+      real(wp) :: length, moved
       length = run%last_length
       ! Where nothing moves, the convergence error of the last increment is no motion: the path tangent decides.
-      if (.not. any(abs(run%last%tangent%u) > 0.0_wp)) length = 0.0_wp
-      if (length * abs(run%last%tangent%load) > abs(run%last_load)) length = abs(run%last_load / run%last%tangent%load)
-      scaled = length > rounding_gap(problem) * sqrt(sum(problem%weight)) .and. abs(run%last_load) > 0.0_wp
+      moved = length
+      if (.not. any(abs(run%last%tangent%u) > 0.0_wp)) moved = 0.0_wp
+      if (moved * abs(run%last%tangent%load) > abs(run%last_load)) moved = abs(run%last_load / run%last%tangent%load)
+      scaled = moved > rounding_gap(problem) * sqrt(sum(problem%weight)) .and. abs(run%last_load) > 0.0_wp
       if (run%control%load_scale > 0.0_wp) then
          scaled = .not. stands_still(run%last%tangent, step%increment)
          length = run%control%load_scale * abs(step%increment)
