@@ -15,7 +15,7 @@ module contact_trials
    use contact_spans, only: contact_span_t, line_share
    use contact_set_edits, only: same_set
    use span_candidates, only: present_contact_spans
-   use test_kinds, only: span_test_t, any_fails, test_pressure
+   use test_kinds, only: span_test_t, any_fails
    use next_spans, only: next_t, copy_next, tests_of, go_to_load
    use set_begins, only: go_back
    use path_state, only: path_state_t
@@ -185,8 +185,7 @@ contains
       integer :: edits, k
       allocate (valid(0), from(1))
       call copy_next(here%next_t, from(1)%set)
-      ! A shorter increment shows more of a line contact whose pressure vanishes than a second edit.
-      do edits = 1, merge(1, most_edits, here%zero%kind == test_pressure .and. allocated(here%beyond))
+      do edits = 1, most_edits
          allocate (failed(0))
          do k = 1, size(from)
             if (edits == 1) call edit(run, here, strip, from(k), doubt, length, valid, failed)
