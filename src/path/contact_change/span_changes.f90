@@ -186,11 +186,6 @@ contains
       found = .false.
       if (.not. (interval%stuck .or. change%where == place_ahead)) then
          call try_sets(problem, step, there, first, next, found, zero, interval%to%state)
-         if (.not. found .and. zero(1)%kind == test_pressure .and. 0.5_wp * abs(run%control%increment) >= smallest(step, &
-            & run%control)) then
-            call go_less_far(step, run, interval%after(change%which), request)
-            return
-         end if
       end if
       if (.not. found) call try_sets(problem, step, there, first, next, found, zero)
       if (found .and. change%label == '  ') then
