@@ -20,8 +20,7 @@ module lifted_node
    use problem, only: problem_t, rounding_gap
    use contact_spans, only: line_share
    use rod_state, only: state_t
-   use track_nodes, only: node_track, track_sense
-   use conforming_span, only: conforming_forces
+   use conforming_span, only: conforming_forces, node_track, track_sense
    use breakpoint_forces, only: breakpoint_force, breakpoint_couple
    implicit none
    private
