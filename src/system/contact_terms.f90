@@ -10,11 +10,11 @@ module contact_terms
    use active_coupling, only: set_active, coupled_answer, add_forces
    use tied_nodes, only: spread_force, add_matrix
    use system_type, only: system_t
-   use node_axes, only: to_node, turn_pair
+   use node_axes, only: to_node, turn_pair, own_axes
    use carried_obstacles, only: add_at_contact
    implicit none
    private
-   public :: set_foundation, set_coupling, add_contact, add_marks, contact_tangent
+   public :: set_foundation, set_coupling, add_contact, add_marks, contact_tangent, contact_pull
 
 contains
 
@@ -73,7 +73,7 @@ contains
                & (problem%candidates%moves(c) .or. .not. system%turned(node))) then
                system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
             end if
-            call add_at_contact(problem, system, c, k, system%k)
+            call add_at_contact(problem, system, c, k, contact_pull(problem, system, c, state%reaction(c), system%ef), system%k)
             if (problem%model%obstacle(problem%candidates%obstacle(c))%carrier > 0) cycle
             motion = [system%motion(:, c), 0.0_wp]
             normal = [system%normal(:, c), 0.0_wp]
@@ -164,4 +164,30 @@ contains
          k(1, 1) = k(1, 1) + system%residual(d) * track_bend_rate(problem, state, candidate)
       end associate
    end subroutine contact_tangent
+
+   !> Force of a rigid obstacle, and of the conforming elements on it, on the node of a contact; global axes.
+   pure function contact_pull(problem, system, candidate, reaction, ends) result(pull)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: reaction         !! state's, or its rate
+      real(wp), intent(in) :: ends(:, :)       !! (6, elements) end forces in node axes, or their rate
+      real(wp) :: pull(2), along(2), axes(3, 3)
+      integer :: side
+      along = 0.0_wp
+      associate (list => problem%candidates, node => problem%candidates%node(candidate), n => system%normal(:, candidate))
+         ! Beside a node with `lean` the normal is that at the force.
+         pull = reaction * (n + system%roll(node) * system%lean(node) * [n(2), -n(1)])
+         do side = 1, 2
+            associate (e => list%element(side, candidate))
+               if (e == 0) cycle
+               if (problem%conforms(e) == 0) cycle
+               if (list%obstacle(problem%conforms(e)) == list%obstacle(candidate)) &
+                  & along = along + ends(7 - 3 * side:8 - 3 * side, e)
+            end associate
+         end do
+         axes = own_axes(system, node)
+         pull = pull - matmul(axes(1:2, 1:2), along)
+      end associate
+   end function contact_pull
 end module contact_terms
