@@ -131,7 +131,8 @@ contains
             matrix%contact(:, 2, c) = -reaction * t * t(2)
             bent = 0.0_wp
             bent(1:2, 1:2) = matrix%contact(:, :, c)
-            matrix%pull(:, c) = contact_pull(problem, system, c, times * reaction_rate(problem, state, system, c), stresses%ef)
+            matrix%pull(:, c) = contact_pull(problem, system, c, times * reaction_rate(problem, state, system, c), &
+               & times * held_force_change(system, dof(problem, node, 3), system%tangent, 1.0_wp), stresses%ef)
             call add_at_contact(problem, system, c, bent, matrix%pull(:, c), matrix%k)
          end associate
       end do

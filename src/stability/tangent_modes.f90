@@ -9,7 +9,8 @@ module tangent_modes
    use errors, only: error_t
    use problem, only: problem_t, dof
    use rod_state, only: state_t, end_pressures
-   use linear_system, only: system_t, to_global, contact_tangent, contact_pull, spring_tangent, matrix_to_node, apply_joints
+   use linear_system, only: system_t, to_global, contact_tangent, contact_pull, node_reaction, spring_tangent, &
+      & matrix_to_node, apply_joints
    use axial_rigidity, only: shrinking_forces
    use tied_nodes, only: node_unknowns, spread_force
    use element_products, only: apply_elements
@@ -195,7 +196,8 @@ contains
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          call contact_tangent(problem, state, system, c, force, k)
-         call apply_at_contact(problem, system, c, k, contact_pull(problem, system, c, state%reaction(c), system%ef), x, y, form)
+         call apply_at_contact(problem, system, c, k, contact_pull(problem, system, c, node_reaction(problem, &
+            & state, system, c), system%residual(dof(problem, problem%candidates%node(c), 3)), system%ef), x, y, form)
       end do
       call subtract_excess(system%coupling, x, y, excess)
       form = form - excess

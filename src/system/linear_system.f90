@@ -20,7 +20,7 @@ module linear_system
    use node_axes, only: to_node, turn_force, turn_pair, matrix_to_node, to_global, spread_element
    use carried_obstacles, only: set_carried, add_carried_loads
    use eliminated_unknowns, only: set_constraints, contact_reaction, reaction_weights
-   use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_tangent, contact_pull
+   use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_tangent, contact_pull, node_reaction
    use joint_stiffness, only: add_joint_springs, set_swings, add_swings, apply_joints
    use rigidity_maps, only: set_rigidity
    use rolling_rods, only: hold_rolling
@@ -28,9 +28,9 @@ module linear_system
    use timing, only: timing_start, timing_stop, count_up, phase_elements, phase_assembly, counter_evaluated
    implicit none
    private
-   public :: system_t, new_system, assemble, sum_elements, contact_tangent, contact_pull, spring_tangent, add_swings, &
-      & apply_joints, matrix_to_node, turn_pair, to_node, to_global, row_times, rows_times, contact_reaction, reaction_weights, &
-      & worst_round_off
+   public :: system_t, new_system, assemble, sum_elements, contact_tangent, contact_pull, node_reaction, spring_tangent, &
+      & add_swings, apply_joints, matrix_to_node, turn_pair, to_node, to_global, row_times, rows_times, contact_reaction, &
+      & reaction_weights, worst_round_off
 
 contains
 
