@@ -1,13 +1,14 @@
 !> Obstacles that nodes carry: bodies without mass that have the displacements and the rotation of a node, whose supports, springs
 !> and loads say how they move.
 !>
-!> The unknowns of a node in contact with such an obstacle are its displacements relative to the obstacle. With x the unknowns of
-!> the node in its axes A and d the displacements and the rotation of the node that carries the obstacle, the node moves by
-!> A x + B d. B is the motion of the rigid body at the node, so that touching nodes go along with the obstacle, unless a support
-!> or a second obstacle holds the node: B d then is what is left free, with the gap unchanged. The forces on all touching nodes,
-!> B^T times each, then act on the carrier: it is in equilibrium together with what touches the obstacle. Contact forces do not
-!> enter, nor derivatives of the contact's geometry. Conforming elements and the terms of contact depend on w, the displacements
-!> relative to the obstacle, alone: A x + (B - B_rigid) d.
+!> The equations of a node in contact with such an obstacle are those of its displacements relative to the obstacle. With x the
+!> unknowns of the node in its axes A and d the displacements and the rotation of the node that carries the obstacle, the node moves
+!> by A x + B d. The nodes of a line contact go along with the obstacle: B is then B_rigid, the motion of the body at the node. A
+!> point contact is pushed along the normal, and the obstacle slides along it: the rod is not strained more than it must, nor is the
+!> stiffness of the body a difference of large numbers. Where a support or a second obstacle holds the node, B d is along what these
+!> leave free. The gap is unchanged in all cases. The forces on all touching nodes, B^T times each, then act on the carrier: it is
+!> in equilibrium together with what touches the obstacle. Contact forces do not enter, nor derivatives of the contact's geometry.
+!> Conforming elements and the terms of contact depend on w, the displacements relative to the obstacle: A x + (B - B_rigid) d.
 !>
 !> A body that turns by f about its pivot moves a touching node, with the arm r from the pivot and J a quarter turn, by
 !> f J r + w. The second variation of this motion, 2 f J w - f^2 r, times the force on the node is a term of the tangent.
@@ -53,34 +54,39 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(system_t), intent(inout) :: system
-      real(wp) :: motion(3, 3), rigid(3, 3), slip(3, 3), n(2), other(2)
+      real(wp) :: motion(3, 3), rigid(3, 3), slip(3, 3), n(2), track(2), other(2), along(2), push(3)
       integer :: i, k, block
       associate (node => problem%candidates%node(candidate), fixed => problem%model%fixed, ties => problem%ties, &
          & carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
          n = system%normal(:, candidate)
+         track = [n(2), -n(1)]
          rigid = rigid_motion(system%arm(:, candidate))
+         push = matmul(n, rigid(1:2, :))
+         ! The gap of a node that a support keeps from turning depends on the rotation relative to the track (`lean`).
+         if (fixed(3, node)) push = push - system%lean(node) * (rigid(3, :) + system%bend(candidate) * matmul(track, rigid(1:2, :)))
          motion = 0.0_wp
-         if (.not. fixed(3, node)) motion(3, :) = rigid(3, :)
+         k = second_contact(problem, state, system, candidate)
          ! Where the contact eliminates no unknown, supports or a parallel obstacle hold the node.
-         if (system%unknown(candidate) > 0 .and. .not. any(fixed(1:2, node))) then
-            motion(1:2, :) = rigid(1:2, :)
-            k = second_contact(problem, state, system, candidate)
-            if (k > 0) then
+         if (system%unknown(candidate) > 0) then
+            along = n
+            if (any(fixed(1:2, node))) then
+               i = merge(2, 1, fixed(1, node))
+               along = 0.0_wp
+               along(i) = 1.0_wp / n(i)
+            else if (k > 0) then
                ! The gap to the other obstacle is unchanged, too.
                other = system%normal(:, k)
-               do i = 1, 3
-                  motion(1:2, i) = [other(2), -other(1)] * dot_product(n, rigid(1:2, i)) / (n(1) * other(2) - n(2) * other(1))
-               end do
-               motion(3, :) = 0.0_wp
+               along = [other(2), -other(1)] / (n(1) * other(2) - n(2) * other(1))
             end if
-         else if (system%unknown(candidate) > 0) then
-            i = merge(2, 1, fixed(1, node))
-            motion(i, :) = matmul(n, rigid(1:2, :)) / n(i)
+            do i = 1, 3
+               motion(1:2, i) = along * push(i)
+            end do
+            if (problem%candidates%follows(candidate) .and. k == 0 .and. .not. any(fixed(1:2, node))) motion(1:2, :) = rigid(1:2, :)
          end if
          slip = motion - rigid
-         if (problem%candidates%follows(candidate) .and. .not. fixed(3, node)) then
+         if (.not. fixed(3, node) .and. (problem%candidates%follows(candidate) .or. k == 0)) then
             ! The node turns with the track along which it slips.
-            slip(3, :) = -system%bend(candidate) * (n(2) * slip(1, :) - n(1) * slip(2, :))
+            slip(3, :) = -system%bend(candidate) * matmul(track, slip(1:2, :))
             motion(3, :) = slip(3, :) + rigid(3, :)
          end if
          block = ties%first(node) - 1 + findloc(ties%of(ties%first(node):ties%first(node + 1) - 1), carrier, 1)
