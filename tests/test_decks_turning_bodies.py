@@ -159,7 +159,7 @@ def cam(e, mirror=1.0, **more):
     return dr.run_deck(text)
 
 
-@pytest.mark.parametrize("e", [0.002, 0.004])
+@pytest.mark.parametrize("e", [0.01, 0.02])
 def test_cam_of_small_eccentricity(e):
     """The energy of the leaf is (48 EI/L^3) (e sin t)^2/2 but for e: half of the derivative is the couple, largest at 45 degrees."""
     run = cam(e)
@@ -185,7 +185,7 @@ def test_cam_at_any_eccentricity():
     for one, other in zip(run.results.critical, image.results.critical):
         assert one.label == other.label
         dr.assert_close(one.load_factor, other.load_factor, absolute=1e-9)
-        dr.assert_close(one.monitors["turn"], other.monitors["turn"], absolute=1e-9)
+        dr.assert_close(one.monitors["turn"], other.monitors["turn"], absolute=1e-7)
 
 
 def test_cam_turned_by_its_support():
@@ -312,7 +312,7 @@ def test_bars(tolerance, held):
 def test_order_and_correction(held):
     """Errors of GE4 fall with the fourth power of the length of the elements, and the estimate knows them but for a twentieth."""
     exact, errors = end_of(disc(held)), {}
-    for n in (6, 12, 24):
+    for n in (8, 16):
         text = dr.changed(disc(held), ("TYPE=GE8", "TYPE=GE4"), ("1, 3\n3, 2\n", f"1, 3, {n}\n3, 2, {n}\n"),
                           ("*ACCURACY, TOLERANCE=1E-8\n", "*ACCURACY, WIDEST=1\n"))
         end = dr.run_deck(text).only("EP")
@@ -320,7 +320,7 @@ def test_order_and_correction(held):
         for name, value in exact.items():
             assert abs(end.monitor_corrected[name] - value) <= 0.05 * abs(errors[n][name]) + 1e-9 * max(1.0, abs(value)), (n, name)
     for name in ("ux", "uy", "body", "fx", "fy"):
-        dr.assert_mean_order([errors[n][name] for n in (6, 12, 24)], 4.0)
+        dr.assert_order([errors[8][name], errors[16][name]], 4.0)
 
 
 # Bodies of every shape, turned by their support -----------------------------------------------------------------------
@@ -397,7 +397,7 @@ A heated strip bends onto a disc; either the disc turns about a pin, or the stri
 2, 1, 0
 9, 0.1, -0.5
 *LINE, ELSET=STRIP, NSET=STRIP, TYPE=GE8
-1, 2
+1, 2, 20
 *BEAM SECTION, ELSET=STRIP, SECTION=STIFFNESS
 1e4, 1., , , 0.001
 *BOUNDARY
@@ -412,13 +412,13 @@ A heated strip bends onto a disc; either the disc turns about a pin, or the stri
 *MONITOR, NAME=force, OBSTACLE=DISC
 RN
 *STEP
-*ACCURACY, TOLERANCE=1E-8
+*ACCURACY, POINTS=NONE
 *STATIC, METHOD=LOAD
 0.1, , 0.1
 *TEMPERATURE
 STRIP, 0., {curvature!r}
 *STOP
-LOAD, ABOVE, 1
+LOAD, ABOVE, 0.6
 *END STEP
 """
 
@@ -428,8 +428,9 @@ def test_structure_turns_instead():
     body = dr.run_deck(BENT.format(node=", NODE=9", held="1, ENCASTRE\n9, PINNED", curvature=2000.))
     rod = dr.run_deck(dr.changed(BENT.format(node="", held="9, PINNED", curvature=2000.),
                                  ("*BOUNDARY", "*MPC, TYPE=BEAM\n1, 9\n*BOUNDARY"),
-                                 ("9, 0.1, -0.5\n", "9, 0.1, -0.5\n3, 0.2, 0\n"), ("1, 2\n*BEAM", "3, 2\n*LINE, ELSET=STRIP, TYPE=GE8\n1, 3\n*BEAM")))
+                                 ("9, 0.1, -0.5\n", "9, 0.1, -0.5\n3, 0.2, 0\n"), ("1, 2, 20\n*BEAM", "3, 2, 16\n*LINE, ELSET=STRIP, TYPE=GE8\n1, 3, 4\n*BEAM")))
     one, other = body.only("EP").monitors, rod.only("EP").monitors
-    assert abs(one["turn"]) > 0.01
-    dr.assert_close(one["turn"], -other["turn"], absolute=1e-9)
-    dr.assert_close(one["force"], other["force"], relative=1e-8)
+    assert abs(one["turn"]) > 0.3
+    # Convergence of GE8 on twenty elements is far below the tolerance of Newton's method.
+    dr.assert_close(one["turn"], -other["turn"], absolute=1e-8)
+    dr.assert_close(one["force"], other["force"], relative=1e-7)
