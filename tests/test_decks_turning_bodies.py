@@ -146,6 +146,60 @@ def test_a_rocker_that_hangs():
     assert not np.any(run.column("negative_pivots")) and not run.labelled("BP")
 
 
+# A strip on a plate that hangs -----------------------------------------------------------------------------------------
+
+HANGING = """*HEADING
+A strip lies on a plate that hangs from a pin above it
+*NODE
+1, -0.5, 0
+2, 0.5, 0
+3, 0, 0
+9, 0, 0.4
+*LINE, ELSET=STRIP, NSET=STRIP, TYPE=GE8
+1, 3
+3, 2
+*BEAM SECTION, ELSET=STRIP, SECTION={section}
+*BOUNDARY
+3, 1
+9, PINNED
+*SPRING
+9, 6, 2.
+*OBSTACLE, NAME=PLATE, TYPE=LINE, NODE=9
+-1, 0, 1, 0
+*CONTACT, OBSTACLE=PLATE, NSET=STRIP
+*STEP
+*STATIC
+1.
+*DLOAD
+STRIP, {load}, -1.
+*STOP
+LOAD, ABOVE, {end}
+*END STEP
+*STEP, NAME=BUCKLING
+*BUCKLE
+1
+*DLOAD
+STRIP, {load}, -1.
+*END STEP
+"""
+
+
+@pytest.mark.parametrize("load, section, ea", [("PY", "STIFFNESS\n100., 1.", 100.0), ("PY", "STIFFNESS\n1e6, 1.", 1e6),
+                                               ("P", "INEXTENSIBLE\n1.", math.inf)])
+def test_strip_on_a_hanging_plate(load, section, ea):
+    """Turned by t the plate has the energy k t^2/2 - W h/cos t: it swings out at W = k/h = 5. A strip that stretches by its weight along
+    the plate swings out where k = W h + W^2/(12 EA). A pressure pushes normal to the plate beside the pin, by h tan t.
+    """
+    exact = 5.0 if ea > 1e9 else 6.0 * ea * (math.sqrt(0.16 + 8.0 / (12.0 * ea)) - 0.4)
+    run = dr.run_deck(HANGING.format(load=load, section=section, end=7).split("*STEP, NAME")[0])
+    dr.assert_close(run.load("BP"), exact, relative=1e-7)
+    assert np.all(run.column("negative_pivots") == (run.column("load_factor") > exact + 1e-6))
+    if ea < 1e6:
+        return
+    linear = dr.run_deck(HANGING.format(load=load, section=section, end=2)).results.buckling["BUCKLING"].load_factor[0]
+    dr.assert_close(linear + 2.0, exact, relative=2e-6)
+
+
 # A cam under a leaf ---------------------------------------------------------------------------------------------------
 
 CAM = dr.example("cam")
