@@ -168,8 +168,8 @@ A strip lies on a plate that hangs from a pin above it
 -1, 0, 1, 0
 *CONTACT, OBSTACLE=PLATE, NSET=STRIP
 *STEP
-*STATIC
-1.
+*STATIC, METHOD=LOAD
+1., , 1.5
 *DLOAD
 STRIP, {load}, -1.
 *STOP

@@ -324,8 +324,8 @@ contains
       call param(t, 'LAW', kind_name, 'the *FOUNDATION LAW', only='FOUNDATION=LAW')
       call param(t, 'WIDTH', kind_real, 'width of the foundation', default='1', only='FOUNDATION=WINKLER|LAW|PASTERNAK|HALF '// &
          'SPACE', bound=positive)
-      call param(t, 'NODE', kind_label, 'that carries the obstacle, which moves with the displacements x and y of the node and '// &
-         'does not turn; the forces of contact act on the node', optional=.true., only='FOUNDATION=RIGID')
+      call param(t, 'NODE', kind_label, 'that carries the obstacle, which moves and turns with the node; the forces and '// &
+         'moments of contact act on it', optional=.true., only='FOUNDATION=RIGID')
       call param(t, 'BILATERAL', kind_flag, 'holds its candidates for good and pulls as it pushes; no force at the start, '// &
          'whatever the gap is then', optional=.true.)
       call lines(t, when='TYPE=LINE', most=1)

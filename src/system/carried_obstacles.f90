@@ -84,7 +84,8 @@ contains
             if (problem%candidates%follows(candidate) .and. k == 0 .and. .not. any(fixed(1:2, node))) motion(1:2, :) = rigid(1:2, :)
          end if
          slip = motion - rigid
-         if (.not. fixed(3, node) .and. (problem%candidates%follows(candidate) .or. k == 0)) then
+         if (problem%candidates%contact_span(candidate) > 0 .and. .not. fixed(3, node) .and. &
+            & (problem%candidates%follows(candidate) .or. k == 0)) then
             ! The node turns with the track along which it slips.
             slip(3, :) = -system%bend(candidate) * matmul(track, slip(1:2, :))
             motion(3, :) = slip(3, :) + rigid(3, :)
