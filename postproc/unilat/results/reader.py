@@ -305,6 +305,7 @@ def _obstacle(name: str, item: h5py.Group | h5py.Dataset) -> Obstacle:
         radius=scalar(attrs["radius"]) if kind in ("circle", "arc", "polyline") else None,
         angles=np.array(attrs["angles"], dtype=float).reshape(2) if kind == "arc" else None,
         surface=item["surface"][()] if kind in ("arc", "polyline", "spline") else None,
+        end=np.array(attrs["centre"], dtype=float).reshape(2) if kind == "gap" and "centre" in attrs else None,
         pivot=np.array(attrs["pivot"], dtype=float).reshape(2) if "pivot" in attrs else None,
         normal=np.array(attrs["normal"], dtype=float).reshape(2) if kind == "gap" else None, number=int(scalar(attrs.get("number", 0))),
         reference_angle=scalar(attrs.get("reference_angle", 0.0)),

@@ -72,6 +72,7 @@ class Obstacle:
     number: int = 0           # in the deck, from 1; the stops of *GAP after the obstacles
     pivot: np.ndarray | None = None      # (2) about which it turns, where it begins
     normal: np.ndarray | None = None     # gap: (2) direction in which the stops push
+    end: np.ndarray | None = None        # gap that is a MEMBER: (2) the bar's other end, where it begins
 
     __repr__ = brief
 
