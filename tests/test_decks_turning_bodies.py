@@ -380,6 +380,26 @@ def test_order_and_correction(held):
         dr.assert_order([errors[8][name], errors[16][name]], 4.0)
 
 
+def test_a_place_on_the_disc():
+    """The estimate knows the error of a place inside the rod that lies on the disc, too, and a step ends where such a place is."""
+    def text(kind, stop="LOAD, ABOVE, 1"):
+        given = dr.changed(disc(stop=stop), ("TYPE=GE8", f"TYPE={kind}"), ("1, 3\n3, 2\n", "1, 2, 20\n"), ("3, 0.65, 0.0\n", ""),
+                           ("*ACCURACY, TOLERANCE=1E-8\n", "*ACCURACY, WIDEST=1\n"))
+        # *LINE numbers its nodes from 10 on.
+        return dr.changed(given, ("3, U1", "22, U1"), ("3, U2", "22, U2"), ("3, UR", "22, UR"))
+
+    fine = dr.run_deck(text("GE8")).only("EP")
+    coarse = dr.run_deck(text("GE4"))
+    end, lies = coarse.only("EP"), carried.last_region(coarse)
+    assert lies.start < 0.65 < lies.end
+    for name, value in fine.monitors.items():
+        error = abs(end.monitors[name] - value)
+        assert error <= end.monitor_errors[name] + fine.monitor_errors[name], name
+        assert abs(end.monitor_corrected[name] - value) <= 0.05 * error + fine.monitor_errors[name], name
+    there = 0.9 * fine.monitors["my"]
+    dr.assert_close(dr.run_deck(text("GE8", f"my, BELOW, {there!r}")).only("EP").monitors["my"], there, absolute=1e-9)
+
+
 # Bodies of every shape, turned by their support -----------------------------------------------------------------------
 
 SHAPES = """*HEADING
