@@ -200,6 +200,15 @@ def test_strip_on_a_hanging_plate(load, section, ea):
     dr.assert_close(linear + 2.0, exact, relative=2e-6)
 
 
+@pytest.mark.parametrize("load, section", [("PY", "STIFFNESS\n1e6, 1."), ("P", "INEXTENSIBLE\n1.")])
+def test_plate_whose_pin_yields(load, section):
+    """A spring holds the pin in x: a way d of it moves the plate along the strip, whose weight then acts beside the pin. The plate
+    swings out at K (k - W h) = W^2.
+    """
+    text = dr.changed(HANGING.format(load=load, section=section, end=7).split("*STEP, NAME")[0], ("9, PINNED\n*SPRING\n", "9, 2\n*SPRING\n9, 1, 50.\n"))
+    dr.assert_close(dr.run_deck(text).load("BP"), -10.0 + math.sqrt(200.0), relative=1e-5)
+
+
 # A cam under a leaf ---------------------------------------------------------------------------------------------------
 
 CAM = dr.example("cam")

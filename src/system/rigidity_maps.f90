@@ -49,11 +49,6 @@ contains
                   if (b >= ties%first(nodes(j))) part = system%tie_block(:, :, b)
                   if (b >= ties%first(nodes(j)) .and. carried_by(problem, e) > 0) part = system%slip_block(:, :, b)
                   rigidity%push(:, n:n + 2) = matmul(transpose(matmul(system%ek(3 * j - 2:3 * j, 4:5, e), axes)), part)
-                  ! Loads on an element that moves along its obstacle move with it.
-                  if (carried_by(problem, e) > 0 .and. j == 2 .and. b >= ties%first(nodes(j))) then
-                     if (ties%of(b) == carried_by(problem, e)) rigidity%push(:, n:n + 2) = rigidity%push(:, n:n + 2) + &
-                        & matmul(transpose(axes), system%laid(7:8, 1:3, e))
-                  end if
                   if (on_track) then
                      rigidity%force(:, n:n + 2) = rigidity%push(:, n:n + 2) ! both are the force at the second end
                   else
