@@ -209,6 +209,20 @@ def test_plate_whose_pin_yields(load, section):
     dr.assert_close(dr.run_deck(text).load("BP"), -10.0 + math.sqrt(200.0), relative=1e-5)
 
 
+def test_soft_strip_on_a_swinging_plate():
+    """Swung by a couple M: M = k t - W h sin(t)/cos(t)^2 - (W^2/(24 EA)) sin(2 t), for any t, as the strip stretches along the plate. As
+    the tangent knows how it does, Newton's method converges quadratically.
+    """
+    text = dr.changed(HANGING.format(load="PY", section="STIFFNESS\n5., 1.", end=1).split("*STEP, NAME")[0],
+                      ("METHOD=LOAD\n1., , 1.5\n", "METHOD=LOAD\n0.25, , 0.25\n*CLOAD\n9, 6, 0.5\n"), ("PY, -1.", "PY, -2."),
+                      ("*STEP\n", "*MONITOR, NAME=turn\n9, UR\n*STEP\n"))
+    run = dr.run_deck(text)
+    turn, load = run.column("turn"), run.column("load_factor")
+    weight = 2.0 * load
+    dr.assert_close(2.0 * turn - 0.4 * weight * np.sin(turn) / np.cos(turn)**2 - weight**2 / 120.0 * np.sin(2.0 * turn), 0.5 * load, absolute=1e-8)
+    assert turn[-1] > 0.4 and max(run.column("iterations")) <= 5
+
+
 # A cam under a leaf ---------------------------------------------------------------------------------------------------
 
 CAM = dr.example("cam")
