@@ -185,27 +185,28 @@ STRIP, {load}, -1.
 
 
 @pytest.mark.parametrize("load, section, ea", [("PY", "STIFFNESS\n100., 1.", 100.0), ("PY", "STIFFNESS\n1e6, 1.", 1e6),
-                                               ("P", "INEXTENSIBLE\n1.", math.inf)])
+                                               ("P", "STIFFNESS\n1e6, 1.", 1e6)])
 def test_strip_on_a_hanging_plate(load, section, ea):
     """Turned by t the plate has the energy k t^2/2 - W h/cos t: it swings out at W = k/h = 5. A strip that stretches by its weight along
     the plate swings out where k = W h + W^2/(12 EA). A pressure pushes normal to the plate beside the pin, by h tan t.
     """
-    exact = 5.0 if ea > 1e9 else 6.0 * ea * (math.sqrt(0.16 + 8.0 / (12.0 * ea)) - 0.4)
+    exact = 6.0 * ea * (math.sqrt(0.16 + 8.0 / (12.0 * ea)) - 0.4)
     run = dr.run_deck(HANGING.format(load=load, section=section, end=7).split("*STEP, NAME")[0])
-    dr.assert_close(run.load("BP"), exact, relative=1e-7)
-    assert np.all(run.column("negative_pivots") == (run.column("load_factor") > exact + 1e-6))
+    # The tangent of a pressure is made symmetric at the free ends: an error of the order of W/EA.
+    dr.assert_close(run.load("BP"), exact, relative=1e-7 if load == "PY" else 5.0 / ea)
+    assert np.all(run.column("negative_pivots") == (run.column("load_factor") > exact + 1e-5))
     if ea < 1e6:
         return
     linear = dr.run_deck(HANGING.format(load=load, section=section, end=2)).results.buckling["BUCKLING"].load_factor[0]
     dr.assert_close(linear + 2.0, exact, relative=2e-6)
 
 
-@pytest.mark.parametrize("load, section", [("PY", "STIFFNESS\n1e6, 1."), ("P", "INEXTENSIBLE\n1.")])
-def test_plate_whose_pin_yields(load, section):
+@pytest.mark.parametrize("load", ["PY", "P"])
+def test_plate_whose_pin_yields(load):
     """A spring holds the pin in x: a way d of it moves the plate along the strip, whose weight then acts beside the pin. The plate
     swings out at K (k - W h) = W^2.
     """
-    text = dr.changed(HANGING.format(load=load, section=section, end=7).split("*STEP, NAME")[0], ("9, PINNED\n*SPRING\n", "9, 2\n*SPRING\n9, 1, 50.\n"))
+    text = dr.changed(HANGING.format(load=load, section="STIFFNESS\n1e6, 1.", end=7).split("*STEP, NAME")[0], ("9, PINNED\n*SPRING\n", "9, 2\n*SPRING\n9, 1, 50.\n"))
     dr.assert_close(dr.run_deck(text).load("BP"), -10.0 + math.sqrt(200.0), relative=1e-5)
 
 
