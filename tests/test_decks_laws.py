@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import deck_runner as dr
+from unilat.results.contact_forces import contact_forces
 
 
 def linear(points):
@@ -201,57 +202,20 @@ def test_beam_on_ground_that_softens():
 # Members ------------------------------------------------------------------------------------------------------------
 
 
-STAYS = """*PARAMETER
-EA = 29000*0.94
-*HEADING
-A strut is held by a stay above; a second stay below goes slack
-*NODE
-1, 0, 0
-2, 100, 0
-3, 0, 10
-4, 0, -10
-*LINE, ELSET=STRUT
-1, 2, 4
-*BEAM SECTION, ELSET=STRUT, SECTION=STIFFNESS
-${EA}, 6e5
-*BOUNDARY
-1, PINNED
-3, ENCASTRE
-4, ENCASTRE
-*GAP, NAME=UPPER, MEMBER=PULL, STIFFNESS=${EA/sqrt(100**2+10**2)}
-2, 0, 3
-*GAP, NAME=LOWER, MEMBER=PULL, STIFFNESS=${EA/sqrt(100**2+10**2)}
-2, 0, 4
-*MONITOR, NAME=X
-2, U1
-*MONITOR, NAME=Y
-2, U2
-*MONITOR, NAME=UPPER, OBSTACLE=UPPER
-RN
-*MONITOR, NAME=LOWER, OBSTACLE=LOWER
-RN
-*STEP
-*STATIC, METHOD=LOAD
-0.1
-*CLOAD
-2, 2, -10
-*FIELD OUTPUT
-DISPLACEMENT, REACTION, GAP
-*END STEP
-"""
+STAYS = dr.example("stays")
 
 
 def test_one_of_two_stays_goes_slack():
     """A truss of straight bars: the forces of stay and strut at the place of their node balance the load. Their horizontal part is 99.36."""
     run = dr.run_deck(STAYS)
-    x, y, pull = run.column("X")[-1], run.column("Y")[-1], run.column("UPPER")[-1]
+    x, y, pull = run.column("x")[-1], run.column("y")[-1], run.column("upper")[-1]
     stiffness = 29000 * 0.94
     stay, strut = np.array([100.0 + x, y - 10.0]), np.array([100.0 + x, y])
     force = -stiffness * (np.linalg.norm(stay) / np.hypot(100.0, 10.0) - 1.0) * stay / np.linalg.norm(stay)
     dr.assert_close(np.linalg.norm(force), pull, relative=1e-10)
     force -= stiffness * (np.linalg.norm(strut) / 100.0 - 1.0) * strut / np.linalg.norm(strut)
     dr.assert_close(force, [0.0, 10.0], absolute=1e-7)
-    dr.assert_close(run.column("LOWER"), np.zeros(len(run.column("LOWER"))), absolute=1e-12)
+    dr.assert_close(run.column("lower"), np.zeros(len(run.column("lower"))), absolute=1e-12)
     assert abs(pull * stay[0] / np.linalg.norm(stay) - 99.36) < 0.01
     assert all(value < 1e-8 for name, value in run.results.accuracy.items() if name != "strain")
 
@@ -304,3 +268,13 @@ def test_rope_has_a_length(load):
     run = dr.run_deck(deck)
     length = np.hypot(1.0 + run.column("X")[-1] - 1.2, run.column("Y")[-1] + 0.5)
     assert abs(length - np.hypot(0.2, 0.5) - 0.05) < 1e-10
+
+
+def test_picture_of_a_stay():
+    """It pulls along the bar, at the node where it is now."""
+    run = dr.run_deck(STAYS)
+    point = run.only("EP").point
+    force, = contact_forces(run.results, point)[0]
+    moved = run.results.field("displacement", point)[1, :2]
+    bar = np.array([0.0, 10.0]) - (np.array([100.0, 0.0]) + moved)
+    dr.assert_close(force.force, run.column("upper")[-1] * bar / np.hypot(*bar), relative=1e-9)

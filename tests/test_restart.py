@@ -47,7 +47,8 @@ def rows(path):
 
 
 # spans, foundations that touch and leave, walls, steps, branches, modes as imperfections, corners
-DECKS = ["ring", "ring-winkler", "column-walls", "euler", "pipe-lift", "arch-shallow-hinged", "roorda-frame", "column", "cradle", "beam-rollers"]
+DECKS = ["ring", "ring-winkler", "column-walls", "euler", "pipe-lift", "arch-shallow-hinged", "roorda-frame", "column", "cradle", "beam-rollers",
+         "cam"]
 
 
 @pytest.mark.parametrize("name", DECKS)

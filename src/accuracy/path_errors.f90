@@ -225,7 +225,8 @@ contains
       real(wp) function load_rounding() result(error)
          real(wp) :: stiffness, rounding, work
          error = 0.0_wp
-         if (.not. zero_is(zero, event_limit)) return
+         ! A limit point may be located to the last bit. The path tangent is then that of springs at the unknowns.
+         if (.not. zero_is(zero, event_limit) .or. system%factor%deficient) return
          call path_stiffness(problem, state, system, stiffness, rounding)
          work = abs(dot_product(system%tangent, system%load) * heading%load)
          if (work > 0.0_wp) error = rounding / work
@@ -237,7 +238,7 @@ contains
          error = 0.0_wp
          if (zero_is(zero, event_limit)) then
             error = load_rounding()
-            if (error > 0.0_wp) error = max(error, crossing%rounding)
+            if (error > 0.0_wp .or. system%factor%deficient) error = max(error, crossing%rounding)
          else if (zero_is(zero, event_turning)) then
             ! The path tangent has the relative error of the stiffness along the path. This error times the turn of the path over
             ! the increment is the error of the monitor's rate.

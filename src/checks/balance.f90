@@ -3,7 +3,8 @@
 module balance
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t, node_position, candidate_gap, candidate_opening, &
+   use obstacle_pose, only: pose_t, about_pivot
+   use rod_state, only: state_t, node_position, pose_of, candidate_gap, candidate_opening, &
       & is_stress_free
    use contact_set, only: gap_tolerance, sign_slack
    use contact_spans, only: line_share
@@ -109,24 +110,27 @@ contains
 
    contains
 
-      !> Adds the forces on the nodes that carry obstacles, opposite to those of the obstacles. Couples on these bodies are of no
-      !> account, as the bodies do not turn.
+      !> Adds the forces and moments on the nodes that carry obstacles, opposite to those of the obstacles.
       subroutine add_carried()
-         real(wp) :: totals(3, size(problem%model%contact), size(problem%model%obstacle)), moment, gap, normal(2), bend, force(2)
+         real(wp) :: totals(3, size(problem%model%contact), size(problem%model%obstacle)), moment(size(problem%model%obstacle))
+         real(wp) :: gap, normal(2), bend, push(3)
+         type(pose_t) :: pose
          integer :: c, o, i
          totals = 0.0_wp
+         moment = 0.0_wp
          if (problem%has_spans()) call span_totals(problem, state, middle, totals, moment)
          do o = 1, size(problem%model%obstacle)
             associate (carrier => problem%model%obstacle(o)%carrier)
                if (carrier == 0) cycle
-               force = sum(totals(1:2, :, o), 2)
+               pose = pose_of(problem, state, o)
+               push = about_pivot(pose%arm(middle), sum(totals(1:2, :, o), 2)) + [0.0_wp, 0.0_wp, moment(o)]
                do c = 1, problem%candidates%n
                   if (problem%candidates%obstacle(c) /= o .or. problem%candidates%contact_span(c) > 0) cycle
                   call candidate_gap(problem, state, c, gap, normal, bend)
-                  force = force + state%reaction(c) * normal
+                  push = push + about_pivot(pose%arm(node_position(state, problem%candidates%node(c))), state%reaction(c) * normal)
                end do
-               do i = 1, 2
-                  call act(carrier, i, -force(i))
+               do i = 1, 3
+                  call act(carrier, i, -push(i))
                end do
             end associate
          end do
@@ -175,15 +179,15 @@ contains
 
       !> Adds the forces of contact spans, and checks their nodes.
       subroutine add_spans()
-         real(wp) :: totals(3, size(problem%model%contact), size(problem%model%obstacle)), moment, push, gap, &
-            & normal(2), bend, local(3), x(2), angle, density, tau, counted(2)
+         real(wp) :: totals(3, size(problem%model%contact), size(problem%model%obstacle)), moment(size(problem%model%obstacle))
+         real(wp) :: push, gap, normal(2), bend, local(3), x(2), angle, density, tau, counted(2)
          type(rolled_t) :: roll
          type(lying_t) :: kept
          type(profile_t) :: profile
          real(wp), allocatable :: gaps(:), place(:, :)
          integer :: c, e, i, mesh_node
          call span_totals(problem, state, middle, totals, moment)
-         total = total + [sum(totals(1, :, :)), sum(totals(2, :, :)), moment]
+         total = total + [sum(totals(1, :, :)), sum(totals(2, :, :)), sum(moment)]
          accuracy%reaction = max(accuracy%reaction, maxval(abs(sum(totals(3, :, :), 2))))
          do c = 1, problem%candidates%n
             if (problem%candidates%contact_span(c) == 0) cycle

@@ -7,8 +7,9 @@
 module force_free_contact
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, obstacle_shift, node_position
+   use rod_state, only: state_t, pose_of, node_position
    use obstacle_geometry, only: obstacle_gap
+   use obstacle_pose, only: pose_t
    use obstacle_track, only: track_t
    use contact_spans, only: contact_span_t
    use conforming_span, only: lying_t, conforming_forces, node_track, density_samples
@@ -224,6 +225,7 @@ contains
       ! input deck changes from 1E-4 to 0.01
       type(contact_span_t), allocatable :: contact_span(:)
       real(wp) :: gap, normal(2), bend, opening, most, least, at
+      type(pose_t) :: pose
       integer :: k, e, node, obstacle
       contact_span = present_contact_spans(problem, state)
       most = 0.0_wp
@@ -231,14 +233,14 @@ contains
       do k = 1, size(contact_span)
          if (.not. contact_span(k)%line) cycle
          obstacle = problem%model%contact(contact_span(k)%contact)%obstacle
+         pose = pose_of(problem, state, obstacle)
          do e = free%element_first(contact_span(k)%rod_segment), free%element_last(contact_span(k)%rod_segment)
             if (free%conforms(e) > 0) cycle
             at = released%geometry%element(e)%s(1) + free%origin(e)
             if (at <= contact_span(k)%at(1) .or. at >= contact_span(k)%at(2)) cycle
             node = free%model%mesh%node(1, e)
-            call obstacle_gap(problem%model%obstacle(obstacle), node_position(released, node) - &
-               & obstacle_shift(problem, state, obstacle), gap, normal, bend)
-            opening = dot_product(normal, mode(1:2, node))
+            call obstacle_gap(problem%model%obstacle(obstacle), pose%own_place(node_position(released, node)), gap, normal, bend)
+            opening = dot_product(pose%direction(normal), mode(1:2, node))
             most = max(most, opening)
             least = min(least, opening)
          end do

@@ -4,9 +4,10 @@ module free_span_gap
    use kinds, only: wp
    use model, only: family_ge
    use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t, obstacle_shift
+   use rod_state, only: state_t, pose_of
    use rod_profile, only: profile_t, new_profile, mend_ends, mended_error, profile_place
    use obstacle_geometry, only: obstacle_gap
+   use obstacle_pose, only: pose_t
    use state_transfer, only: find_point
    use golden_section, only: golden_section_t, sections_to_rounding
    implicit none
@@ -54,9 +55,10 @@ contains
       type(profile_t), intent(in) :: profile
       real(wp), intent(in) :: tau
       real(wp) :: normal(2), bend
+      type(pose_t) :: pose
       associate (o => problem%model%contact(contact)%obstacle)
-         call obstacle_gap(problem%model%obstacle(o), profile_place(problem, profile, tau) - obstacle_shift(problem, state, o), &
-            & gap, normal, bend)
+         pose = pose_of(problem, state, o)
+         call obstacle_gap(problem%model%obstacle(o), pose%own_place(profile_place(problem, profile, tau)), gap, normal, bend)
       end associate
       gap = gap + contact_offset(problem, state, contact)
    end function gap_in

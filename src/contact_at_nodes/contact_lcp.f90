@@ -9,6 +9,7 @@
 module contact_lcp
    use kinds, only: wp
    use problem, only: problem_t
+   use obstacle_pose, only: about_pivot
    use rod_state, only: state_t
    use linear_system, only: system_t, contact_reaction, turn_pair
    use tied_nodes, only: spread_force
@@ -177,7 +178,8 @@ contains
          if (problem%coupling%entry(candidate) == 0 .or. .not. state%active(candidate)) then
             call spread_force(problem, system%tie_block, problem%candidates%node(candidate), [own_force(), 0.0_wp], force)
             d = problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier
-            if (d > 0) call spread_force(problem, system%tie_block, d, -[system%normal(:, candidate), 0.0_wp], force)
+            if (d > 0) call spread_force(problem, system%tie_block, d, -about_pivot(system%arm(:, candidate), &
+               & system%normal(:, candidate)), force)
          end if
       end if
       call solve_bordered(system, force, prescribed, 0.0_wp, x, y, ok)

@@ -7,6 +7,7 @@
 module contact_response
    use kinds, only: wp
    use problem, only: problem_t
+   use obstacle_pose, only: rigid_motion
    use linear_system, only: system_t, to_global, contact_reaction
    use bordered_system, only: held_force_change
    use active_coupling, only: coupled_answer
@@ -51,7 +52,7 @@ contains
       real(wp) :: du(3)
       du = to_global(problem, system, x, problem%candidates%node(candidate))
       associate (carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
-         if (carrier > 0) du = du - to_global(problem, system, x, carrier)
+         if (carrier > 0) du = du - matmul(rigid_motion(system%arm(:, candidate)), to_global(problem, system, x, carrier))
       end associate
       gap_change = dot_product(system%normal(:, candidate), du(1:2) - y * system%motion(:, candidate)) - &
          & y * system%closing(candidate)

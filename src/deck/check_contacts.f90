@@ -4,7 +4,7 @@
 !> Contact with a rigid obstacle eliminates a displacement of the node. A node that follows another one has no independent
 !> displacement: the node that it follows must be the contact node, at the same position and as a candidate for the same obstacle.
 !> The force of a foundation acts on the nodes that are followed; coupled ground requires independent unknowns of its nodes. A node
-!> that carries an obstacle has independent displacements, and touches nothing; a node that may touch the obstacle goes along with
+!> that carries an obstacle has independent unknowns, and touches nothing; a node that may touch the obstacle goes along with
 !> it.
 module check_contacts
    use kinds, only: wp
@@ -143,7 +143,7 @@ contains
          card = card + 1
          associate (carrier => model%obstacle(card)%carrier)
             if (carrier == 0) cycle
-            if (any(model%tie%node == carrier .and. model%tie%component < 3)) call deck%wrong('NODE', &
+            if (any(model%tie%node == carrier)) call deck%wrong('NODE', &
                node_words(model%mesh, carrier)//' follows another one: let the node that it follows carry the obstacle')
          end associate
       end do

@@ -6,13 +6,14 @@
 module conforming_span
    use kinds, only: wp, pi
    use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t, element_compliance, element_load, element_displacement, node_position, obstacle_shift, &
+   use rod_state, only: state_t, element_compliance, element_load, element_displacement, node_position, pose_of, &
       & candidate_offset, closing_rate
    use reference_curve, only: curve_abscissa, curve_length, curve_bend
    use gauss_tableau, only: max_stages, stage_basis
    use small_dense, only: solve_small
+   use obstacle_pose, only: pose_t
    use obstacle_track, only: track_t, track_foot, track_ahead, across_joint, joints_between
-   use rod_load, only: ge_load_t
+   use rod_load, only: ge_load_t, largest_line
    use ge_element, only: ge_columns
    use ge_fields, only: ge_end_forces
    use inner_forces, only: inner_forces_t
@@ -38,6 +39,7 @@ module conforming_span
       private
       integer :: element = 0          !! 0: undefined
       real(wp) :: sense = 1.0_wp      !! see track_sense
+      type(pose_t) :: pose            !! of the obstacle
       type(conforming_output_t) :: output
    end type lying_t
 
@@ -53,17 +55,28 @@ module conforming_span
 
 contains
 
-   !> Track at a node of a contact span.
+   !> Track at a node of a contact span, where the obstacle is.
    pure type(track_t) function node_track(problem, state, candidate) result(track)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       associate (list => problem%candidates)
-         track = track_foot(problem%model%obstacle(list%obstacle(candidate)), &
-            & -candidate_offset(problem, state, list, candidate), &
-            & node_position(state, list%node(candidate)) - obstacle_shift(problem, state, list%obstacle(candidate)))
+         track = foot(problem, state, list%obstacle(candidate), -candidate_offset(problem, state, list, candidate), &
+            & node_position(state, list%node(candidate)))
       end associate
    end function node_track
+
+   !> Nearest point to x on the track of an obstacle where it is.
+   pure type(track_t) function foot(problem, state, obstacle, offset, x) result(track)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      integer, intent(in) :: obstacle
+      real(wp), intent(in) :: offset                !! as in track_foot
+      real(wp), intent(in) :: x(2)
+      type(pose_t) :: pose
+      pose = pose_of(problem, state, obstacle)
+      track = pose%placed(track_foot(problem%model%obstacle(obstacle), offset, pose%own_place(x)))
+   end function foot
 
    !> Places inside a conforming element where two pieces of the obstacle's track join, as fractions of the element's length; exact
    !> for a constant extension ratio.
@@ -196,6 +209,7 @@ contains
       integer, intent(in), optional :: which        !! as in excess_curvature
       real(wp), intent(out), optional :: excess, extension !! as in excess_curvature
       type(track_t) :: beyond
+      type(pose_t) :: pose
       real(wp) :: bend, axial, left
       integer :: e
       track = node_track(problem, state, candidate)
@@ -207,6 +221,8 @@ contains
          associate (list => problem%candidates)
             beyond = across_joint(problem%model%obstacle(list%obstacle(candidate)), &
                & -candidate_offset(problem, state, list, candidate), track, state%geometry%element(e)%length)
+            pose = pose_of(problem, state, list%obstacle(candidate))
+            if (beyond%piece /= track%piece) beyond = pose%placed(beyond)
          end associate
          if (bend - beyond%curvature * axial > 0.0_wp) then
             track = beyond
@@ -377,7 +393,8 @@ contains
 
    !> Conforming element in the form that linear_system expects of every element: in global axes, with the displacements of both
    !> nodes as unknowns. A displacement of the obstacle acts like the opposite displacement of the nodes; a closing gap displaces
-   !> the nodes along their normals.
+   !> nodes along their normals. The third column of the operator belongs to the rotation of the obstacle, not of the first node:
+   !> seen from an obstacle that turns, dead loads turn the other way.
    subroutine evaluate_conforming(problem, state, e, inner, f, raw, k, fl, op, defect, ok)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -388,14 +405,17 @@ contains
       logical, intent(out) :: ok
       type(track_t) :: track(2), moved(2)
       type(ge_load_t) :: load
+      type(pose_t) :: pose
       real(wp) :: f2(2), raw2(2), k2(2, 2), fl2(2), op4(1 + 2 * max_stages, 4), t(2, 2), sense, offset, rate, along(2)
       real(wp) :: f2b(2), raw2b(2), k2b(2, 2), fl2b(2), op4b(1 + 2 * max_stages, 4), defect_b(2), step, bend(max_stages)
+      real(wp) :: by_turn(1 + 2 * max_stages)
       integer :: c(2), s, z, i, j, at
       c(1) = problem%conforms(e)
       c(2) = problem%candidates%neighbour(2, c(1))
       s = problem%model%mesh%stages(e)
       z = conforming_size(s)
-      load = element_load(problem, state, e)
+      pose = pose_of(problem, state, problem%candidates%obstacle(c(1)))
+      load = turned_load(pose, element_load(problem, state, e))
       bend(:s) = stage_bends(problem, state, e)
       do i = 1, 2
          track(i) = node_track(problem, state, c(i))
@@ -409,6 +429,13 @@ contains
             & track_ahead(obstacle, offset, track(1), track(2)), problem%compliance(e), load, state%z(:z, e), inner, f2, raw2, &
             & k2, fl2, op4(:z, :), defect, ok)
          if (.not. ok) return
+         by_turn = 0.0_wp
+         if (problem%model%obstacle(problem%candidates%obstacle(c(1)))%carrier > 0 .and. any(largest_line(load) > 0.0_wp)) then
+            call conforming_evaluate(problem%tableau(s), g%length, sense, bend(:s), obstacle, offset, track(1), track(2), &
+               & track_ahead(obstacle, offset, track(1), track(2)), problem%compliance(e), turning_load(load), state%z(:z, e), &
+               & inner, f2b, raw2b, k2b, fl2b, op4b(:z, :), defect_b, ok)
+            by_turn(:z) = op4b(:z, 4)
+         end if
          along = [dot_product(t(:, 1), motion), dot_product(t(:, 2), motion)]
          fl2 = fl2 + matmul(k2, along)
          op4(:z, 4) = op4(:z, 4) - matmul(op4(:z, 1:2), along)
@@ -416,7 +443,8 @@ contains
          if (abs(rate) > 0.0_wp) then
             step = sqrt(epsilon(step)) * g%length
             do i = 1, 2
-               moved(i) = track_foot(obstacle, offset + step, track(i)%place + step * [-t(2, i), t(1, i)])
+               moved(i) = foot(problem, state, problem%candidates%obstacle(c(1)), offset + step, &
+                  & track(i)%place + step * [-t(2, i), t(1, i)])
             end do
             call conforming_evaluate(problem%tableau(s), g%length, sense, bend(:s), obstacle, offset + step, moved(1), moved(2), &
                & track_ahead(obstacle, offset + step, moved(1), moved(2)), problem%compliance(e), load, state%z(:z, e), inner, &
@@ -443,9 +471,37 @@ contains
             k(at:at + 1, 3 * j - 1) = k2(i, j) * t(:, i) * t(2, j)
          end do
       end do
+      op(:z, 3) = by_turn(:z)
       op(:z, ge_columns - 1) = op4(:z, 3)
       op(:z, ge_columns) = op4(:z, 4)
    end subroutine evaluate_conforming
+
+   !> A load with its dead load in the axes of an obstacle.
+   pure type(ge_load_t) function turned_load(pose, load) result(turned)
+      type(pose_t), intent(in) :: pose
+      type(ge_load_t), intent(in) :: load
+      integer :: i
+      turned = load
+      turned%line = pose%own_direction(load%line)
+      turned%line_rate = pose%own_direction(load%line_rate)
+      if (.not. allocated(load%more)) return
+      do i = 1, max_stages
+         turned%more%line(:, i) = pose%own_direction(load%more%line(:, i))
+         turned%more%line_rate(:, i) = pose%own_direction(load%more%line_rate(:, i))
+      end do
+   end function turned_load
+
+   !> A load in the axes of an obstacle, its rate the derivative by the obstacle's rotation in place of that by the load factor.
+   pure type(ge_load_t) function turning_load(load) result(turning)
+      type(ge_load_t), intent(in) :: load           !! from turned_load
+      turning = load
+      turning%strain_rate = 0.0_wp
+      turning%curvature_rate = 0.0_wp
+      turning%line_rate = [load%line(2), -load%line(1)]
+      if (.not. allocated(load%more)) return
+      turning%more%line_rate(1, :) = load%more%line(2, :)
+      turning%more%line_rate(2, :) = -load%more%line(1, :)
+   end function turning_load
 
    !> Section forces (N, Q, M) in the axes of the section inside a conforming element, place and tangent angle, and the obstacle's
    !> force per unit stress-free length.
@@ -484,12 +540,15 @@ contains
                & track, force)
             load = element_load(problem, state, e)
             stretch = 1.0_wp + load%strain + problem%compliance(e)%axial * force
-            ground = foundation_density(problem, state, e, tau, track%place + obstacle_shift(problem, state, obstacle), &
-               & here%sense * stretch * track%tangent)
+            track = here%pose%placed(track)
+            ground = foundation_density(problem, state, e, tau, track%place, here%sense * stretch * track%tangent)
+            ground(:, 0) = here%pose%own_direction(ground(:, 0))
+            ground(:, 1) = here%pose%own_direction(ground(:, 1))
          end if
          call conforming_resultants(here%output, problem%tableau(problem%model%mesh%stages(e)), problem%model%obstacle(obstacle), &
             & tau, bend_at(problem, state, e, tau), ground, track, local(1), local(2), local(3), density)
-         place = track%place + obstacle_shift(problem, state, obstacle)
+         track = here%pose%placed(track)
+         place = track%place
       end associate
       angle = atan2(here%sense * track%tangent(2), here%sense * track%tangent(1))
    end subroutine forces_from_output
@@ -507,11 +566,12 @@ contains
          track(i) = node_track(problem, state, c(i))
       end do
       lying%element = e
+      lying%pose = pose_of(problem, state, problem%candidates%obstacle(c(1)))
       lying%sense = track_sense(problem, state, c(1), track(1))
       lying%output = new_output(problem%tableau(problem%model%mesh%stages(e)), state%geometry%element(e)%length, lying%sense, &
          & stage_bends(problem, state, e), &
          & problem%model%obstacle(problem%candidates%obstacle(c(1))), -candidate_offset(problem, state, problem%candidates, c(1)), &
-         & track(1), track(2), problem%compliance(e), element_load(problem, state, e), &
+         & track(1), track(2), problem%compliance(e), turned_load(lying%pose, element_load(problem, state, e)), &
          & state%z(:conforming_size(problem%model%mesh%stages(e)), e), problem%ground%founded(e), &
          & inner)
    end function lying
@@ -528,7 +588,7 @@ contains
       real(wp) :: force, x(2), home, near
       call conforming_track(problem, state, e, tau, kept, track, force)
       call home_at(problem, state, e, tau, x, home)
-      u(1:2) = track%place + obstacle_shift(problem, state, problem%candidates%obstacle(problem%conforms(e))) - x
+      u(1:2) = track%place - x
       ! The rotation is shifted by the same multiple of 2 pi as at the nodes.
       near = 0.5_wp * (state%u(3, problem%model%mesh%node(1, e)) + state%u(3, problem%model%mesh%node(2, e)))
       u(3) = atan2(kept%sense * track%tangent(2), kept%sense * track%tangent(1)) - home
@@ -589,6 +649,7 @@ contains
       if (kept%element /= e) kept = lying(problem, state, e)
       call output_at(kept%output, problem%tableau(problem%model%mesh%stages(e)), &
          & problem%model%obstacle(problem%candidates%obstacle(problem%conforms(e))), tau, track, force)
+      track = kept%pose%placed(track)
    end subroutine conforming_track
 
    !> Track and force P where a rod comes into line contact: the trial place and end forces need not satisfy contact yet.
@@ -602,8 +663,7 @@ contains
       real(wp), intent(out) :: force
       real(wp) :: t(2)
       associate (c => problem%conforms(e), o => problem%candidates%obstacle(problem%conforms(e)))
-         track = track_foot(problem%model%obstacle(o), -candidate_offset(problem, state, problem%candidates, c), &
-            & place - obstacle_shift(problem, state, o))
+         track = foot(problem, state, o, -candidate_offset(problem, state, problem%candidates, c), place)
       end associate
       t = [cos(angle), sin(angle)]
       force = dot_product(t, resultant(1:2)) + sign(1.0_wp, dot_product(t, track%tangent)) * track%curvature * resultant(3)

@@ -8,9 +8,10 @@ module element_gap
    use problem, only: problem_t, rounding_gap
    use element_families, only: collocates
    use candidates, only: candidates_t
-   use rod_state, only: state_t, obstacle_shift, candidate_offset, element_displacement
+   use rod_state, only: state_t, pose_of, candidate_offset, element_displacement
    use rod_profile, only: profile_t, new_profile, mended_by, profile_look
    use obstacle_geometry, only: moved_gap
+   use obstacle_pose, only: pose_t
    use gauss_tableau, only: max_stages
    use force_law, only: segment_open, segment_unknown
    implicit none
@@ -29,7 +30,7 @@ module element_gap
       type(profile_t), public :: profile
       integer :: obstacle = 0
       logical :: bilateral = .false.            !! true: the gap is measured from the gap of the stress-free axis
-      real(wp) :: shift(2) = 0.0_wp             !! displacement of the obstacle
+      type(pose_t) :: pose                      !! of the obstacle
       real(wp) :: home_offset = 0.0_wp          !! offset of the contact, added to the gap of the stress-free axis
       real(wp) :: offset = 0.0_wp               !! offset added to the gap since the start, see candidate_offset
       real(wp) :: touching = 0.0_wp             !! the rod is in contact below this gap
@@ -70,7 +71,7 @@ contains
       end associate
       gap%obstacle = list%obstacle(candidate)
       gap%bilateral = list%bilateral(candidate)
-      gap%shift = obstacle_shift(problem, state, gap%obstacle)
+      gap%pose = pose_of(problem, state, gap%obstacle)
       gap%home_offset = list%gap_offset(candidate)
       gap%offset = candidate_offset(problem, state, list, candidate) - gap%home_offset
    end function new_element_gap
@@ -95,7 +96,9 @@ contains
       call profile_look(problem, gap%profile, tau, home, displacement)
       if (gap%profile%mended) displacement(1:2) = displacement(1:2) + mended_by(gap%profile, tau)
       x = home + displacement(1:2)
-      call moved_gap(problem%model%obstacle(gap%obstacle), home, displacement(1:2) - gap%shift, at_home, value, normal, bend)
+      call moved_gap(problem%model%obstacle(gap%obstacle), home, gap%pose%own_motion(home, displacement(1:2)), at_home, value, &
+         & normal, bend)
+      normal = gap%pose%direction(normal)
       at_home = at_home + gap%home_offset
       ! The initial gap is exactly zero for a rod on its obstacle, and for a bilateral contact, which begins without force.
       if (gap%bilateral .or. abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp

@@ -20,13 +20,13 @@ module span_forces
 contains
 
    !> Resultant of each contact's forces on the structure, in x and in y, and the sum of its normal forces; and the moment of all
-   !> these forces about the point `middle`.
+   !> forces of each obstacle about the point `middle`.
    subroutine span_totals(problem, state, middle, total, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: middle(2)
       real(wp), intent(out) :: total(:, :, :)   !! (3, contacts, obstacles)
-      real(wp), intent(out) :: moment
+      real(wp), intent(out) :: moment(:)        !! (obstacles)
       real(wp) :: x(2), force(3), turn, push, gap, normal(2), bend
       type(rolled_t) :: roll
       integer :: c, e
@@ -43,12 +43,12 @@ contains
             force = push * [normal, 1.0_wp]
             if (problem%candidates%moves(c)) force(1:2) = cut_force(problem, state, c)
             sums = sums + force
-            moment = moment + (x(1) * force(2) - x(2) * force(1))
+            moment(problem%candidates%obstacle(c)) = moment(problem%candidates%obstacle(c)) + (x(1) * force(2) - x(2) * force(1))
             e = problem%candidates%element(2, c)
             if (e == 0) cycle
             if (problem%conforms(e) == 0) cycle
             call line_force(problem, state, e, middle, force, turn)
-            moment = moment + turn
+            moment(problem%candidates%obstacle(c)) = moment(problem%candidates%obstacle(c)) + turn
          end associate
          ! Of two pieces of a wall the first one has the node at which they meet.
          associate (sums => total(:, problem%candidates%contact(c), obstacle_of(problem%deck%contact(problem%candidates% &

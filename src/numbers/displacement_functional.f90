@@ -4,12 +4,13 @@ module displacement_functional
    use kinds, only: wp
    use model, only: quantity_displacement
    use problem, only: problem_t, carried_by
-   use rod_state, only: state_t
+   use rod_state, only: state_t, node_position, pose_of
+   use obstacle_pose, only: pose_t, rigid_motion, about_pivot
    use state_functional, only: functional_t, inner_place_t
    use linear_system, only: system_t
    use bordered_system, only: unknowns_of
    use deck_nodes, only: deck_displacements, find_node, place_rate
-   use rod_profile, only: profile_t
+   use rod_profile, only: profile_t, new_profile, profile_place
    implicit none
    private
    public :: new_displacement_functional, watched_displacement, monitor_change, left_open, add_place
@@ -73,22 +74,30 @@ contains
       real(wp), intent(inout) :: by_node(:, :)  !! (3, nodes) gradient, global axes
       type(functional_t), intent(inout) :: number !! load derivative and defect
       type(profile_t) :: profile
-      real(wp) :: du(6), rate(3)
+      type(pose_t) :: pose
+      real(wp) :: du(6), rate(3), gradient
       integer :: k, z, carrier
       z = problem%z_size(e)
       carrier = carried_by(problem, e)
+      if (carrier > 0) pose = pose_of(problem, state, problem%candidates%obstacle(problem%conforms(e)))
       do k = 1, 6
          du = 0.0_wp
          du(k) = 1.0_wp
          call place_rate(problem, state, e, tau, profile, du, system%op(:z, k, e), 0.0_wp, rate)
-         associate (derivative => by_node(modulo(k - 1, 3) + 1, problem%model%mesh%node((k + 2) / 3, e)))
-            derivative = derivative + dot_product(weight, rate)
+         gradient = dot_product(weight, rate)
+         associate (node => problem%model%mesh%node((k + 2) / 3, e), i => modulo(k - 1, 3) + 1)
+            if (carrier > 0 .and. i == 3) then
+               by_node(3, carrier) = by_node(3, carrier) + gradient
+               cycle
+            end if
+            by_node(i, node) = by_node(i, node) + gradient
+            if (carrier > 0) by_node(:, carrier) = by_node(:, carrier) - gradient * about_pivot(pose%arm(node_position(state, &
+               & node)), [2.0_wp - i, i - 1.0_wp])
          end associate
-         if (carrier == 0 .or. modulo(k, 3) == 0) cycle
-         ! A place on a carried obstacle that moves with its nodes and the carrier moves by the same way.
-         by_node(modulo(k - 1, 3) + 1, carrier) = by_node(modulo(k - 1, 3) + 1, carrier) - dot_product(weight, rate)
       end do
-      if (carrier > 0) by_node(1:2, carrier) = by_node(1:2, carrier) + weight(1:2)
+      ! A place on a carried obstacle that moves with its nodes and the carrier moves with the body.
+      if (carrier > 0) by_node(:, carrier) = by_node(:, carrier) + matmul(weight, rigid_motion(pose%arm(profile_place(problem, &
+         & new_profile(problem, state, e), tau))))
       du = 0.0_wp
       call place_rate(problem, state, e, tau, profile, du, system%op(:z, 8, e), 1.0_wp, rate)
       number%by_load = number%by_load + dot_product(weight, rate)

@@ -2,7 +2,9 @@
 module gap_functional
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t
+   use rod_state, only: state_t, pose_of
+   use rod_profile, only: new_profile, profile_place
+   use obstacle_pose, only: pose_t, about_pivot
    use linear_system, only: system_t
    use bordered_system, only: unknowns_of
    use displacement_functional, only: add_place
@@ -23,11 +25,14 @@ contains
       real(wp), intent(in) :: tau               !! place in the element, 0 to 1
       real(wp), intent(in) :: gap, normal(2)    !! gap there, and its gradient
       real(wp) :: by_node(3, problem%model%mesh%n_nodes)
+      type(pose_t) :: pose
       by_node = 0.0_wp
       number%value = gap
       call add_place(problem, state, system, e, tau, [normal, 0.0_wp], by_node, number)
       associate (carrier => problem%model%obstacle(problem%model%contact(contact)%obstacle)%carrier)
-         if (carrier > 0) by_node(1:2, carrier) = by_node(1:2, carrier) - normal
+         pose = pose_of(problem, state, problem%model%contact(contact)%obstacle)
+         if (carrier > 0) by_node(:, carrier) = by_node(:, carrier) - about_pivot(pose%arm(profile_place(problem, &
+            & new_profile(problem, state, e), tau)), normal)
       end associate
       number%by_unknown = unknowns_of(problem, system, by_node)
       associate (o => problem%model%contact(contact)%obstacle, load => problem%model%step(problem%step)%load)

@@ -4,7 +4,8 @@
 module local_differences
    use kinds, only: wp
    use problem, only: problem_t, carried_by
-   use rod_state, only: state_t
+   use rod_state, only: state_t, node_position, pose_of
+   use obstacle_pose, only: pose_t, rigid_motion
    use tied_nodes, only: spread_force
    use node_axes, only: own_axes
    use linear_system, only: system_t
@@ -92,14 +93,34 @@ contains
                if (side == 0 .and. carried_by(problem, e) /= node) cycle
                z = problem%z_size(e)
                rate = 0.0_wp
-               ! A carried obstacle acts on an element by its displacement relative to the nodes.
-               if (side == 0) rate(:z) = -matmul(system%op(:z, 1:2, e) + system%op(:z, 4:5, e), du(1:2))
-               do j = 1, 3
-                  if (side > 0) rate(:z) = rate(:z) + system%op(:z, 3 * side - 3 + j, e) * du(j)
-               end do
+               if (carried_by(problem, e) > 0) then
+                  rate(:z) = matmul(system%op(:z, :6, e), relative(e, side, du))
+               else
+                  do j = 1, 3
+                     rate(:z) = rate(:z) + system%op(:z, 3 * side - 3 + j, e) * du(j)
+                  end do
+               end if
                moved%z(:z, e) = state%z(:z, e) + rate(:z) + system%op(:z, 7, e)
             end associate
          end do
       end subroutine displace
+
+      !> Increments of an element on a carried obstacle, as in relative_increments, by those of the present node.
+      pure function relative(e, side, du) result(own)
+         integer, intent(in) :: e, side          !! side of the node, 0: it carries the obstacle
+         real(wp), intent(in) :: du(3)
+         real(wp) :: own(6), motion(3, 3)
+         type(pose_t) :: pose
+         integer :: k
+         own = 0.0_wp
+         if (side > 0) own(3 * side - 2:3 * side - 1) = du(1:2)
+         if (side > 0) return
+         pose = pose_of(problem, here, problem%candidates%obstacle(problem%conforms(e)))
+         do k = 1, 2
+            motion = rigid_motion(pose%arm(node_position(here, problem%model%mesh%node(k, e))))
+            own(3 * k - 2:3 * k - 1) = -matmul(motion(1:2, :), du)
+         end do
+         own(3) = du(3)
+      end function relative
    end function linearised
 end module local_differences

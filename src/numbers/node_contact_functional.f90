@@ -6,6 +6,7 @@
 module node_contact_functional
    use kinds, only: wp
    use problem, only: problem_t
+   use obstacle_pose, only: about_pivot
    use rod_state, only: state_t
    use tied_nodes, only: spread_force
    use linear_system, only: system_t, to_node, reaction_weights
@@ -207,7 +208,8 @@ contains
       call spread_force(problem, system%tie_block, problem%candidates%node(candidate), along, number%by_unknown)
       number%by_load = number%by_load - dot_product(direction, system%motion(:, candidate))
       associate (carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
-         if (carrier > 0) call spread_force(problem, system%tie_block, carrier, -[direction, 0.0_wp], number%by_unknown)
+         if (carrier > 0) call spread_force(problem, system%tie_block, carrier, -about_pivot(system%arm(:, candidate), direction), &
+            & number%by_unknown)
       end associate
    end subroutine add_motion
 end module node_contact_functional

@@ -35,7 +35,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: obstacle
       integer, intent(in) :: component           !! 1: x, 2: y, 3: normal forces
-      real(wp) :: pushed(3, size(problem%model%contact), size(problem%model%obstacle)), moment
+      real(wp) :: pushed(3, size(problem%model%contact), size(problem%model%obstacle)), moment(size(problem%model%obstacle))
       call span_totals(problem, state, [0.0_wp, 0.0_wp], pushed, moment)
       total = sum(pushed(component, :, obstacle))
    end function span_force_sum

@@ -223,6 +223,8 @@ contains
          & 'sum of the forces (x, y) of each obstacle on the structure, in the order of the deck')
       if (has%moving) call series_reals(set, 'obstacle_shift', [2, has%n_obstacles], point%obstacle_shift, 'length', &
          & 'how far each obstacle has moved, in the order of the deck')
+      if (has%moving) call series_reals(set, 'obstacle_turn', [has%n_obstacles], point%obstacle_turn, 'radian', &
+         & 'how far each obstacle has turned about its pivot')
    end subroutine put_contact
 
    !> Columns of /fields: fields that at least one step of the deck requests. A field that is not allocated counts as an absent

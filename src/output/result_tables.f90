@@ -128,7 +128,10 @@ contains
                & curve_samples(obstacle(i)%curve), 'length', 'points along the surface, which goes on straight beyond its '// &
                & 'ends unless they meet')
             call hdf5_attribute(file, group, 'reference_angle', obstacle(i)%reference_angle / degree)
-            if (obstacle(i)%carrier > 0) call hdf5_attribute(file, group, 'node', model%mesh%node_label(obstacle(i)%carrier))
+            if (obstacle(i)%carrier > 0) then
+               call hdf5_attribute(file, group, 'node', model%mesh%node_label(obstacle(i)%carrier))
+               call hdf5_attribute(file, group, 'pivot', model%mesh%x(:, obstacle(i)%carrier))
+            end if
             if (obstacle(i)%rigid) then
                call hdf5_attribute(file, group, 'foundation', 'rigid')
             else if (obstacle(i)%law > 0) then

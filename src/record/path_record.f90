@@ -43,7 +43,8 @@ module path_record
       type(region_t), allocatable :: region(:)        !! allocated only if the model has contacts
       real(wp), allocatable :: reaction_total(:)      !! (n_contacts) sum of the normal reactions
       real(wp), allocatable :: obstacle_force(:, :)   !! (2, n_obstacles) total force of each obstacle on the structure
-      real(wp), allocatable :: obstacle_shift(:, :)   !! (2, n_obstacles) displacement of the obstacles, if some step moves one
+      real(wp), allocatable :: obstacle_shift(:, :)   !! (2, n_obstacles) displacement of the obstacles, if one moves
+      real(wp), allocatable :: obstacle_turn(:)       !! (n_obstacles) rotation of the obstacles [rad], if one moves
       ! Fields: allocated only if the deck requests them at this point.
       real(wp), allocatable :: displacement(:, :)     !! (3, n_nodes)
       real(wp), allocatable :: section_forces(:, :, :) !! (3, 2, n_elements) N, Q, M at both ends

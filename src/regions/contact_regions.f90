@@ -9,9 +9,10 @@ module contact_regions
    use kinds, only: wp
    use obstacle_types, only: obstacle_line, obstacle_circle, ground_half_space
    use problem, only: problem_t
-   use rod_state, only: state_t, candidate_position, candidate_offset, element_load
+   use rod_state, only: state_t, candidate_position, pose_of, candidate_offset, element_load
    use rod_load, only: ge_load_t
    use reference_curve, only: curve_length
+   use obstacle_pose, only: pose_t
    use obstacle_geometry, only: obstacle_gap, has_angle, contact_angle, turns_forward, unwrap_angle, contact_curvature
    use section_forces, only: local_forces, rod_direction
    use gap_profile, only: natural_curvature
@@ -101,6 +102,7 @@ contains
          integer, intent(in) :: candidate, side
          real(wp), intent(out) :: s, angle
          real(wp) :: beyond, direction, x(2), t(2), theta
+         type(pose_t) :: pose
          integer :: e
          beyond = 0.0_wp
          direction = 0.0_wp
@@ -120,7 +122,8 @@ contains
                theta = 0.0_wp
                if (e > 0) theta = rod_direction(problem, state, e, 1)
             end if
-            t = [cos(theta), sin(theta)]
+            pose = pose_of(problem, state, problem%candidates%obstacle(candidate))
+            t = pose%own_direction([cos(theta), sin(theta)])
             x = candidate_position(problem, state, candidate) + direction * beyond * t
             angle = contact_angle(obstacle, x)
             forward = turns_forward(obstacle, x, t)
@@ -247,8 +250,10 @@ contains
          integer, intent(in) :: k, c      !! end of the element and its candidate
          real(wp), intent(in) :: moved
          real(wp) :: x(2), t(2), theta, gap, normal(2), bend
+         type(pose_t) :: pose
          theta = rod_direction(problem, state, e, k)
-         t = [cos(theta), sin(theta)]
+         pose = pose_of(problem, state, problem%candidates%obstacle(c))
+         t = pose%own_direction([cos(theta), sin(theta)])
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(c)))
             x = candidate_position(problem, state, c) + moved * t
             call obstacle_gap(obstacle, x, gap, normal, bend)

@@ -3,7 +3,8 @@ module ground_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, rounding_steps, obstacle_shift, chain_gap
+   use rod_state, only: state_t, rounding_steps, pose_of, chain_gap
+   use obstacle_pose, only: pose_t
    use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
    use force_law, only: foundation_reaction
    use rod_layout, only: segment_element
@@ -102,15 +103,17 @@ contains
          real(wp), intent(in) :: tau
          real(wp), intent(out) :: s, angle
          real(wp) :: x(2), theta
+         type(pose_t) :: pose
          s = chain_place(problem, state, candidate) + tau * h
          angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%ground%chain%obstacle(candidate))
             if (.not. has_angle(problem%model%obstacle(obstacle))) return
-            x = profile_place(problem, gap%profile, tau) - obstacle_shift(problem, state, obstacle)
+            pose = pose_of(problem, state, obstacle)
+            x = pose%own_place(profile_place(problem, gap%profile, tau))
             theta = profile_angle(problem, state, gap%profile, tau)
             angle = contact_angle(problem%model%obstacle(obstacle), x)
             forward(problem%ground%chain%contact(candidate)) = &
-               & turns_forward(problem%model%obstacle(obstacle), x, [cos(theta), sin(theta)])
+               & turns_forward(problem%model%obstacle(obstacle), x, pose%own_direction([cos(theta), sin(theta)]))
          end associate
       end subroutine set_end
    end function find_ground_regions

@@ -3,9 +3,10 @@ module span_regions
    use, intrinsic :: ieee_arithmetic, only: ieee_value, ieee_quiet_nan
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, candidate_position, obstacle_shift
+   use rod_state, only: state_t, candidate_position, pose_of
    use rod_profile, only: new_profile, profile_place
    use state_transfer, only: find_point
+   use obstacle_pose, only: pose_t
    use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
    use conforming_span, only: rod_angle, rolled_t, rolled
    use breakpoint_forces, only: stands
@@ -58,6 +59,7 @@ contains
          integer, intent(in) :: first
          logical :: forward
          real(wp) :: theta
+         type(pose_t) :: pose
          type(rolled_t) :: roll
          integer :: last
          last = first
@@ -86,7 +88,9 @@ contains
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(first)))
             if (last == first .or. .not. has_angle(obstacle)) return
             theta = rod_angle(problem, state, last)
-            forward = turns_forward(obstacle, candidate_position(problem, state, last), [cos(theta), sin(theta)])
+            pose = pose_of(problem, state, problem%candidates%obstacle(first))
+            forward = turns_forward(obstacle, candidate_position(problem, state, last), &
+               & pose%own_direction([cos(theta), sin(theta)]))
             call unwrap_angle(obstacle, region%end - region%start, forward, region%angle_start, region%angle_end)
          end associate
       end function follow
@@ -101,9 +105,12 @@ contains
       real(wp) function angle_at(candidate, arm) result(angle)
          integer, intent(in) :: candidate
          real(wp), intent(in) :: arm(2)          !! vector from the candidate's node to the place of the force
+         type(pose_t) :: pose
          angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))
-            if (has_angle(obstacle)) angle = contact_angle(obstacle, candidate_position(problem, state, candidate) + arm)
+            pose = pose_of(problem, state, problem%candidates%obstacle(candidate))
+            if (has_angle(obstacle)) angle = contact_angle(obstacle, candidate_position(problem, state, candidate) + &
+               & pose%own_direction(arm))
          end associate
       end function angle_at
    end function find_span_regions
@@ -154,6 +161,7 @@ contains
       real(wp), intent(in) :: at            !! coordinate along the rod segment
       real(wp) :: tau
       integer :: e
+      type(pose_t) :: pose
       call find_point(problem, state, rod_segment, at, e, tau)
       region%contact = contact
       region%start = problem%chain_start(rod_segment, contact) + tau * state%geometry%element(e)%length + &
@@ -161,8 +169,9 @@ contains
       region%end = region%start
       region%angle_start = ieee_value(region%angle_start, ieee_quiet_nan)
       associate (o => problem%model%contact(contact)%obstacle)
+         pose = pose_of(problem, state, o)
          if (has_angle(problem%model%obstacle(o))) region%angle_start = contact_angle(problem%model%obstacle(o), &
-            & profile_place(problem, new_profile(problem, state, e), tau) - obstacle_shift(problem, state, o))
+            & pose%own_place(profile_place(problem, new_profile(problem, state, e), tau)))
       end associate
       region%angle_end = region%angle_start
    end function beginning_region

@@ -7,12 +7,14 @@
 !> element; with the finite stresses (stiffness_under) they have the accuracy of the element.
 module stress_stiffness
    use kinds, only: wp
-   use problem, only: problem_t, dof
-   use rod_state, only: state_t, end_pressures
-   use linear_system, only: system_t, sum_elements, turn_pair, matrix_to_node, to_global, add_swings, apply_joints
+   use problem, only: problem_t, dof, carried_by
+   use rod_state, only: state_t, element_load, end_pressures
+   use rod_load, only: ge_load_t
+   use linear_system, only: system_t, sum_elements, turn_pair, matrix_to_node, to_global, add_swings, apply_joints, contact_pull
    use tied_nodes, only: tie_swing, node_unknowns, spread_force, add_matrix
    use element_products, only: apply_elements
-   use carried_obstacles, only: apply_carried_loads, apply_at_contact, add_at_contact
+   use node_axes, only: element_unknowns
+   use carried_obstacles, only: load_on_carrier, apply_carried_loads, apply_at_contact, add_at_contact
    use node_loads, only: node_push_t, node_pushes
    use bordered_system, only: resultant_rates, held_force_change
    use node_contact_functional, only: reaction_rate
@@ -29,6 +31,8 @@ module stress_stiffness
       real(wp), allocatable :: element(:, :, :) !! (6, 6, elements) element matrices, node axes
       real(wp), allocatable :: shift(:, :, :)  !! (6, 2, elements) matrices times unit translations, (6, 2, 0) without foundations
       real(wp), allocatable :: contact(:, :, :) !! (2, 2, candidates) matrices of contacts
+      real(wp), allocatable :: pull(:, :)      !! (2, candidates) forces of contacts, see add_at_contact
+      real(wp), allocatable :: laid(:, :, :)   !! (9, 9, elements) loads on conforming elements, see load_on_carrier
       real(wp), allocatable :: swing(:)        !! (ties) geometric stiffness of rigid links
       real(wp), allocatable :: pressure(:, :)  !! (2, elements) follower pressure contained in the matrices, at both ends
       type(node_push_t), allocatable :: push(:) !! loads on nodes with stiffness, node axes
@@ -66,6 +70,8 @@ contains
       derivative%shift = (more%shift - derivative%shift) / (2.0_wp * part * factor)
       derivative%swing = (more%swing - derivative%swing) / (2.0_wp * part * factor)
       derivative%contact = (more%contact - derivative%contact) / (2.0_wp * part * factor)
+      derivative%pull = (more%pull - derivative%pull) / (2.0_wp * part * factor)
+      derivative%laid = (more%laid - derivative%laid) / (2.0_wp * part * factor)
       do c = 1, size(more%push)
          derivative%push(c)%stiffness_rate = (more%push(c)%stiffness_rate - derivative%push(c)%stiffness_rate) / &
             & (2.0_wp * part * factor)
@@ -111,7 +117,9 @@ contains
       matrix%element = stresses%ek
       matrix%shift = stresses%eshift
       matrix%pressure = times * end_pressures(problem, state, problem%model%step(problem%step)%load)
+      call load_carriers()
       allocate (matrix%contact(2, 2, problem%candidates%n), source=0.0_wp)
+      allocate (matrix%pull(2, problem%candidates%n), source=0.0_wp)
       ! Geometric stiffness of curved obstacles under their reactions.
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
@@ -123,7 +131,9 @@ contains
             matrix%contact(:, 2, c) = -reaction * t * t(2)
             bent = 0.0_wp
             bent(1:2, 1:2) = matrix%contact(:, :, c)
-            call add_at_contact(problem, system, c, bent, matrix%k)
+            matrix%pull(:, c) = contact_pull(problem, system, c, times * reaction_rate(problem, state, system, c), &
+               & times * held_force_change(system, dof(problem, node, 3), system%tangent, 1.0_wp), stresses%ef)
+            call add_at_contact(problem, system, c, bent, matrix%pull(:, c), matrix%k)
          end associate
       end do
       matrix%push = node_pushes(problem, state)
@@ -134,6 +144,28 @@ contains
             call add_matrix(problem, system%tie_block, [push%node], push%stiffness_rate, matrix%k)
          end associate
       end do
+
+   contains
+
+      !> Adds the tangent of the step's loads on conforming elements, and sets the rate of these elements' end forces.
+      subroutine load_carriers()
+         type(ge_load_t) :: load
+         real(wp) :: force(3), unused(3)
+         matrix%laid = 0.0_wp * system%laid
+         do e = 1, size(matrix%laid, 3)
+            if (carried_by(problem, e) == 0) cycle
+            stresses%ef(:, e) = times * (matmul(system%ek(:, :, e), element_unknowns(problem, system, system%tangent, e)) - &
+               & system%el(:, e))
+            load = element_load(problem, state, e)
+            load%line = load%line_rate
+            load%pressure = load%pressure_rate
+            if (allocated(load%more)) load%more%line = load%more%line_rate
+            call load_on_carrier(problem, state, system, e, load, force, unused, matrix%laid(:, :, e))
+            matrix%laid(:, :, e) = times * matrix%laid(:, :, e)
+            call add_matrix(problem, system%slip_block, [carried_by(problem, e), problem%model%mesh%node(:, e)], &
+               & matrix%laid(:, :, e), matrix%k)
+         end do
+      end subroutine load_carriers
    end subroutine sum_stresses
 
    !> K' x and x^T K' x without the rounding error of the assembled sum (see apply_elements).
@@ -147,11 +179,11 @@ contains
       integer :: c
       call apply_elements(problem, system, matrix%element, matrix%shift, matrix%pressure, x, y, form)
       call apply_joints(problem, system, matrix%swing, .false., x, y, form)
-      call apply_carried_loads(problem, system, matrix%pressure, x, y, form)
+      call apply_carried_loads(problem, system, matrix%laid, x, y, form)
       bent = 0.0_wp
       do c = 1, problem%candidates%n
          bent(1:2, 1:2) = matrix%contact(:, :, c)
-         call apply_at_contact(problem, system, c, bent, x, y, form)
+         call apply_at_contact(problem, system, c, bent, matrix%pull(:, c), x, y, form)
       end do
       do c = 1, size(matrix%push)
          associate (node => matrix%push(c)%node)

@@ -9,7 +9,8 @@ module tangent_modes
    use errors, only: error_t
    use problem, only: problem_t, dof
    use rod_state, only: state_t, end_pressures
-   use linear_system, only: system_t, to_global, contact_tangent, spring_tangent, matrix_to_node, apply_joints
+   use linear_system, only: system_t, to_global, contact_tangent, contact_pull, node_reaction, spring_tangent, &
+      & matrix_to_node, apply_joints
    use axial_rigidity, only: shrinking_forces
    use tied_nodes, only: node_unknowns, spread_force
    use element_products, only: apply_elements
@@ -191,11 +192,12 @@ contains
       pressure = end_pressures(problem, state, problem%constant) + &
          & state%load_factor * end_pressures(problem, state, problem%model%step(problem%step)%load)
       call apply_elements(problem, system, system%ek, system%eshift, pressure, x, y, form)
-      call apply_carried_loads(problem, system, pressure, x, y, form)
+      call apply_carried_loads(problem, system, system%laid, x, y, form)
       do c = 1, problem%candidates%n
          if (.not. state%active(c)) cycle
          call contact_tangent(problem, state, system, c, force, k)
-         call apply_at_contact(problem, system, c, k, x, y, form)
+         call apply_at_contact(problem, system, c, k, contact_pull(problem, system, c, node_reaction(problem, &
+            & state, system, c), system%residual(dof(problem, problem%candidates%node(c), 3)), system%ef), x, y, form)
       end do
       call subtract_excess(system%coupling, x, y, excess)
       form = form - excess

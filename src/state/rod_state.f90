@@ -5,6 +5,7 @@ module rod_state
    use rod_geometry, only: geometry_t, new_geometry
    use candidates, only: candidates_t
    use obstacle_geometry, only: moved_gap
+   use obstacle_pose, only: pose_t
    use ground_coupling, only: settlement
    use rod_load, only: ge_load_t
    use rod_compliance, only: ge_stiffness_t, ge_compliance
@@ -16,7 +17,7 @@ module rod_state
    implicit none
    private
    public :: state_t, new_state, element_displacement, element_load, element_compliance, end_pressures, node_position, &
-      & candidate_position, obstacle_shift, candidate_gap, candidate_opening, chain_gap, gap_at, candidate_offset, closing_rate, &
+      & candidate_position, pose_of, candidate_gap, candidate_opening, chain_gap, gap_at, candidate_offset, closing_rate, &
       & may_react, &
       & is_stress_free, unknown_push, rounding_steps
 
@@ -194,18 +195,20 @@ contains
       x = state%geometry%x(:, node) + state%u(1:2, node)
    end function node_position
 
-   !> Displacement of an obstacle.
-   pure function obstacle_shift(problem, state, obstacle) result(shift)
+   !> Where an obstacle is. One that a node carries has the displacements and the rotation of the node, about the node.
+   pure type(pose_t) function pose_of(problem, state, obstacle) result(pose)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: obstacle
-      real(wp) :: shift(2)
-      shift = problem%constant%motion(:, obstacle) + &
+      pose%shift = problem%constant%motion(:, obstacle) + &
          & state%load_factor * problem%model%step(problem%step)%load%motion(:, obstacle)
       associate (carrier => problem%model%obstacle(obstacle)%carrier)
-         if (carrier > 0) shift = shift + state%u(1:2, carrier)
+         if (carrier == 0) return
+         pose%shift = pose%shift + state%u(1:2, carrier)
+         pose%pivot = state%geometry%x(:, carrier)
+         pose%turn = state%u(3, carrier)
       end associate
-   end function obstacle_shift
+   end function pose_of
 
    !> Offset added to the distance of a candidate (of contact or of a foundation) from its obstacle: the `gap` of the deck and the
    !> unresolved part of the initial overlap, less the closing so far.
@@ -230,14 +233,15 @@ contains
       end associate
    end function closing_rate
 
-   !> Position of a candidate relative to its obstacle, which may have moved.
+   !> Position of a candidate in the axes of its obstacle, which may have moved.
    pure function candidate_position(problem, state, candidate) result(x)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       real(wp) :: x(2)
-      x = node_position(state, problem%candidates%node(candidate)) - &
-         & obstacle_shift(problem, state, problem%candidates%obstacle(candidate))
+      type(pose_t) :: pose
+      pose = pose_of(problem, state, problem%candidates%obstacle(candidate))
+      x = pose%own_place(node_position(state, problem%candidates%node(candidate)))
    end function candidate_position
 
    !> Gap of a candidate, its gradient and its curvature along the obstacle.
@@ -270,9 +274,11 @@ contains
       real(wp), intent(in) :: home(2), displacement(2) !! stress-free place
       real(wp), intent(out) :: gap, normal(2), bend
       real(wp) :: at_home
+      type(pose_t) :: pose
       associate (obstacle => list%obstacle(candidate), offset => list%gap_offset(candidate))
-         call moved_gap(problem%model%obstacle(obstacle), home, displacement - obstacle_shift(problem, state, obstacle), at_home, &
-            & gap, normal, bend)
+         pose = pose_of(problem, state, obstacle)
+         call moved_gap(problem%model%obstacle(obstacle), home, pose%own_motion(home, displacement), at_home, gap, normal, bend)
+         normal = pose%direction(normal)
          ! The initial gap is exactly zero for a rod on its obstacle, and for a foundation with tension, which begins without force.
          at_home = at_home + offset
          if (problem%model%obstacle(obstacle)%bilateral .or. abs(at_home) <= rounding_gap(problem)) at_home = 0.0_wp

@@ -15,6 +15,7 @@ module bordered_system
    use problem, only: problem_t, carried_by
    use rod_state, only: state_t
    use linear_system, only: system_t, assemble, to_node, to_global, row_times
+   use node_axes, only: relative_increments
    use tied_nodes, only: spread_force
    use axial_rigidity, only: rigidity_t, rigidity_rounds, stretched, shrinking_forces
    use band_matrix, only: band_times, factorise, solve_factored
@@ -230,30 +231,30 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: x(:), y        !! increments as solve_bordered returns them
       real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements)
-      rate = rates_of(problem, system, all_to_global(problem, system, x), y)
+      rate = rates_of(problem, system, x, all_to_global(problem, system, x), y)
    end function resultant_rates
 
-   !> As resultant_rates, for displacement increments in global axes.
-   function rates_of(problem, system, du, y) result(rate)
+   !> As resultant_rates, with the increments in global axes as well.
+   function rates_of(problem, system, x, du, y) result(rate)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)
       real(wp), intent(in) :: du(:, :), y    !! (3, nodes), increment of the load factor
-      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements), own(3, 2)
+      real(wp) :: rate(size(system%op, 1), problem%model%mesh%n_elements), own(6)
       class(rod_element_t), pointer :: rod
-      integer :: e, k, z, carrier
+      integer :: e, k, z
       rate = 0.0_wp
       do e = 1, problem%model%mesh%n_elements
          rod => rod_at(problem, e)
          if (.not. rod%takes_increments()) cycle
          z = problem%z_size(e)
-         own = du(:, problem%model%mesh%node(:, e))
-         carrier = carried_by(problem, e)
-         if (carrier > 0) own(1:2, :) = own(1:2, :) - spread(du(1:2, carrier), 2, 2)
-         do k = 1, 3
-            rate(:z, e) = rate(:z, e) + system%op(:z, k, e) * own(k, 1)
-         end do
-         do k = 1, 3
-            rate(:z, e) = rate(:z, e) + system%op(:z, 3 + k, e) * own(k, 2)
+         if (carried_by(problem, e) > 0) then
+            own = relative_increments(problem, system, x, e)
+         else
+            own = [du(:, problem%model%mesh%node(1, e)), du(:, problem%model%mesh%node(2, e))]
+         end if
+         do k = 1, 6
+            rate(:z, e) = rate(:z, e) + system%op(:z, k, e) * own(k)
          end do
          rate(:z, e) = rate(:z, e) + system%op(:z, 8, e) * y
       end do
@@ -286,7 +287,7 @@ contains
       class(rod_element_t), pointer :: rod
       integer :: e, z
       du = all_to_global(problem, system, x)
-      rate = rates_of(problem, system, du, y)
+      rate = rates_of(problem, system, x, du, y)
       do e = 1, problem%model%mesh%n_elements
          rod => rod_at(problem, e)
          if (.not. rod%takes_increments()) cycle

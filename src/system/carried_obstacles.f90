@@ -1,28 +1,36 @@
-!> Obstacles that nodes carry: bodies without mass that share the displacements x and y of a node, whose supports, springs and loads
-!> say how they move.
+!> Obstacles that nodes carry: bodies without mass that have the displacements and the rotation of a node, whose supports, springs
+!> and loads say how they move.
 !>
-!> The unknowns of a node in contact with such an obstacle are its displacements relative to the obstacle. With x the unknowns of
-!> the node in its axes A and d the displacement of the node that carries the obstacle, the node moves by A x + B d. B is the unit
-!> matrix, so that touching nodes go along with the obstacle, unless a support or a second obstacle holds the node: B d then is what
-!> is left free, with the gap unchanged. The forces on all touching nodes, B^T times each, then act on the carrier: it is in
-!> equilibrium together with what touches the obstacle. Contact forces do not enter, nor derivatives of the contact's geometry.
-!> Conforming elements and the terms of contact depend on the displacements relative to the obstacle alone, A x + (B - 1) d.
+!> The equations of a node in contact with such an obstacle are those of its displacements relative to the obstacle. With x the
+!> unknowns of the node in its axes A and d the displacements and the rotation of the node that carries the obstacle, the node moves
+!> by A x + B d. The nodes of a line contact go along with the obstacle: B is then B_rigid, the motion of the body at the node. A
+!> point contact is pushed along the normal, and the obstacle slides along it: the rod is not strained more than it must, nor is the
+!> stiffness of the body a difference of large numbers. Where a support or a second obstacle holds the node, B d is along what these
+!> leave free. The gap is unchanged in all cases. The forces on all touching nodes, B^T times each, then act on the carrier: it is
+!> in equilibrium together with what touches the obstacle. Contact forces do not enter, nor derivatives of the contact's geometry.
+!> Conforming elements and the terms of contact depend on w, the displacements relative to the obstacle: A x + (B - B_rigid) d.
+!>
+!> A body that turns by f about its pivot moves a touching node, with the arm r from the pivot and J a quarter turn, by
+!> f J r + w. The second variation of this motion, 2 f J w - f^2 r, times the force on the node is a term of the tangent.
 module carried_obstacles
    use kinds, only: wp
    use problem, only: problem_t, dof, carried_by
-   use rod_state, only: state_t, node_position, element_load
-   use rod_load, only: ge_load_t, sum_line
+   use rod_state, only: state_t, node_position, element_load, pose_of
+   use rod_load, only: ge_load_t, line_at_stage
+   use obstacle_pose, only: pose_t, rigid_motion, about_pivot
+   use obstacle_track, only: track_t
+   use conforming_span, only: lying_t, conforming_track
    use tied_nodes, only: add_matrix, node_unknowns, spread_force
    use band_matrix, only: band_t
    use system_type, only: system_t
    use node_axes, only: own_axes
    implicit none
    private
-   public :: set_carried, add_carried_loads, apply_carried_loads, add_at_contact, apply_at_contact
+   public :: set_carried, add_carried_loads, load_on_carrier, apply_carried_loads, add_at_contact, apply_at_contact
 
 contains
 
-   !> Sets the blocks A^-1 B and A^-1 (B - 1) of all nodes that may touch carried obstacles; zero for nodes that do not.
+   !> Sets the blocks A^-1 B and A^-1 (B - B_rigid) of all nodes that may touch carried obstacles; zero for nodes that do not.
    pure subroutine set_carried(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -46,36 +54,41 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(system_t), intent(inout) :: system
-      real(wp) :: motion(3, 3), slip(3, 3), n(2), other(2), det
+      real(wp) :: motion(3, 3), rigid(3, 3), slip(3, 3), n(2), track(2), other(2), along(2), push(3)
       integer :: i, k, block
       associate (node => problem%candidates%node(candidate), fixed => problem%model%fixed, ties => problem%ties, &
          & carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
          n = system%normal(:, candidate)
+         track = [n(2), -n(1)]
+         rigid = rigid_motion(system%arm(:, candidate))
+         push = matmul(n, rigid(1:2, :))
+         ! The gap of a node that a support keeps from turning depends on the rotation relative to the track (`lean`).
+         if (fixed(3, node)) push = push - system%lean(node) * (rigid(3, :) + system%bend(candidate) * matmul(track, rigid(1:2, :)))
          motion = 0.0_wp
+         k = second_contact(problem, state, system, candidate)
          ! Where the contact eliminates no unknown, supports or a parallel obstacle hold the node.
-         if (system%unknown(candidate) > 0 .and. .not. any(fixed(1:2, node))) then
-            motion(1, 1) = 1.0_wp
-            motion(2, 2) = 1.0_wp
-            k = second_contact(problem, state, system, candidate)
-            if (k > 0) then
+         if (system%unknown(candidate) > 0) then
+            along = n
+            if (any(fixed(1:2, node))) then
+               i = merge(2, 1, fixed(1, node))
+               along = 0.0_wp
+               along(i) = 1.0_wp / n(i)
+            else if (k > 0) then
                ! The gap to the other obstacle is unchanged, too.
                other = system%normal(:, k)
-               det = n(1) * other(2) - n(2) * other(1)
-               do i = 1, 2
-                  motion(1:2, i) = [other(2), -other(1)] * n(i) / det
-               end do
+               along = [other(2), -other(1)] / (n(1) * other(2) - n(2) * other(1))
             end if
-         else if (system%unknown(candidate) > 0) then
-            i = merge(2, 1, fixed(1, node))
-            motion(i, 1:2) = n / n(i)
+            do i = 1, 3
+               motion(1:2, i) = along * push(i)
+            end do
+            if (problem%candidates%follows(candidate) .and. k == 0 .and. .not. any(fixed(1:2, node))) motion(1:2, :) = rigid(1:2, :)
          end if
-         slip = motion
-         slip(1, 1) = slip(1, 1) - 1.0_wp
-         slip(2, 2) = slip(2, 2) - 1.0_wp
-         if (problem%candidates%follows(candidate) .and. .not. fixed(3, node)) then
+         slip = motion - rigid
+         if (problem%candidates%contact_span(candidate) > 0 .and. .not. fixed(3, node) .and. &
+            & (problem%candidates%follows(candidate) .or. k == 0)) then
             ! The node turns with the track along which it slips.
-            slip(3, :) = -system%bend(candidate) * (n(2) * slip(1, :) - n(1) * slip(2, :))
-            motion(3, :) = slip(3, :)
+            slip(3, :) = -system%bend(candidate) * matmul(track, slip(1:2, :))
+            motion(3, :) = slip(3, :) + rigid(3, :)
          end if
          block = ties%first(node) - 1 + findloc(ties%of(ties%first(node):ties%first(node + 1) - 1), carrier, 1)
          system%tie_block(:, :, block) = in_unknowns(system, node, motion)
@@ -119,109 +132,176 @@ contains
    subroutine add_carried_loads(problem, state, system)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      type(system_t), intent(inout) :: system  !! in: with the elements in residual, load and band
-      type(ge_load_t) :: load
-      real(wp) :: line(2), rate(2), chord(2)
-      integer :: e, i, d, carrier
-      do e = 1, problem%model%mesh%n_elements
+      type(system_t), intent(inout) :: system  !! in: with the elements in residual, load and band; out: with `laid`
+      real(wp) :: force(3), rate(3)
+      integer :: e, d, carrier
+      do e = 1, size(system%laid, 3)
          carrier = carried_by(problem, e)
          if (carrier == 0) cycle
-         load = element_load(problem, state, e)
+         call load_on_carrier(problem, state, system, e, element_load(problem, state, e), force, rate, system%laid(:, :, e))
          d = dof(problem, carrier, 1)
-         associate (tab => problem%tableau(problem%model%mesh%stages(e)), length => state%geometry%element(e)%length, &
-            & nodes => problem%model%mesh%node(:, e))
-            call sum_line(tab, load, tab%b, line, rate)
-            chord = node_position(state, nodes(2)) - node_position(state, nodes(1))
-            system%residual(d:d + 1) = system%residual(d:d + 1) - length * line - load%pressure * [-chord(2), chord(1)]
-            system%load(d:d + 1) = system%load(d:d + 1) + length * rate + load%pressure_rate * [-chord(2), chord(1)]
-            if (.not. abs(load%pressure) > 0.0_wp) cycle
-            do i = 1, 2
-               call add_matrix(problem, system%tie_block, [carrier, nodes(i)], &
-                  & pressure_coupling(system, nodes(i), i, load%pressure), system%k)
-            end do
-         end associate
+         system%residual(d:d + 2) = system%residual(d:d + 2) - force
+         system%load(d:d + 2) = system%load(d:d + 2) + rate
+         call add_matrix(problem, system%slip_block, [carrier, problem%model%mesh%node(:, e)], system%laid(:, :, e), system%k)
       end do
    end subroutine add_carried_loads
 
-   !> Adds the product of the pressures' part of the tangent, that couples the carrier with the ends of conforming elements, and a
-   !> vector x; the quadratic form as well.
-   pure subroutine apply_carried_loads(problem, system, pressure, x, y, form)
+   !> Force and moment of the loads on a conforming element about the pivot of its obstacle, and their tangent. Like the element's
+   !> own forces they are those after the elimination of its internal residuals: its stages move along the track when its ends or
+   !> the load factor do, or when the obstacle turns.
+   subroutine load_on_carrier(problem, state, system, e, load, force, rate, k)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: e                 !! conforming element on a carried obstacle
+      type(ge_load_t), intent(in) :: load
+      real(wp), intent(out) :: force(3), rate(3) !! force and moment, and their derivative by the load factor
+      real(wp), intent(out) :: k(9, 9)         !! less the derivative of the force: by the unknowns of the carrier, and by those of
+      !! both nodes in their axes, relative to the obstacle; symmetric
+      type(lying_t) :: kept
+      type(track_t) :: track
+      type(pose_t) :: pose
+      real(wp) :: line(2), line_rate(2), arm(2), ends(2, 2), p, by_place, axes(3, 3), half(3, 3)
+      integer :: i, at
+      force = 0.0_wp
+      rate = 0.0_wp
+      k = 0.0_wp
+      pose = pose_of(problem, state, problem%candidates%obstacle(problem%conforms(e)))
+      associate (tab => problem%tableau(problem%model%mesh%stages(e)), node => problem%model%mesh%node(:, e), &
+         & h => state%geometry%element(e)%length)
+         do i = 1, tab%stages
+            call conforming_track(problem, state, e, tab%c(i), kept, track, p)
+            call line_at_stage(load, i, line, line_rate)
+            line = h * tab%b(i) * line
+            line_rate = h * tab%b(i) * line_rate
+            arm = pose%arm(track%place)
+            by_place = track%tangent(1) * line(2) - track%tangent(2) * line(1)
+            associate (along => system%op(1 + tab%stages + i, :, e))
+               force = force + about_pivot(arm, line) + [0.0_wp, 0.0_wp, by_place * along(size(along) - 1)]
+               rate = rate + about_pivot(arm, line_rate) + [0.0_wp, 0.0_wp, by_place * along(size(along))]
+               k(3, 3) = k(3, 3) + dot_product(arm, line) - by_place * along(3)
+               k(3, [4, 5, 7, 8]) = k(3, [4, 5, 7, 8]) - by_place * along([1, 2, 4, 5])
+            end associate
+            ! The places of the stages are those relative to the first end.
+            k(3, 4:5) = k(3, 4:5) - by_place * start_tangent()
+         end do
+         do i = 1, 2
+            at = 3 * i + 1
+            ends(:, i) = pose%arm(node_position(state, node(i)))
+            ! The tangent of a pressure is symmetric: as in element_products, its skew part at the ends of free elements, p/2 times
+            ! a quarter turn, cancels that of the neighbours. What is left is half of the derivative of the resultant.
+            p = merge(-0.5_wp, 0.5_wp, i == 1) * load%pressure
+            half(:, 1:2) = -p * reshape([0.0_wp, 1.0_wp, ends(1, i), -1.0_wp, 0.0_wp, ends(2, i)], [3, 2])
+            half(:, 3) = 0.0_wp
+            k(1:3, at:at + 2) = k(1:3, at:at + 2) + half
+            k(1:2, 3) = k(1:2, 3) + p * ends(:, i)
+            k(3, 1:2) = k(1:2, 3)
+            axes = own_axes(system, node(i))
+            k(1:3, at:at + 2) = matmul(k(1:3, at:at + 2), axes)
+            k(at:at + 2, 1:3) = transpose(k(1:3, at:at + 2))
+         end do
+         line = ends(:, 2) - ends(:, 1)
+         half(:, 1) = [-line(2), line(1), 0.5_wp * (dot_product(ends(:, 2), ends(:, 2)) - dot_product(ends(:, 1), ends(:, 1)))]
+         force = force + load%pressure * half(:, 1)
+         rate = rate + load%pressure_rate * half(:, 1)
+      end associate
+
+   contains
+
+      !> Direction of the track at the first node.
+      pure function start_tangent() result(tangent)
+         real(wp) :: tangent(2)
+         associate (n => system%normal(:, problem%conforms(e)))
+            tangent = [n(2), -n(1)]
+         end associate
+      end function start_tangent
+   end subroutine load_on_carrier
+
+   !> Adds the product of the loads' tangent and a vector x; the quadratic form as well.
+   pure subroutine apply_carried_loads(problem, system, laid, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: pressure(:, :)   !! (2, elements) follower pressure at both ends
+      real(wp), intent(in) :: laid(:, :, :)    !! (9, 9, elements) from load_on_carrier
       real(wp), intent(in) :: x(:)             !! (n)
       real(wp), intent(inout) :: y(:), form
-      real(wp) :: moved(6), force(6)
-      integer :: e, i, carrier
-      do e = 1, problem%model%mesh%n_elements
-         carrier = carried_by(problem, e)
-         if (carrier == 0 .or. .not. abs(pressure(1, e)) > 0.0_wp) cycle
-         do i = 1, 2
-            associate (node => problem%model%mesh%node(i, e))
-               moved = [node_unknowns(problem, system%tie_block, carrier, x), node_unknowns(problem, system%tie_block, node, x)]
-               force = matmul(pressure_coupling(system, node, i, pressure(1, e)), moved)
-               call spread_force(problem, system%tie_block, carrier, force(:3), y)
-               call spread_force(problem, system%tie_block, node, force(4:), y)
-               form = form + dot_product(moved, force)
-            end associate
-         end do
+      integer :: e
+      do e = 1, size(laid, 3)
+         if (carried_by(problem, e) > 0) call apply_matrix(problem, system%slip_block, &
+            & [carried_by(problem, e), problem%model%mesh%node(:, e)], laid(:, :, e), x, y, form)
       end do
    end subroutine apply_carried_loads
 
+   !> Adds the product of a matrix of some nodes, in their axes, and a vector x; the quadratic form as well.
+   pure subroutine apply_matrix(problem, block, nodes, matrix, x, y, form)
+      type(problem_t), intent(in) :: problem
+      real(wp), intent(in) :: block(:, :, :)   !! (3, 3, blocks) tie_block or slip_block
+      integer, intent(in) :: nodes(:)
+      real(wp), intent(in) :: matrix(:, :)     !! (3 nodes, 3 nodes)
+      real(wp), intent(in) :: x(:)             !! (n)
+      real(wp), intent(inout) :: y(:), form
+      real(wp) :: moved(3 * size(nodes)), force(3 * size(nodes))
+      integer :: i
+      do i = 1, size(nodes)
+         moved(3 * i - 2:3 * i) = node_unknowns(problem, block, nodes(i), x)
+      end do
+      force = matmul(matrix, moved)
+      do i = 1, size(nodes)
+         call spread_force(problem, block, nodes(i), force(3 * i - 2:3 * i), y)
+      end do
+      form = form + dot_product(moved, force)
+   end subroutine apply_matrix
+
    !> Adds the matrix of a contact at its node, which depends on the displacement relative to the obstacle, to the band.
-   subroutine add_at_contact(problem, system, candidate, matrix, band)
+   subroutine add_at_contact(problem, system, candidate, matrix, pull, band)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
       real(wp), intent(in) :: matrix(3, 3)     !! node axes
+      real(wp), intent(in) :: pull(2)          !! force of the obstacle on the node (contact_pull), or its rate; global axes
       type(band_t), intent(inout) :: band
-      associate (node => problem%candidates%node(candidate))
-         if (problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier > 0) then
-            call add_matrix(problem, system%slip_block, [node], matrix, band)
+      associate (node => problem%candidates%node(candidate), &
+         & carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
+         if (carrier > 0) then
+            call add_matrix(problem, system%slip_block, [node, carrier], turned_with(problem, system, candidate, matrix, pull), &
+               & band)
          else
             call add_matrix(problem, system%tie_block, [node], matrix, band)
          end if
       end associate
    end subroutine add_at_contact
 
-   !> Adds the product of the matrix of a contact at its node and a vector x; the quadratic form as well.
-   pure subroutine apply_at_contact(problem, system, candidate, matrix, x, y, form)
+   !> Adds the product of the matrix of a contact, as in add_at_contact, and a vector x; the quadratic form as well.
+   pure subroutine apply_at_contact(problem, system, candidate, matrix, pull, x, y, form)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: matrix(3, 3)     !! node axes
+      real(wp), intent(in) :: matrix(3, 3), pull(2)
       real(wp), intent(in) :: x(:)             !! (n)
       real(wp), intent(inout) :: y(:), form
-      real(wp) :: moved(3), force(3)
-      associate (node => problem%candidates%node(candidate))
-         if (problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier > 0) then
-            moved = node_unknowns(problem, system%slip_block, node, x)
-            force = matmul(matrix, moved)
-            call spread_force(problem, system%slip_block, node, force, y)
+      associate (node => problem%candidates%node(candidate), &
+         & carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
+         if (carrier > 0) then
+            call apply_matrix(problem, system%slip_block, [node, carrier], turned_with(problem, system, candidate, matrix, &
+               & pull), x, y, form)
          else
-            moved = node_unknowns(problem, system%tie_block, node, x)
-            force = matmul(matrix, moved)
-            call spread_force(problem, system%tie_block, node, force, y)
+            call apply_matrix(problem, system%tie_block, [node], matrix, x, y, form)
          end if
       end associate
-      form = form + dot_product(moved, force)
    end subroutine apply_at_contact
 
-   !> Matrix of the carrier and a node of a conforming element under pressure p. The tangent of a pressure is symmetric: as in
-   !> element_products, its skew part at the ends of free elements, p/2 times a quarter turn, cancels that of the neighbours. Of the
-   !> derivative of the pressure's resultant half is left.
-   pure function pressure_coupling(system, node, side, pressure) result(k)
+   !> Matrix of a contact at its node, completed by the second variation of the node's motion with the body, for the unknowns of the
+   !> node and of the carrier.
+   pure function turned_with(problem, system, candidate, matrix, pull) result(k)
+      type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      integer, intent(in) :: node
-      integer, intent(in) :: side              !! 1: first node of the element, 2: second node
-      real(wp), intent(in) :: pressure
-      real(wp) :: k(6, 6)                      !! unknowns of the carrier, then of the node in its axes
-      real(wp) :: axes(3, 3), turn
-      axes = own_axes(system, node)
-      turn = merge(0.5_wp, -0.5_wp, side == 1) * pressure
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: matrix(3, 3), pull(2)
+      real(wp) :: k(6, 6), axes(3, 3)
       k = 0.0_wp
-      k(1, 4:6) = -turn * axes(2, :)
-      k(2, 4:6) = turn * axes(1, :)
-      k(4:6, 1:2) = transpose(k(1:2, 4:6))
-   end function pressure_coupling
+      k(:3, :3) = matrix
+      axes = own_axes(system, problem%candidates%node(candidate))
+      k(6, :3) = pull(2) * axes(1, :) - pull(1) * axes(2, :)
+      k(:3, 6) = k(6, :3)
+      k(6, 6) = -dot_product(pull, system%arm(:, candidate))
+   end function turned_with
 end module carried_obstacles

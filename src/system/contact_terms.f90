@@ -10,11 +10,12 @@ module contact_terms
    use active_coupling, only: set_active, coupled_answer, add_forces
    use tied_nodes, only: spread_force, add_matrix
    use system_type, only: system_t
-   use node_axes, only: to_node, turn_pair
+   use node_axes, only: to_node, turn_pair, own_axes
    use carried_obstacles, only: add_at_contact
+   use eliminated_unknowns, only: contact_reaction
    implicit none
    private
-   public :: set_foundation, set_coupling, add_contact, add_marks, contact_tangent
+   public :: set_foundation, set_coupling, add_contact, add_marks, contact_tangent, contact_pull, node_reaction
 
 contains
 
@@ -73,7 +74,8 @@ contains
                & (problem%candidates%moves(c) .or. .not. system%turned(node))) then
                system%residual(d + 2) = system%residual(d + 2) + touchdown_couple(problem, state, c)
             end if
-            call add_at_contact(problem, system, c, k, system%k)
+            call add_at_contact(problem, system, c, k, contact_pull(problem, system, c, node_reaction(problem, state, system, c), &
+               & system%residual(d + 2), system%ef), system%k)
             if (problem%model%obstacle(problem%candidates%obstacle(c))%carrier > 0) cycle
             motion = [system%motion(:, c), 0.0_wp]
             normal = [system%normal(:, c), 0.0_wp]
@@ -145,7 +147,7 @@ contains
       end associate
       t = [n(2), -n(1)]
       kn = system%spring(candidate)
-      r = state%reaction(candidate)
+      r = node_reaction(problem, state, system, candidate)
       if (system%soft(candidate)) r = system%push(candidate)
       force = r * n
       k = 0.0_wp
@@ -157,11 +159,46 @@ contains
          if (.not. system%turned(node)) return
          ! On a track of variable curvature the node's rotation is a nonlinear function of the displacement.
          d = dof(problem, node, 3)
-         ! The force r - residual is the end force of the free element only: the obstacle's force inside the line contact belongs to
-         ! the conforming elements.
-         if (problem%candidates%follows(candidate) .and. system%unknown(candidate) > 0) k(1, 1) = k(1, 1) + &
-            & (r - system%residual(system%unknown(candidate))) * system%bend(candidate)
          k(1, 1) = k(1, 1) + system%residual(d) * track_bend_rate(problem, state, candidate)
       end associate
    end subroutine contact_tangent
+
+   !> Force of a contact on its node. At the end of a line contact it is what balances the free element, without the obstacle's
+   !> force inside the line contact, which belongs to the conforming elements.
+   pure real(wp) function node_reaction(problem, state, system, candidate) result(reaction)
+      type(problem_t), intent(in) :: problem
+      type(state_t), intent(in) :: state
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate
+      reaction = state%reaction(candidate)
+      if (problem%candidates%follows(candidate) .and. system%unknown(candidate) > 0) &
+         & reaction = contact_reaction(system, candidate, system%residual)
+   end function node_reaction
+
+   !> Force of a rigid obstacle, and of the conforming elements on it, on the node of a contact; global axes.
+   pure function contact_pull(problem, system, candidate, reaction, couple, ends) result(pull)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      integer, intent(in) :: candidate
+      real(wp), intent(in) :: reaction         !! node_reaction, or its rate
+      real(wp), intent(in) :: couple           !! force on the node's third unknown, or its rate
+      real(wp), intent(in) :: ends(:, :)       !! (6, elements) end forces in node axes, or their rate
+      real(wp) :: pull(2), along(2), axes(3, 3)
+      integer :: side
+      along = 0.0_wp
+      associate (list => problem%candidates, node => problem%candidates%node(candidate), n => system%normal(:, candidate))
+         ! The first unknown of the node also turns it, the third also lifts it.
+         pull = reaction * n - system%roll(node) * (couple - system%lean(node) * reaction) * [n(2), -n(1)]
+         do side = 1, 2
+            associate (e => list%element(side, candidate))
+               if (e == 0) cycle
+               if (problem%conforms(e) == 0) cycle
+               if (list%obstacle(problem%conforms(e)) == list%obstacle(candidate)) &
+                  & along = along + ends(7 - 3 * side:8 - 3 * side, e)
+            end associate
+         end do
+         axes = own_axes(system, node)
+         pull = pull - matmul(axes(1:2, 1:2), along)
+      end associate
+   end function contact_pull
 end module contact_terms

@@ -3,13 +3,15 @@
 module deck_nodes
    use kinds, only: wp
    use problem, only: problem_t, rounding_gap, carried_by
-   use rod_state, only: state_t, obstacle_shift
+   use rod_state, only: state_t, pose_of
    use obstacle_geometry, only: moved_gap
+   use obstacle_pose, only: pose_t, rigid_motion
    use linear_system, only: system_t, to_global
    use state_transfer, only: find_point, kept_t, point_displacement
    use conforming_span, only: lying_t, conforming_displacement
    use section_forces, only: local_forces, inner_local_forces
-   use rod_profile, only: profile_t, keep_profile, profile_rate
+   use rod_profile, only: profile_t, new_profile, keep_profile, profile_rate, profile_place
+   use node_axes, only: relative_increments
    implicit none
    private
    public :: deck_displacements, kept_forces_t, deck_section_forces, deck_contact_gaps, deck_node_rates, place_rate, &
@@ -103,11 +105,12 @@ contains
       integer, intent(in) :: contact            !! index into model%contact
       real(wp), intent(out) :: gap(:)           !! (nodes of the contact in the deck)
       real(wp), intent(out) :: place(:, :)      !! (2, nodes of the contact in the deck) deformed positions
-      real(wp) :: u(3, size(gap)), shift(2), at_home, home_offset, later, normal(2), bend
+      real(wp) :: u(3, size(gap)), at_home, home_offset, later, normal(2), bend
+      type(pose_t) :: pose
       integer :: i
       associate (list => problem%deck%contact(contact), o => problem%deck%contact(contact)%obstacle, kept => problem%constant, &
          & overlap => problem%overlap(contact), load => problem%model%step(problem%step)%load)
-         shift = obstacle_shift(problem, state, o)
+         pose = pose_of(problem, state, o)
          ! Part of candidate_offset other than the `gap` of the deck.
          later = overlap * (1.0_wp - kept%resolved(o)) - kept%closing(o) - &
             & state%load_factor * (load%closing(o) + load%resolved(o) * overlap)
@@ -115,7 +118,7 @@ contains
          do i = 1, size(list%node)
             associate (home => problem%deck%mesh%x(:, list%node(i)), obstacle => problem%deck%obstacle(o))
                place(:, i) = home + u(1:2, i)
-               call moved_gap(obstacle, home, u(1:2, i) - shift, at_home, gap(i), normal, bend)
+               call moved_gap(obstacle, home, pose%own_motion(home, u(1:2, i)), at_home, gap(i), normal, bend)
                home_offset = list%gap
                if (obstacle%at_nodes) home_offset = list%gap - at_home
                if (obstacle%bilateral) home_offset = -at_home
@@ -136,6 +139,7 @@ contains
       real(wp), intent(in) :: y                 !! increment of the load factor
       real(wp) :: rate(3, size(problem%mesh_node))
       type(profile_t) :: profile
+      type(pose_t) :: pose
       real(wp) :: du(6), tau, carried(3)
       integer :: node, mesh_node, e, z
       do node = 1, size(rate, 2)
@@ -144,16 +148,22 @@ contains
             rate(:, node) = to_global(problem, system, x, mesh_node)
             cycle
          end if
-         associate (ends => problem%model%mesh%node(:, e))
-            du = [to_global(problem, system, x, ends(1)), to_global(problem, system, x, ends(2))]
-         end associate
+         if (carried_by(problem, e) > 0) then
+            du = relative_increments(problem, system, x, e)
+         else
+            associate (ends => problem%model%mesh%node(:, e))
+               du = [to_global(problem, system, x, ends(1)), to_global(problem, system, x, ends(2))]
+            end associate
+         end if
          z = problem%z_size(e)
-         carried = 0.0_wp
-         if (carried_by(problem, e) > 0) carried = to_global(problem, system, x, carried_by(problem, e))
-         du = du - [carried(1:2), 0.0_wp, carried(1:2), 0.0_wp]
          call place_rate(problem, state, e, tau, profile, du, matmul(system%op(:z, :6, e), du) + &
             & y * system%op(:z, 8, e), y, rate(:, node))
-         rate(1:2, node) = rate(1:2, node) + carried(1:2)
+         if (carried_by(problem, e) == 0) cycle
+         ! The place moves with the obstacle on which it lies.
+         pose = pose_of(problem, state, problem%candidates%obstacle(problem%conforms(e)))
+         carried = to_global(problem, system, x, carried_by(problem, e))
+         rate(:, node) = rate(:, node) + matmul(rigid_motion(pose%arm(profile_place(problem, &
+            & new_profile(problem, state, e), tau))), carried)
       end do
    end function deck_node_rates
 
@@ -178,7 +188,8 @@ contains
       integer, intent(in) :: e
       real(wp), intent(in) :: tau
       type(profile_t), intent(inout) :: profile !! kept for the next place, see keep_profile
-      real(wp), intent(in) :: du(6)             !! changes of the nodes' displacements; the node that carries an obstacle stays
+      real(wp), intent(in) :: du(6)             !! changes of the nodes' displacements; of an element on a carried obstacle
+      !! relative_increments
       real(wp), intent(in) :: dz(:)             !! (z_size) changes of the stored unknowns
       real(wp), intent(in) :: load_change       !! change of the load factor
       real(wp), intent(out) :: rate(3)
@@ -201,7 +212,7 @@ contains
          part = merge(-step, step, way == 1)
          do i = 1, 2
             associate (node => problem%model%mesh%node(i, e))
-               beside%u(:, node) = state%u(:, node) + part * du(3 * i - 2:3 * i)
+               beside%u(1:2, node) = state%u(1:2, node) + part * du(3 * i - 2:3 * i - 1)
             end associate
          end do
          beside%z(:size(dz), e) = state%z(:size(dz), e) + part * dz

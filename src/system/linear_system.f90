@@ -6,7 +6,8 @@
 module linear_system
    use kinds, only: wp
    use problem, only: problem_t, carried_by
-   use rod_state, only: state_t, candidate_gap, closing_rate, may_react
+   use obstacle_pose, only: pose_t
+   use rod_state, only: state_t, node_position, pose_of, candidate_gap, closing_rate, may_react
    use conforming_span, only: rolled_t, rolled, touchdown_spring
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use rod_element, only: rod_element_t
@@ -19,7 +20,7 @@ module linear_system
    use node_axes, only: to_node, turn_force, turn_pair, matrix_to_node, to_global, spread_element
    use carried_obstacles, only: set_carried, add_carried_loads
    use eliminated_unknowns, only: set_constraints, contact_reaction, reaction_weights
-   use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_tangent
+   use contact_terms, only: set_foundation, set_coupling, add_contact, add_marks, contact_tangent, contact_pull, node_reaction
    use joint_stiffness, only: add_joint_springs, set_swings, add_swings, apply_joints
    use rigidity_maps, only: set_rigidity
    use rolling_rods, only: hold_rolling
@@ -27,9 +28,9 @@ module linear_system
    use timing, only: timing_start, timing_stop, count_up, phase_elements, phase_assembly, counter_evaluated
    implicit none
    private
-   public :: system_t, new_system, assemble, sum_elements, contact_tangent, spring_tangent, add_swings, apply_joints, &
-      & matrix_to_node, turn_pair, to_node, to_global, row_times, rows_times, contact_reaction, reaction_weights, &
-      & worst_round_off
+   public :: system_t, new_system, assemble, sum_elements, contact_tangent, contact_pull, node_reaction, spring_tangent, &
+      & add_swings, apply_joints, matrix_to_node, turn_pair, to_node, to_global, row_times, rows_times, contact_reaction, &
+      & reaction_weights, worst_round_off
 
 contains
 
@@ -42,6 +43,7 @@ contains
       logical :: ok
       real(wp) :: defect(3), worst(3), shift(6, 2)
       type(rolled_t) :: roll
+      type(pose_t) :: pose
       class(rod_element_t), pointer :: rod
       type(inner_forces_t) :: inner
 
@@ -65,6 +67,10 @@ contains
       call timing_start(phase_assembly)
       do c = 1, problem%candidates%n
          call candidate_gap(problem, state, c, system%gap(c), system%normal(:, c), system%bend(c))
+         if (problem%model%obstacle(problem%candidates%obstacle(c))%carrier > 0) then
+            pose = pose_of(problem, state, problem%candidates%obstacle(c))
+            system%arm(:, c) = pose%arm(node_position(state, problem%candidates%node(c)))
+         end if
          if (problem%candidates%rolls(c)) then
             roll = rolled(problem, state, c)
             system%gap(c) = system%gap(c) - roll%rise

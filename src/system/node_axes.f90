@@ -6,7 +6,7 @@ module node_axes
    use tied_nodes, only: node_unknowns, spread_force
    implicit none
    private
-   public :: to_node, turn_force, turn_pair, matrix_to_node, own_axes, to_global, element_unknowns, &
+   public :: to_node, turn_force, turn_pair, matrix_to_node, own_axes, to_global, element_unknowns, relative_increments, &
       & spread_element
 
 contains
@@ -83,6 +83,26 @@ contains
          end associate
       end do
    end function element_unknowns
+
+   !> Increments of the nodes of an element on a carried obstacle relative to the obstacle, in global axes, each with what the third
+   !> column of the element's operator belongs to: the rotation of the obstacle, and zero (evaluate_conforming).
+   pure function relative_increments(problem, system, x, e) result(du)
+      type(problem_t), intent(in) :: problem
+      type(system_t), intent(in) :: system
+      real(wp), intent(in) :: x(:)             !! (n) unknowns
+      integer, intent(in) :: e
+      real(wp) :: du(6)
+      real(wp) :: own(6), axes(3, 3)
+      integer :: i
+      own = element_unknowns(problem, system, x, e)
+      do i = 1, 2
+         axes = own_axes(system, problem%model%mesh%node(i, e))
+         du(3 * i - 2:3 * i) = matmul(axes, own(3 * i - 2:3 * i))
+      end do
+      own(:3) = to_global(problem, system, x, carried_by(problem, e))
+      du(3) = own(3)
+      du(6) = 0.0_wp
+   end function relative_increments
 
    !> Adds the end forces of an element, in node axes, to the forces on the unknowns.
    pure subroutine spread_element(problem, system, e, force, vector)

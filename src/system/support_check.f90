@@ -8,7 +8,8 @@ module support_check
    use problem, only: problem_t, touching_gap
    use tied_nodes, only: turned_arm
    use small_dense, only: dependent_row
-   use rod_state, only: state_t, node_position, chain_gap, candidate_gap
+   use obstacle_pose, only: pose_t, about_pivot
+   use rod_state, only: state_t, node_position, pose_of, chain_gap, candidate_gap
    implicit none
    private
    public :: unheld_part
@@ -27,6 +28,7 @@ contains
          real(wp), allocatable :: of(:, :)     ! sum of row * row^T
       end type gram_t
       type(gram_t), allocatable :: gram(:)     ! (groups)
+      type(pose_t) :: pose
       integer, allocatable :: member(:), group(:), place(:)
       real(wp) :: gap, normal(2), bend, arm(2), value(2)
       integer :: node, c, i, k, loose
@@ -49,7 +51,9 @@ contains
          call candidate_gap(problem, state, c, gap, normal, bend)
          associate (carrier => problem%model%obstacle(problem%candidates%obstacle(c))%carrier)
             if (carrier == 0) call add([problem%candidates%node(c)], [normal, 0.0_wp])
-            if (carrier > 0) call add([problem%candidates%node(c), carrier], [normal, 0.0_wp, -normal, 0.0_wp])
+            pose = pose_of(problem, state, problem%candidates%obstacle(c))
+            if (carrier > 0) call add([problem%candidates%node(c), carrier], [normal, 0.0_wp, &
+               & -about_pivot(pose%arm(node_position(state, problem%candidates%node(c))), normal)])
          end associate
       end do
       ! A foundation in contact resists in both directions, like an active candidate.

@@ -35,6 +35,9 @@ module system_type
       real(wp), allocatable :: lean(:)          !! (nodes) displacement along the second axis per rotation, which is not part of the
       !! second unknown: at a point contact at a segment boundary the force acts beside the node
       real(wp), allocatable :: tie_block(:, :, :) !! blocks of T', see tied_nodes
+      real(wp), allocatable :: arm(:, :)        !! (2, candidates) node less the pivot of the obstacle; zero if no node carries it
+      real(wp), allocatable :: laid(:, :, :)    !! (9, 9, elements) tangent of loads on conforming elements (carried_obstacles); no
+      !! elements if no obstacle is carried
       real(wp), allocatable :: slip_block(:, :, :) !! blocks of the displacements relative to the obstacle, see carried_obstacles
       type(rigidity_t) :: rigidity              !! maps of inextensible elements
       real(wp), allocatable :: tangent_stretch(:, :) !! (2, inextensible elements) artificial extension corrected in `tangent`
@@ -119,6 +122,8 @@ contains
       associate (list => problem%candidates)
          allocate (system%gap(list%n), system%normal(2, list%n), system%bend(list%n), system%slope(list%n))
          allocate (system%opening(list%n))
+         allocate (system%arm(2, list%n), source=0.0_wp)
+         allocate (system%laid(9, 9, merge(elements, 0, size(problem%ties%carrier) > 0)), source=0.0_wp)
          allocate (system%motion(2, list%n), system%closing(list%n), source=0.0_wp)
          allocate (system%unknown(list%n), system%partner(list%n), source=0)
          allocate (system%spring(list%n), system%push(list%n), source=0.0_wp)

@@ -14,7 +14,7 @@ from ..options import Parser, positive, tell_unfinished
 from ..results import Path, Results, ResultsError, read_results
 from ..results.force_glyphs import Scales, glyphs, value_text
 from ..results.mirror import mirror_line, mirrored
-from ..results.motion import Frame, Motion, obstacles_between
+from ..results.motion import Frame, Motion
 from ..results.obstacle_surface import strokes, surfaces
 from ..results.rod_shape import Shape, contact_pieces, idle_pieces, join
 from ..results.section_curves import between_ends, shape_at
@@ -116,7 +116,7 @@ class Drawn:
 
     def obstacles(self, path: Path, row: float) -> dict:
         unit, lines, hatches = np.array((1.0, self.args.stretch_y)), [], []
-        for obstacle in obstacles_between(path, float(row)):
+        for obstacle in path.obstacles_between(float(row)):
             for surface, solid in surfaces(obstacle, self.limits, self.args.stretch_y):
                 lines.append(surface)
                 hatches += list(strokes(surface, solid, unit, self.size))

@@ -12,7 +12,7 @@ from ..chosen_points import branch_number, count
 from ..results import Path, ResultsError
 from ..results.force_glyphs import Scales, glyphs
 from ..results.mirror import mirror_line, mirrored
-from ..results.motion import Frame, Motion, obstacles_between
+from ..results.motion import Frame, Motion
 from ..results.rod_shape import Shape, contact_pieces, join
 from . import path_curves, style
 from .force_drawing import draw_glyphs
@@ -127,7 +127,7 @@ class Film:
     def draw(self, frame: Frame):
         axes, args = self.left, self.args
         axes.clear()
-        for obstacle in obstacles_between(self.path, frame.row):
+        for obstacle in self.path.obstacles_between(frame.row):
             draw_obstacle(axes, obstacle, self.limits, args.stretch_y)
         for curve in mirrored(self.home.curves(), args.mirror):
             axes.plot(*curve.T, zorder=2, **style.STRESS_FREE)

@@ -102,10 +102,10 @@ def _between(samples: np.ndarray) -> np.ndarray:
 
 def normal_at(obstacle: Obstacle, place: np.ndarray) -> np.ndarray:
     """Unit vector from the surface at the point next to a place into the free side."""
-    if obstacle.kind == "gap":
+    if obstacle.kind == "gap" and obstacle.end is None:
         return obstacle.normal / np.hypot(*obstacle.normal)
-    if obstacle.kind == "circle":
-        away = place - obstacle.centre
+    if obstacle.kind in ("circle", "gap"):
+        away = place - (obstacle.centre if obstacle.end is None else obstacle.end)
         away = away / (np.hypot(*away) or 1.0)
         return away if obstacle.side == "outside" else -away
     points = obstacle.points if obstacle.kind in ("line", "soil") else obstacle.surface

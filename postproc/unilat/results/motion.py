@@ -30,16 +30,6 @@ class Frame:
     pressures: list[Pressure]
 
 
-def obstacles_between(path: Path, row: float) -> list:
-    """The obstacles where they are at a place of the path."""
-    low = int(np.floor(row))
-    if path.contact is None or path.contact.obstacle_shift is None or row == low:
-        return path.obstacles_at(low + 1)
-    shift = path.contact.obstacle_shift
-    moved = (low + 1 - row) * shift[low] + (row - low) * shift[low + 1]
-    return [obstacle.moved(moved[obstacle.number - 1]) for obstacle in path.obstacles.values()]
-
-
 class Motion:
     """Frames between the stored points of a path."""
 

@@ -227,9 +227,9 @@ def _contact(group: h5py.Group, filename: str, mesh: Mesh) -> tuple[Contact | No
                       tuple(text(word) for word in dataset(file, "contact/points", filename)[()]),
                       tuple(text(name) for name in file["contact/obstacle"]) if "contact/obstacle" in file else (),
                       *(group[f"contact/{name}"][()] if f"contact/{name}" in group else None
-                        for name in ("obstacle_shift", "obstacle_force")),
+                        for name in ("obstacle_shift", "obstacle_turn", "obstacle_force")),
                       _place_bars(group, width))
-    moved = [len(values) for values in (contact.obstacle_shift, contact.obstacle_force) if values is not None]
+    moved = [len(values) for values in (contact.obstacle_shift, contact.obstacle_turn, contact.obstacle_force) if values is not None]
     told = [] if contact.bars is None else [contact.bars.shape[1]]
     return contact, [len(count), len(reaction), *(len(span) for span in spans), *moved, *told]
 
@@ -249,7 +249,7 @@ def _place_bars(group: h5py.Group, width: int) -> np.ndarray | None:
 
 def _cut(contact: Contact, n: int) -> Contact:
     along = ("count", "start", "end", "angle_start", "angle_end", "contact", "reaction_total", "obstacle_shift",
-             "obstacle_force")
+             "obstacle_turn", "obstacle_force")
     cut = {name: getattr(contact, name)[:n] for name in along if getattr(contact, name) is not None}
     if contact.bars is not None:
         cut["bars"] = contact.bars[:, :n]
@@ -305,6 +305,8 @@ def _obstacle(name: str, item: h5py.Group | h5py.Dataset) -> Obstacle:
         radius=scalar(attrs["radius"]) if kind in ("circle", "arc", "polyline") else None,
         angles=np.array(attrs["angles"], dtype=float).reshape(2) if kind == "arc" else None,
         surface=item["surface"][()] if kind in ("arc", "polyline", "spline") else None,
+        end=np.array(attrs["centre"], dtype=float).reshape(2) if kind == "gap" and "centre" in attrs else None,
+        pivot=np.array(attrs["pivot"], dtype=float).reshape(2) if "pivot" in attrs else None,
         normal=np.array(attrs["normal"], dtype=float).reshape(2) if kind == "gap" else None, number=int(scalar(attrs.get("number", 0))),
         reference_angle=scalar(attrs.get("reference_angle", 0.0)),
         foundation=text(attrs.get("foundation", "rigid")).lower(), modulus=scalar(attrs.get("modulus", 0.0)))

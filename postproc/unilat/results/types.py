@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 import re
 from dataclasses import dataclass, field, replace
 
@@ -69,15 +70,21 @@ class Obstacle:
     angles: np.ndarray | None = None     # arc: (2) [degrees] directions from the centre to its ends
     surface: np.ndarray | None = None    # arc, polyline, spline: (samples, 2) along it; it goes on straight beyond both ends, unless they meet
     number: int = 0           # in the deck, from 1; the stops of *GAP after the obstacles
+    pivot: np.ndarray | None = None      # (2) about which it turns, where it begins
     normal: np.ndarray | None = None     # gap: (2) direction in which the stops push
+    end: np.ndarray | None = None        # gap that is a MEMBER: (2) the bar's other end, where it begins
 
     __repr__ = brief
 
-    def moved(self, shift: np.ndarray) -> Obstacle:
-        """The obstacle somewhere else."""
-        moved = {name: getattr(self, name) + shift for name in ("points", "centre", "surface")
-                 if getattr(self, name) is not None}
-        return replace(self, **moved)
+    def moved(self, shift: np.ndarray, turn: float = 0.0) -> Obstacle:
+        """The obstacle somewhere else: turned (rad) about its pivot, and displaced."""
+        c, s = math.cos(turn), math.sin(turn)
+        pivot = np.zeros(2) if self.pivot is None else self.pivot
+        moved = {name: (getattr(self, name) - pivot) @ np.array(((c, s), (-s, c))) + pivot + shift
+                 for name in ("points", "centre", "surface") if getattr(self, name) is not None}
+        if self.angles is not None:
+            moved["angles"] = self.angles + math.degrees(turn)
+        return replace(self, reference_angle=self.reference_angle + math.degrees(turn), **moved)
 
 
 @dataclass(frozen=True)
@@ -130,6 +137,7 @@ class Contact:
     points: tuple[str, ...]          # of each contact, where reactions act: "nodes", "spans" or "distributed"
     obstacles: tuple[str, ...] = ()  # name of the obstacle of each contact
     obstacle_shift: np.ndarray | None = None     # (points, obstacles, 2) how far they have moved; None: they never do
+    obstacle_turn: np.ndarray | None = None      # (points, obstacles) [rad] how far they have turned
     obstacle_force: np.ndarray | None = None     # (points, obstacles, 2) of each on the structure; None: a file from before
     bars: np.ndarray | None = None   # (4, points, regions) error bars of start and end, and these corrected; None: not told
 
@@ -200,9 +208,19 @@ class Path:
 
     def obstacles_at(self, point: int) -> list[Obstacle]:
         """The obstacles where they are at a point (from 1)."""
-        shift = self.contact.obstacle_shift if self.contact is not None else None
-        return [obstacle if shift is None else obstacle.moved(shift[point - 1, obstacle.number - 1])
-                for obstacle in self.obstacles.values()]
+        return self.obstacles_between(point - 1)
+
+    def obstacles_between(self, row: float) -> list[Obstacle]:
+        """The obstacles where they are at a place of the path (rows from 0): between two points they move and turn evenly."""
+        if self.contact is None or self.contact.obstacle_shift is None:
+            return list(self.obstacles.values())
+        low, high = int(np.floor(row)), int(np.ceil(row))
+
+        def between(values: np.ndarray | None) -> np.ndarray:
+            return np.zeros(len(self.obstacles)) if values is None else values[low] + (row - low) * (values[high] - values[low])
+
+        shift, turn = between(self.contact.obstacle_shift), between(self.contact.obstacle_turn)
+        return [obstacle.moved(shift[obstacle.number - 1], turn[obstacle.number - 1]) for obstacle in self.obstacles.values()]
 
     def field(self, name: str, point: int) -> np.ndarray:
         """A stored field at a point (from 1).

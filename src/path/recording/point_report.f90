@@ -2,7 +2,8 @@
 module point_report
    use kinds, only: wp
    use problem, only: problem_t
-   use rod_state, only: state_t, obstacle_shift, node_position
+   use rod_state, only: state_t, pose_of, node_position
+   use obstacle_pose, only: pose_t
    use linear_system, only: system_t
    use monitors, only: monitor_values
    use contact_regions, only: find_regions
@@ -27,8 +28,8 @@ contains
       integer, intent(in) :: number            !! points recorded before this one: decides whether fields are stored
       character(*), intent(in) :: label        !! points with a label always have fields
       type(point_t) :: point
-      real(wp), allocatable :: shares(:), totals(:, :), pushed(:, :, :)
-      real(wp) :: moment
+      real(wp), allocatable :: shares(:), totals(:, :), pushed(:, :, :), moment(:)
+      type(pose_t) :: pose
       type(kept_forces_t) :: kept
       integer :: c, e
       associate (step => problem%model%step(problem%step))
@@ -49,7 +50,7 @@ contains
             end if
             allocate (point%reaction_total(size(problem%model%contact)), source=0.0_wp)
             allocate (totals(3, size(problem%model%obstacle)))
-            allocate (pushed(3, size(problem%model%contact), size(problem%model%obstacle)))
+            allocate (pushed(3, size(problem%model%contact), size(problem%model%obstacle)), moment(size(problem%model%obstacle)))
             call foundation_totals(problem, state, totals)
             point%obstacle_force = totals(1:2, :)
             if (problem%has_spans()) then
@@ -76,9 +77,11 @@ contains
             end if
          end if
          if (obstacles_move(problem%model)) then
-            allocate (point%obstacle_shift(2, size(problem%model%obstacle)))
+            allocate (point%obstacle_shift(2, size(problem%model%obstacle)), point%obstacle_turn(size(problem%model%obstacle)))
             do c = 1, size(problem%model%obstacle)
-               point%obstacle_shift(:, c) = obstacle_shift(problem, state, c)
+               pose = pose_of(problem, state, c)
+               point%obstacle_shift(:, c) = pose%shift
+               point%obstacle_turn(c) = pose%turn
             end do
          end if
          if (step%field_every == 0) return

@@ -1,0 +1,103 @@
+!> Where an obstacle is: a rigid body that has been displaced and has turned about a pivot.
+!>
+!> A place X of the body, in the axes in which the deck gives its shape, is at x = c + d + R (X - c): c the pivot, d its
+!> displacement, R the rotation. Gaps, curvatures and lengths along the track are those in the body's axes; directions turn with R.
+module obstacle_pose
+   use kinds, only: wp
+   use obstacle_track, only: track_t
+   implicit none
+   private
+   public :: pose_t, rigid_motion, about_pivot
+
+   type :: pose_t
+      real(wp) :: shift(2) = 0.0_wp         !! displacement of the pivot
+      real(wp) :: pivot(2) = 0.0_wp         !! its place before
+      real(wp) :: turn = 0.0_wp             !! rotation, counterclockwise [rad]
+   contains
+      procedure :: own_place, own_motion, own_direction, direction, place, placed, arm
+   end type pose_t
+
+contains
+
+   !> Place in the body's axes of a place in space.
+   pure function own_place(self, x) result(own)
+      class(pose_t), intent(in) :: self
+      real(wp), intent(in) :: x(2)
+      real(wp) :: own(2)
+      own = x - self%shift
+      own = own + turned_less(-self%turn, own - self%pivot)
+   end function own_place
+
+   !> Way from a place, seen from the body: own_place(home + motion) - home, without the rounding of places.
+   pure function own_motion(self, home, motion) result(own)
+      class(pose_t), intent(in) :: self
+      real(wp), intent(in) :: home(2), motion(2)
+      real(wp) :: own(2)
+      own = motion - self%shift
+      own = own + turned_less(-self%turn, home - self%pivot + own)
+   end function own_motion
+
+   !> Components in the body's axes of a vector in space.
+   pure function own_direction(self, v) result(own)
+      class(pose_t), intent(in) :: self
+      real(wp), intent(in) :: v(2)
+      real(wp) :: own(2)
+      own = v + turned_less(-self%turn, v)
+   end function own_direction
+
+   !> Vector in space of components in the body's axes.
+   pure function direction(self, own) result(v)
+      class(pose_t), intent(in) :: self
+      real(wp), intent(in) :: own(2)
+      real(wp) :: v(2)
+      v = own + turned_less(self%turn, own)
+   end function direction
+
+   !> Place in space of a place in the body's axes.
+   pure function place(self, own) result(x)
+      class(pose_t), intent(in) :: self
+      real(wp), intent(in) :: own(2)
+      real(wp) :: x(2)
+      x = own + self%shift + turned_less(self%turn, own - self%pivot)
+   end function place
+
+   !> Point of the track in space. Arc lengths, curvatures and numbers of pieces are the same.
+   pure type(track_t) function placed(self, own) result(track)
+      class(pose_t), intent(in) :: self
+      type(track_t), intent(in) :: own         !! in the body's axes
+      track = own
+      track%place = self%place(own%place)
+      track%tangent = self%direction(own%tangent)
+   end function placed
+
+   !> Vector from the pivot to a place in space.
+   pure function arm(self, x)
+      class(pose_t), intent(in) :: self
+      real(wp), intent(in) :: x(2)
+      real(wp) :: arm(2)
+      arm = x - self%shift - self%pivot
+   end function arm
+
+   !> Motion of a body at a place (rows) by the displacements and the rotation of its pivot.
+   pure function rigid_motion(arm) result(motion)
+      real(wp), intent(in) :: arm(2)           !! from the pivot to the place
+      real(wp) :: motion(3, 3)
+      motion = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, -arm(2), arm(1), 1.0_wp], [3, 3])
+   end function rigid_motion
+
+   !> A force at a place as force and moment about the pivot.
+   pure function about_pivot(arm, force) result(both)
+      real(wp), intent(in) :: arm(2)           !! from the pivot to the place
+      real(wp), intent(in) :: force(2)
+      real(wp) :: both(3)
+      both = [force, arm(1) * force(2) - arm(2) * force(1)]
+   end function about_pivot
+
+   !> (R - 1) v, in a form without cancellation; exactly zero without rotation.
+   pure function turned_less(turn, v) result(change)
+      real(wp), intent(in) :: turn, v(2)
+      real(wp) :: change(2), half
+      half = 0.5_wp * turn
+      change = (2.0_wp * sin(half)) * [-sin(half) * v(1) - cos(half) * v(2), cos(half) * v(1) - sin(half) * v(2)]
+   end function turned_less
+end module obstacle_pose
