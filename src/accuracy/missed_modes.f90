@@ -11,7 +11,7 @@ module missed_modes
    use rod_state, only: state_t
    use linear_system, only: system_t, new_system
    use bordered_system, only: linearise
-   use conforming_span, only: excess_curvature
+   use track_nodes, only: excess_curvature
    use mesh_adequacy, only: compression
    use tangent_modes, only: modes_t, lowest_modes, apply_tangent
    use force_free_contact, only: remove_force_free_lines

@@ -13,7 +13,8 @@ module balance
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use section_forces, only: end_forces
    use span_forces, only: span_totals, end_force
-   use conforming_span, only: lying_t, conforming_forces, rolled_t, rolled, density_samples
+   use track_nodes, only: rolled_t, rolled
+   use conforming_span, only: lying_t, conforming_forces, density_samples
    use deck_nodes, only: deck_contact_gaps, find_node
    use element_foundation, only: foundation_forces
    use rod_profile, only: profile_t, new_profile, mend_ends, profile_doubt

@@ -12,7 +12,8 @@ module force_free_contact
    use obstacle_pose, only: pose_t
    use obstacle_track, only: track_t
    use contact_spans, only: contact_span_t
-   use conforming_span, only: lying_t, conforming_forces, node_track, density_samples
+   use track_nodes, only: node_track
+   use conforming_span, only: lying_t, conforming_forces, density_samples
    use span_problem, only: new_span_problem
    use span_candidates, only: present_contact_spans
    use touchdown_points, only: carry_forces

@@ -20,7 +20,8 @@ module lifted_node
    use problem, only: problem_t, rounding_gap
    use contact_spans, only: line_share
    use rod_state, only: state_t
-   use conforming_span, only: conforming_forces, node_track, track_sense
+   use track_nodes, only: node_track, track_sense
+   use conforming_span, only: conforming_forces
    use breakpoint_forces, only: breakpoint_force, breakpoint_couple
    implicit none
    private

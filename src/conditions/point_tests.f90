@@ -5,7 +5,8 @@ module point_tests
    use kinds, only: wp, parallel
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t, candidate_gap, may_react
-   use conforming_span, only: rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation, conforming_forces
+   use track_nodes, only: rolled_t, rolled, excess_curvature, node_track, track_sense, track_rotation
+   use conforming_span, only: conforming_forces
    use touchdown_points, only: point_force
    use breakpoint_forces, only: breakpoint_force, at_breakpoint, left_over, breakpoint_couple
    use contact_spans, only: line_share

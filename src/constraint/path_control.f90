@@ -27,7 +27,7 @@ module path_control
    use bordered_system, only: set_path_row, linear_functional, solve_bordered, all_to_global
    use state_functional, only: functional_t, new_load_functional
    use relative_curvature, only: new_relative_curvature
-   use conforming_span, only: excess_curvature
+   use track_nodes, only: excess_curvature
    use displacement_functional, only: new_displacement_functional, watched_displacement
    implicit none
    private

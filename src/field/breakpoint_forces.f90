@@ -4,7 +4,8 @@ module breakpoint_forces
    use problem, only: problem_t
    use rod_state, only: state_t, may_react
    use obstacle_track, only: track_t
-   use conforming_span, only: conforming_forces, node_track, track_sense
+   use track_nodes, only: node_track, track_sense
+   use conforming_span, only: conforming_forces
    implicit none
    private
    public :: at_breakpoint, stands, breakpoint_force, breakpoint_couple, left_over

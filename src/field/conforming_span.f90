@@ -1,35 +1,28 @@
 !> Rods in line contact: conforming elements on the obstacle's track, and nodes that take the direction of the track.
 !>
-!> The track is the curve at the distance of the gap's offset from the surface. A node in line contact has one unknown, its place
-!> along the track, which determines rotation and normal displacement. The elements between two such nodes are conforming elements;
-!> their end forces depend on these places only.
+!> The track is the curve at the distance of the gap's offset from the surface (track_nodes). A node in line contact has one
+!> unknown, its place along the track, which determines rotation and normal displacement. The elements between two such nodes are
+!> conforming elements; their end forces depend on these places only.
 module conforming_span
    use kinds, only: wp, pi
-   use problem, only: problem_t, rounding_gap
-   use rod_state, only: state_t, element_compliance, element_load, element_displacement, node_position, pose_of, &
-      & candidate_offset, closing_rate
-   use reference_curve, only: curve_abscissa, curve_length, curve_bend
+   use problem, only: problem_t
+   use rod_state, only: state_t, element_load, pose_of, candidate_offset, closing_rate
+   use reference_curve, only: curve_bend
    use gauss_tableau, only: max_stages, stage_basis
    use small_dense, only: solve_small
    use obstacle_pose, only: pose_t
-   use obstacle_track, only: track_t, track_foot, track_ahead, across_joint, joints_between
+   use obstacle_track, only: track_t, track_ahead
    use rod_load, only: ge_load_t, largest_line
    use ge_element, only: ge_columns
-   use ge_fields, only: ge_end_forces
    use inner_forces, only: inner_forces_t
    use ground_density, only: foundation_density, home_at
    use conforming_element, only: conforming_evaluate, conforming_output_t, new_output, output_at, conforming_resultants, &
       & conforming_size
+   use track_nodes, only: node_track, foot, track_sense, bend_at
    implicit none
    private
-   public :: evaluate_conforming, lying_t, conforming_forces, conforming_displacement, conforming_change, conforming_resultant, &
-      & conforming_track, track_below, conforming_guess, track_rotation, track_bend_rate, touchdown_spring, touchdown_couple, &
-      & flat_excess, rolled_t, rolled, excess_curvature, excess_rate, node_track, track_joints, find_joints, track_sense, &
-      & rod_angle, bend_at, ge_end, density_samples
-
-   !> Bound of (relative curvature times structure's size) below which a point contact is osculating; smaller values are rounding or
-   !> residuals of Newton's method.
-   real(wp), parameter :: flat_excess = 1.0e-8_wp
+   public :: evaluate_conforming, lying_t, conforming_forces, conforming_displacement, conforming_change, &
+      & conforming_resultant, conforming_track, track_below, conforming_guess, density_samples
 
    integer, parameter :: density_samples = 4 !! number of equal parts of an element, or of its smooth parts, at whose ends the
    !! density of the contact force is sampled
@@ -43,307 +36,7 @@ module conforming_span
       type(conforming_output_t) :: output
    end type lying_t
 
-   !> Position of a point contact's force relative to the contact node, if the node is a segment boundary and the force is beside
-   !> it.
-   type :: rolled_t
-      real(wp) :: way = 0.0_wp        !! distance along the rod from the node to the force, stress-free length, > 0 after the node
-      real(wp) :: rise = 0.0_wp       !! height of the node above the track
-      real(wp) :: lean = 0.0_wp       !! derivative of `rise` with respect to the node's rotation
-      real(wp) :: arm(2) = 0.0_wp     !! vector from the node to the force
-      real(wp) :: normal(2) = 0.0_wp  !! normal of the obstacle at the force
-   end type rolled_t
-
 contains
-
-   !> Track at a node of a contact span, where the obstacle is.
-   pure type(track_t) function node_track(problem, state, candidate) result(track)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      associate (list => problem%candidates)
-         track = foot(problem, state, list%obstacle(candidate), -candidate_offset(problem, state, list, candidate), &
-            & node_position(state, list%node(candidate)))
-      end associate
-   end function node_track
-
-   !> Nearest point to x on the track of an obstacle where it is.
-   pure type(track_t) function foot(problem, state, obstacle, offset, x) result(track)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: obstacle
-      real(wp), intent(in) :: offset                !! as in track_foot
-      real(wp), intent(in) :: x(2)
-      type(pose_t) :: pose
-      pose = pose_of(problem, state, obstacle)
-      track = pose%placed(track_foot(problem%model%obstacle(obstacle), offset, pose%own_place(x)))
-   end function foot
-
-   !> Places inside a conforming element where two pieces of the obstacle's track join, as fractions of the element's length; exact
-   !> for a constant extension ratio.
-   pure function track_joints(problem, state, e) result(share)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e                     !! conforming element
-      real(wp), allocatable :: share(:)
-      call find_joints(problem, state, e, share)
-   end function track_joints
-
-   !> As track_joints, with the couples that would hold the rod to the track where the track's curvature jumps.
-   pure subroutine find_joints(problem, state, e, share, couple)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e                     !! conforming element
-      real(wp), allocatable, intent(out) :: share(:)
-      real(wp), allocatable, intent(out), optional :: couple(:) !! (joints) jump of the rod's moment, of either sign
-      associate (c => problem%conforms(e), list => problem%candidates)
-         call joints_between(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), &
-            & node_track(problem, state, c), node_track(problem, state, list%neighbour(2, c)), share, couple)
-      end associate
-      if (present(couple)) couple = couple / problem%compliance(e)%bending
-   end subroutine find_joints
-
-   !> Element in which quantities of the rod at a candidate are evaluated: the element after the candidate, at the end of a segment
-   !> the element before. If the rod is not smooth there, `which` gives the side.
-   pure subroutine own_element(problem, candidate, e, end, which)
-      type(problem_t), intent(in) :: problem
-      integer, intent(in) :: candidate
-      integer, intent(out) :: e
-      integer, intent(out) :: end                   !! end of the element at which the candidate is: 1 or 2
-      integer, intent(in), optional :: which        !! 1: before the candidate, 2: after it
-      integer :: side
-      associate (element => problem%candidates%element(:, candidate))
-         side = merge(2, 1, element(2) > 0)
-         if (present(which)) side = which
-         e = element(side)
-         end = 3 - side
-      end associate
-   end subroutine own_element
-
-   !> Tangent angle of the rod at a candidate.
-   pure real(wp) function rod_angle(problem, state, candidate, which) result(angle)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      integer, intent(in), optional :: which        !! as in own_element, also in the following procedures
-      integer :: e, end
-      call own_element(problem, candidate, e, end, which)
-      angle = state%geometry%element(e)%end_angle(end) + state%u(3, problem%candidates%node(candidate))
-   end function rod_angle
-
-   !> 1 if the rod and the track have the same direction at a candidate, -1 if they have opposite directions.
-   pure real(wp) function track_sense(problem, state, candidate, track, which) result(sense)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      type(track_t), intent(in) :: track            !! track at the candidate
-      integer, intent(in), optional :: which
-      real(wp) :: angle
-      angle = rod_angle(problem, state, candidate, which)
-      sense = sign(1.0_wp, dot_product([cos(angle), sin(angle)], track%tangent))
-   end function track_sense
-
-   !> Rotation of the rod relative to the track at a candidate, in (-pi/2, pi/2], counterclockwise.
-   pure real(wp) function track_rotation(problem, state, candidate, which) result(rotation)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      integer, intent(in), optional :: which
-      type(track_t) :: track
-      real(wp) :: angle, sense, t(2)
-      call contact_track(problem, state, candidate, track, which)
-      angle = rod_angle(problem, state, candidate, which)
-      sense = track_sense(problem, state, candidate, track, which)
-      t = sense * track%tangent
-      rotation = atan2(t(1) * sin(angle) - t(2) * cos(angle), t(1) * cos(angle) + t(2) * sin(angle))
-   end function track_rotation
-
-   !> Derivative of the track's curvature with respect to the length along the track, at a node of a contact span.
-   pure real(wp) function track_bend_rate(problem, state, candidate) result(rate)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      type(track_t) :: track
-      track = node_track(problem, state, candidate)
-      rate = track%curvature_rate
-   end function track_bend_rate
-
-   !> Relative curvature at a point contact, per unit stress-free length: o theta' - kappa (1 + e), with the curvature theta' of the
-   !> rod, o = 1 or -1 for a rod in or against the direction of the track (track_sense), the curvature kappa of the track, and the
-   !> extension ratio 1 + e. Positive if the rod bends away from the obstacle more than the obstacle's surface; zero where the point
-   !> becomes a line contact or two points.
-   pure subroutine excess_curvature(problem, state, candidate, excess, extension, which)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      real(wp), intent(out) :: excess
-      real(wp), intent(out) :: extension              !! 1 + e
-      integer, intent(in), optional :: which        !! side, needed if the rod is not smooth or a support makes the moment jump
-      type(track_t) :: track
-      call contact_track(problem, state, candidate, track, which, excess, extension)
-   end subroutine excess_curvature
-
-   !> Derivative of the relative curvature along the rod per unit stress-free length, at a point contact that moves.
-   pure real(wp) function excess_rate(problem, state, candidate, shear) result(rate)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      real(wp), intent(in) :: shear                 !! shear force in the rod just behind the point contact
-      type(track_t) :: track
-      real(wp) :: excess, extension, sense, bend(0:2)
-      integer :: e
-      e = problem%candidates%element(2, candidate)
-      call contact_track(problem, state, candidate, track, excess=excess, extension=extension)
-      sense = track_sense(problem, state, candidate, track)
-      bend = bend_at(problem, state, e, 0.0_wp)
-      rate = sense * (bend(1) - problem%compliance(e)%bending * extension * shear - track%curvature_rate * extension**2)
-   end function excess_rate
-
-   !> Track at a contact node. A point contact lies at the least gap. If the rod bends more towards the obstacle than the nearest
-   !> piece of the track does, the gap there is largest, not least. If the next piece of the track bends more than the rod, the gap
-   !> is least beyond the joint of both pieces: the contact then belongs to the next piece, continued back across the joint.
-   pure subroutine contact_track(problem, state, candidate, track, which, excess, extension)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      type(track_t), intent(out) :: track
-      integer, intent(in), optional :: which        !! as in excess_curvature
-      real(wp), intent(out), optional :: excess, extension !! as in excess_curvature
-      type(track_t) :: beyond
-      type(pose_t) :: pose
-      real(wp) :: bend, axial, left
-      integer :: e
-      track = node_track(problem, state, candidate)
-      if (.not. (present(excess) .or. problem%candidates%rolls(candidate))) return
-      call rod_curvature(problem, state, candidate, track, bend, axial, which)
-      left = bend - track%curvature * axial
-      if (left < 0.0_wp .and. problem%candidates%rolls(candidate)) then
-         e = maxval(problem%candidates%element(:, candidate))
-         associate (list => problem%candidates)
-            beyond = across_joint(problem%model%obstacle(list%obstacle(candidate)), &
-               & -candidate_offset(problem, state, list, candidate), track, state%geometry%element(e)%length)
-            pose = pose_of(problem, state, list%obstacle(candidate))
-            if (beyond%piece /= track%piece) beyond = pose%placed(beyond)
-         end associate
-         if (bend - beyond%curvature * axial > 0.0_wp) then
-            track = beyond
-            left = bend - track%curvature * axial
-         end if
-      end if
-      if (present(excess)) excess = left
-      if (present(extension)) extension = axial
-   end subroutine contact_track
-
-   !> Curvature of the rod at a contact, > 0 towards the free side, and its extension ratio.
-   pure subroutine rod_curvature(problem, state, candidate, track, curvature, extension, which)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      type(track_t), intent(in) :: track            !! track at the contact
-      real(wp), intent(out) :: curvature            !! per unit stress-free length
-      real(wp), intent(out) :: extension              !! 1 + e
-      integer, intent(in), optional :: which        !! as in excess_curvature
-      type(ge_load_t) :: load
-      real(wp) :: angle, bend, sense, n(2), m, turn
-      integer :: e, side
-      sense = track_sense(problem, state, candidate, track, which)
-      call own_element(problem, candidate, e, side, which)
-      if (.not. (present(which) .or. problem%candidates%moves(candidate))) then
-         ! At a node with a couple or a change of section, the side towards which the contact rolls determines the curvature.
-         angle = rod_angle(problem, state, candidate)
-         turn = track%tangent(1) * sin(angle) - track%tangent(2) * cos(angle)
-         side = merge(2, 1, turn > 0.0_wp)
-         if (problem%candidates%element(3 - side, candidate) == 0) side = 3 - side
-         e = problem%candidates%element(3 - side, candidate)
-      end if
-      call ge_end(problem, state, e, side, n, m)
-      load = element_load(problem, state, e)
-      angle = rod_angle(problem, state, candidate, which)
-      extension = 1.0_wp + load%strain + problem%compliance(e)%axial * (cos(angle) * n(1) + sin(angle) * n(2))
-      associate (g => state%geometry%element(e), c => problem%model%mesh%curve(e))
-         bend = 0.0_wp
-         if (c > 0) call curve_bend(problem%model%curve(c), problem%model%imperfection, g%s(side), bend)
-      end associate
-      curvature = sense * (bend + load%curvature + problem%compliance(e)%bending * m)
-   end subroutine rod_curvature
-
-   !> Force and moment at one end of a free element, global axes.
-   pure subroutine ge_end(problem, state, e, side, n, m)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e, side
-      real(wp), intent(out) :: n(2), m
-      real(wp) :: first(3), second(3)
-      type(inner_forces_t) :: none
-      n = state%z(1:2, e)
-      m = state%z(3, e)
-      if (side == 1) return
-      associate (g => state%geometry%element(e))
-         call ge_end_forces(problem%tableau(problem%model%mesh%stages(e)), g%length, g%scale, g%tangent, &
-            & element_compliance(problem, state, e), &
-            & element_load(problem, state, e), element_displacement(problem, state, e), state%z(:problem%z_size(e), e), first, &
-            & second, none)
-      end associate
-      n = second(1:2)
-      m = second(3)
-   end subroutine ge_end
-
-   !> Rotational stiffness of a point contact. The point lies at the least gap, where the gap's slope g' along the rod is zero. The
-   !> potential of its force T is therefore -T times the least gap, -T (g - g'^2/(2 g'')) with the gap g at the node and its
-   !> derivatives along the rod; the second derivative of the potential with respect to g' is T/g''.
-   pure real(wp) function touchdown_spring(problem, state, candidate) result(spring)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! state with its contact reactions
-      integer, intent(in) :: candidate
-      real(wp) :: excess, extension
-      spring = 0.0_wp
-      if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%held(candidate)) return
-      call excess_curvature(problem, state, candidate, excess, extension)
-      ! At an osculating contact the node hardly rotates, as at the end of a line contact, and the computed relative curvature may
-      ! be rounding: a small positive value replaces it.
-      if (abs(excess) * problem%size <= flat_excess) excess = flat_excess / problem%size
-      spring = state%reaction(candidate) * extension / excess
-   end function touchdown_spring
-
-   !> Unbalanced couple at a point contact that is not at the least gap: force times distance to the least gap. A rotation below
-   !> rounding gives no couple, because the distance would be undetermined at an osculating contact. At an osculating contact only a
-   !> point that moves along the rod gives a couple.
-   pure real(wp) function touchdown_couple(problem, state, candidate) result(couple)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state            !! state with its contact reactions
-      integer, intent(in) :: candidate
-      real(wp) :: spring, turn, excess, extension
-      couple = 0.0_wp
-      spring = touchdown_spring(problem, state, candidate)
-      if (.not. abs(spring) > 0.0_wp) return
-      call excess_curvature(problem, state, candidate, excess, extension)
-      if (abs(excess) * problem%size <= flat_excess .and. .not. problem%candidates%moves(candidate)) return
-      turn = track_rotation(problem, state, candidate)
-      if (abs(turn) * problem%size > rounding_gap(problem)) couple = spring * turn
-   end function touchdown_couple
-
-   !> Position of the force of a point contact whose node is a segment boundary: the least gap beside the node, to second order.
-   pure type(rolled_t) function rolled(problem, state, candidate)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: candidate
-      type(track_t) :: track
-      real(wp) :: excess, extension, turn, angle, sense, normal(2)
-      track = node_track(problem, state, candidate)
-      normal = [-track%tangent(2), track%tangent(1)]
-      rolled%normal = normal
-      if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%moves(candidate)) return
-      if (problem%candidates%held(candidate)) return
-      call excess_curvature(problem, state, candidate, excess, extension)
-      if (excess * problem%size <= flat_excess) return
-      turn = track_rotation(problem, state, candidate)
-      sense = track_sense(problem, state, candidate, track)
-      rolled%way = -turn * sense / excess
-      rolled%rise = 0.5_wp * extension * turn**2 / excess
-      rolled%lean = extension * turn / excess
-      angle = rod_angle(problem, state, candidate)
-      rolled%arm = extension * rolled%way * [cos(angle), sin(angle)]
-      rolled%normal = normal - (track%curvature * sense * extension * rolled%way) * track%tangent
-   end function rolled
 
    !> Stress-free curvature at the stages of an element.
    pure function stage_bends(problem, state, e) result(bend)
@@ -360,36 +53,6 @@ contains
          end do
       end associate
    end function stage_bends
-
-   !> Stress-free curvature in an element and its first two derivatives with respect to the stress-free length, one-sided at an end.
-   !> The second derivative is that of the parabola through three values of the curvature's first derivative.
-   pure function bend_at(problem, state, e, tau) result(bend)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      integer, intent(in) :: e
-      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
-      real(wp) :: bend(0:2), s, middle, step, rate(-1:1), unused
-      integer :: i
-      bend = 0.0_wp
-      if (problem%model%mesh%curve(e) == 0) return
-      associate (curve => problem%model%curve(problem%model%mesh%curve(e)), imperfection => problem%model%imperfection, &
-         & g => state%geometry%element(e))
-         bend(0) = curve%curvature
-         if (curve%imperfection == 0 .and. .not. allocated(curve%path)) return
-         s = curve_abscissa(curve, imperfection, g%s(1), tau * g%length)
-         step = epsilon(step) * (g%s(2) - g%s(1))
-         call curve_bend(curve, imperfection, min(max(s, g%s(1) + step), g%s(2) - step), bend(0), bend(1))
-         step = epsilon(step)**(1.0_wp / 3.0_wp) * (g%s(2) - g%s(1))
-         middle = min(max(s, g%s(1) + step), g%s(2) - step)
-         ! An element of a diverging iterate may be as short as rounding: its derivatives are then not computed.
-         if (.not. middle + step > middle - step) return
-         do i = -1, 1
-            call curve_bend(curve, imperfection, middle + i * step, unused, rate(i))
-         end do
-         bend(2) = (0.5_wp * (rate(1) - rate(-1)) + (s - middle) / step * (rate(1) - 2.0_wp * rate(0) + rate(-1))) / &
-            & (0.5_wp * curve_length(curve, imperfection, middle - step, middle + step))
-      end associate
-   end function bend_at
 
    !> Conforming element in the form that linear_system expects of every element: in global axes, with the displacements of both
    !> nodes as unknowns. A displacement of the obstacle acts like the opposite displacement of the nodes; a closing gap displaces

@@ -7,7 +7,8 @@ module span_forces
    use rod_state, only: state_t, candidate_gap, node_position, element_load
    use rod_load, only: ge_load_t, sum_line, line_at
    use section_forces, only: end_forces
-   use conforming_span, only: lying_t, conforming_forces, rolled_t, rolled, track_joints
+   use track_nodes, only: rolled_t, rolled, track_joints
+   use conforming_span, only: lying_t, conforming_forces
    use touchdown_points, only: point_force
    use breakpoint_forces, only: breakpoint_force
    use state_transfer, only: find_point

@@ -7,7 +7,8 @@ module span_pushes
    use rod_state, only: state_t, candidate_gap, node_position
    use span_forces, only: end_force, cut_force
    use span_regions, only: chain_coordinate, lengths_before
-   use conforming_span, only: lying_t, conforming_forces, rolled_t, rolled, track_joints, node_track, track_sense, density_samples
+   use track_nodes, only: rolled_t, rolled, track_joints, node_track, track_sense
+   use conforming_span, only: lying_t, conforming_forces, density_samples
    implicit none
    private
    public :: point_pushes, line_pushes

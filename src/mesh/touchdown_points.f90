@@ -9,7 +9,8 @@ module touchdown_points
    use problem, only: problem_t, same_place, copy_problem
    use rod_state, only: state_t
    use section_forces, only: end_forces
-   use conforming_span, only: conforming_forces, track_rotation, track_sense, node_track, excess_curvature, excess_rate, rod_angle
+   use track_nodes, only: track_rotation, track_sense, node_track, excess_curvature, excess_rate, rod_angle
+   use conforming_span, only: conforming_forces
    use breakpoint_forces, only: at_breakpoint, breakpoint_force
    use state_transfer, only: carry_to, move_nodes
    use span_candidates, only: touch_place

@@ -8,7 +8,7 @@ module place_functional
    use problem, only: problem_t
    use rod_state, only: state_t
    use linear_system, only: system_t
-   use conforming_span, only: rolled_t, rolled
+   use track_nodes, only: rolled_t, rolled
    use touchdown_points, only: touchdown_step, touchdown_slope
    use span_regions, only: chain_coordinate
    use error_bar, only: place_bar_t

@@ -8,7 +8,7 @@ module span_regions
    use state_transfer, only: find_point
    use obstacle_pose, only: pose_t
    use obstacle_geometry, only: has_angle, contact_angle, turns_forward, unwrap_angle
-   use conforming_span, only: rod_angle, rolled_t, rolled
+   use track_nodes, only: rod_angle, rolled_t, rolled
    use breakpoint_forces, only: stands
    use path_record, only: region_t
    use error_bar, only: error_bars_t, new_error_bar

@@ -6,7 +6,7 @@ module contact_terms
    use rod_state, only: state_t
    use force_law, only: foundation_reaction
    use ground_marks, only: mark_spring
-   use conforming_span, only: track_bend_rate, touchdown_spring, touchdown_couple
+   use track_nodes, only: track_bend_rate, touchdown_spring, touchdown_couple
    use active_coupling, only: set_active, coupled_answer, add_forces
    use tied_nodes, only: spread_force, add_matrix
    use system_type, only: system_t

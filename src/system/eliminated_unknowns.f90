@@ -3,7 +3,7 @@ module eliminated_unknowns
    use kinds, only: wp, parallel
    use problem, only: problem_t, dof
    use rod_state, only: state_t, may_react
-   use conforming_span, only: track_rotation, rolled_t, rolled
+   use track_nodes, only: track_rotation, rolled_t, rolled
    use tied_nodes, only: tie_value
    use system_type, only: system_t
    implicit none

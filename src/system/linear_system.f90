@@ -8,7 +8,7 @@ module linear_system
    use problem, only: problem_t, carried_by
    use obstacle_pose, only: pose_t
    use rod_state, only: state_t, node_position, pose_of, candidate_gap, closing_rate, may_react
-   use conforming_span, only: rolled_t, rolled, touchdown_spring
+   use track_nodes, only: rolled_t, rolled, touchdown_spring
    use node_loads, only: node_push_t, dead_node_load, node_pushes
    use rod_element, only: rod_element_t
    use rod_elements, only: rod_at

@@ -6,7 +6,7 @@ module doubts
    use contact_spans, only: contact_span_t
    use span_candidates, only: present_contact_spans, touch_place
    use line_pressure, only: pressure_t, sample_line
-   use conforming_span, only: node_track
+   use track_nodes, only: node_track
    use rod_state, only: state_t, candidate_offset
    use obstacle_track, only: joint_distance
    use test_kinds, only: span_test_t, test_gap, test_force, test_curvature, test_pressure, test_length, test_vanishing, &

@@ -4,7 +4,7 @@ module node_contacts
    use problem, only: problem_t
    use rod_state, only: state_t, candidate_gap, may_react
    use contact_spans, only: contact_span_t
-   use conforming_span, only: rod_angle
+   use track_nodes, only: rod_angle
    use test_kinds, only: test_slack, test_gap
    implicit none
    private

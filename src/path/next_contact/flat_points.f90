@@ -4,7 +4,7 @@ module flat_points
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use conforming_span, only: flat_excess, excess_curvature
+   use track_nodes, only: flat_excess, excess_curvature
    use touchdown_points, only: point_force
    use path_control, only: control_t
    use linear_system, only: system_t, new_system
