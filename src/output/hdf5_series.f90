@@ -48,7 +48,7 @@ module hdf5_series
       character(:), allocatable :: group
       type(column_t), allocatable :: column(:)
       logical :: defining = .true.                !! true: values define columns
-      integer :: filled = 0                       !! columns of the present row that have their values
+      integer :: filled = 0                       !! columns that are defined, or that have their values in the present row
       integer :: written = 0, buffered = 0        !! rows in the file and in memory, the present one included
       character(:), allocatable :: wrong          !! column of the first value that does not fit; not allocated: none
    end type table_t
@@ -78,8 +78,9 @@ contains
       character(*), intent(in) :: group           !! full path; the group above it must exist
       call hdf5_group(file, group)
       if (.not. allocated(set%table)) allocate (set%table(0))
-      set%table = [set%table, table_t(group, [column_t ::])]
+      set%table = [set%table, table_t(group)]
       id = size(set%table)
+      allocate (set%table(id)%column(8))
       set%present = id
    end subroutine series_table
 
@@ -91,13 +92,13 @@ contains
       integer :: kept, i
       associate (table => set%table(id))
          table%defining = .false.
+         table%column = table%column(:table%filled)
          do i = 1, size(table%column)
             allocate (table%column(i)%buffer(0))
          end do
          kept = kept_table(set, table%group)
          if (kept == 0) return
          table%buffered = set%kept_rows(kept)
-         table%filled = size(table%column)
          do i = 1, size(table%column)
             call take_up(table%column(i), file, table%group, table%buffered)
             set%bytes = set%bytes + size(table%column(i)%buffer)
@@ -193,11 +194,13 @@ contains
       integer, intent(in) :: n                    !! number of values; 0: all are missing
       type(c_ptr), intent(in) :: data             !! the values
       character(1), pointer, contiguous :: bytes(:)
+      character(1), allocatable :: longer(:)
       integer :: first, last
       associate (table => set%table(set%present))
          if (table%defining) then
-            table%column = [table%column, column_t(name, units, description, -1_hid_t, data_type, fill, int(row, hsize_t), &
-               & ragged)]
+            if (table%filled == size(table%column)) call lengthen(table%column)
+            table%filled = table%filled + 1
+            table%column(table%filled) = column_t(name, units, description, -1_hid_t, data_type, fill, int(row, hsize_t), ragged)
             return
          end if
          table%filled = table%filled + 1
@@ -215,8 +218,11 @@ contains
             first = row_bytes(column) * (table%buffered - 1)
             last = first + size(column%fill) * n
             set%bytes = set%bytes + row_bytes(column)
-            if (first + row_bytes(column) > size(column%buffer)) &
-               & column%buffer = reshape(column%buffer, [2 * (first + row_bytes(column))], pad=[c_null_char])
+            if (first + row_bytes(column) > size(column%buffer)) then
+               allocate (longer(2 * (first + row_bytes(column))))
+               longer(:first) = column%buffer(:first)
+               call move_alloc(longer, column%buffer)
+            end if
             if (n > 0) then
                call c_f_pointer(data, bytes, [last - first])
                column%buffer(first + 1:last) = bytes
@@ -225,6 +231,15 @@ contains
          end associate
       end associate
    end subroutine put
+
+   !> Doubles the room for columns: one at a time, all columns before it would be copied for each.
+   subroutine lengthen(column)
+      type(column_t), allocatable, intent(inout) :: column(:)
+      type(column_t), allocatable :: longer(:)
+      allocate (longer(2 * size(column)))
+      longer(:size(column)) = column
+      call move_alloc(longer, column)
+   end subroutine lengthen
 
    !> Stores the name of the first missing column as an error if the present row lacks a column.
    subroutine check_complete(table)
