@@ -138,6 +138,14 @@ def test_hinge_by_a_falling_law(sense):
     assert run.results.critical[0].label == "LP"
 
 
+def test_post_on_a_hinge_that_fails():
+    """The example: a post that hardly bends, so that the load is the law over the turn."""
+    run = dr.run_deck(dr.example("failing-hinge"))
+    assert [c.label for c in run.results.critical] == ["LP", "UZ", "LP", "EP"]
+    dr.assert_close([c.load_factor for c in run.results.critical], [0.6, 0.4, 0.2, 0.5], relative=1e-6)
+    dr.assert_close(run.column("couple"), -10.0 * run.column("load_factor"), absolute=1e-8)
+
+
 @pytest.mark.parametrize("sense, word", [(1, "ANTICLOCKWISE"), (-1, "CLOCKWISE")])
 def test_rigid_stop_of_a_rotation(sense, word):
     """A rod (EI = 1) on a hinge with a spring of 2 turns against a rigid stop at 0.2 that pushes in the sense of the card: from 0.4 on the
@@ -151,39 +159,7 @@ def test_rigid_stop_of_a_rotation(sense, word):
     dr.assert_close(run.only("C+").load_factor, 0.4, relative=1e-9)
 
 
-BED = """*HEADING
-Long beam on ground that softens
-*NODE
-1, 0, 0
-2, 20, 0
-*LINE, ELSET=BEAM, NSET=ROD, TYPE=GE8
-1, 2, {elements}
-*BEAM SECTION, ELSET=BEAM, SECTION=STIFFNESS
-1e6, 1
-*BOUNDARY
-1, PINNED
-2, 2
-*NSET, NSET=MID
-{middle}
-*FOUNDATION LAW, NAME=SOFT
-0, 0
-0.1, 0.1
-0.2, 0.03
-1, 0.03
-*OBSTACLE, NAME=BED, TYPE=LINE, FOUNDATION=LAW, LAW=SOFT, BILATERAL
-0, 0, 20, 0
-*CONTACT, OBSTACLE=BED, NSET=ROD
-*MONITOR, NAME=mid
-MID, U2
-*STEP
-*STATIC
-0.1, , 0.2
-*CLOAD
-MID, 2, 0.5
-*STOP
-mid, ABOVE, 0.6
-*END STEP
-"""
+BED = dr.example("softening-ground")
 
 
 def test_beam_on_ground_that_softens():
@@ -191,7 +167,7 @@ def test_beam_on_ground_that_softens():
     1e-11; EA infinite, which makes 1e-8). The bar of the load at the end falls with the order 8 of the elements."""
     bars = []
     for elements in (20, 40):
-        run = dr.run_deck(BED.format(elements=elements, middle=elements // 2 + 2))
+        run = dr.run_deck(dr.changed(BED, ("1, 2, 40", f"1, 2, {elements}"), ("NSET=MID\n22", f"NSET=MID\n{elements // 2 + 2}")))
         points = [c for c in run.results.critical]
         assert [c.label for c in points] == ["LP", "LP", "EP"]
         dr.assert_close([c.load_factor for c in points], [0.6379749554, 0.5417067550, 0.5631731545], relative=3e-8)
