@@ -3,6 +3,7 @@
 import dataclasses
 import os
 import pty
+import re
 import shutil
 import subprocess
 import sys
@@ -265,7 +266,9 @@ def test_progress_of_builds_tests_and_packages_on_a_terminal():
     os.close(its_end)
     shown = os.read(terminal, 100000).decode()
     os.close(terminal)
-    assert "tests/run: building [6/12]\x1b[K" in shown and "tests/run: building [12/12], about 0 s left" in shown and "[3/4]" in shown and "[4/6]" in shown
+    # On a busy machine the time left is known by then.
+    assert re.search(r"tests/run: building \[6/12\](, about \d+ s left)?\x1b\[K", shown)
+    assert "tests/run: building [12/12], about 0 s left" in shown and "[3/4]" in shown and "[4/6]" in shown
     assert shown.endswith("\r\x1b[K")
 
 

@@ -135,6 +135,9 @@ contains
       ! Where the force is not tensile beyond, no other span opens at the same point of the path.
       if (present(beyond)) zone = pack(zone, zone%width > 0.0_wp .or. [(i == 1, i=1, size(zone))])
       zone%beyond = present(beyond)
+      zone%whole = 2.0_wp * zone%width >= pressure%at(size(pressure%at)) - pressure%at(1)
+      ! The end of the increment says nothing of the length of the first span then.
+      where (zone%whole) zone%width = 0.0_wp
       ! The span is measured by the line contact, which may be much longer then.
       zone%width = zone%width * (line%at(2) - line%at(1)) / (pressure%at(size(pressure%at)) - pressure%at(1))
 

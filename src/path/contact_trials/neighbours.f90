@@ -60,6 +60,7 @@ module neighbours
       real(wp) :: at = 0.0_wp                !! coordinate along the strip
       real(wp) :: width = 0.0_wp             !! half the length of a zone in which the test fails, 0: a point
       logical :: beyond = .false.            !! this length is that at the end of the increment
+      logical :: whole = .false.             !! the test fails all along the line contact, which may lift off as a whole
       real(wp) :: room = huge(1.0_wp)        !! longest new contact or free span: distance to a joint of the obstacle
    end type doubt_t
 
@@ -107,6 +108,7 @@ contains
          call edit_with(length_of_new(k), k)
       end do
       rank = ranks(doubt%kind)
+      if (doubt%whole) rank(edit_ends) = 0
       allocate (found(0))
       do r = 0, n_edits
          do k = 1, size(all)
