@@ -13,12 +13,12 @@ module track_nodes
    use inner_forces, only: inner_forces_t
    implicit none
    private
-   public :: flat_excess, rolled_t, node_track, foot, track_joints, find_joints, rod_angle, track_sense, track_rotation, &
+   public :: curvature_slack, rolled_t, node_track, foot, track_joints, find_joints, rod_angle, track_sense, track_rotation, &
       & track_bend_rate, excess_curvature, excess_rate, touchdown_spring, touchdown_couple, rolled, bend_at, ge_end
 
    !> Bound of (relative curvature times structure's size) below which a point contact is osculating; smaller values are rounding or
    !> residuals of Newton's method.
-   real(wp), parameter :: flat_excess = 1.0e-8_wp
+   real(wp), parameter :: curvature_slack = 1.0e-8_wp
 
    !> Position of a point contact's force relative to the contact node, if the node is a segment boundary and the force is beside
    !> it.
@@ -307,7 +307,7 @@ contains
       call excess_curvature(problem, state, candidate, excess, extension)
       ! At an osculating contact the node hardly rotates, as at the end of a line contact, and the computed relative curvature may
       ! be rounding: a small positive value replaces it.
-      if (abs(excess) * problem%size <= flat_excess) excess = flat_excess / problem%size
+      if (abs(excess) * problem%size <= curvature_slack) excess = curvature_slack / problem%size
       spring = state%reaction(candidate) * extension / excess
    end function touchdown_spring
 
@@ -323,7 +323,7 @@ contains
       spring = touchdown_spring(problem, state, candidate)
       if (.not. abs(spring) > 0.0_wp) return
       call excess_curvature(problem, state, candidate, excess, extension)
-      if (abs(excess) * problem%size <= flat_excess .and. .not. problem%candidates%moves(candidate)) return
+      if (abs(excess) * problem%size <= curvature_slack .and. .not. problem%candidates%moves(candidate)) return
       turn = track_rotation(problem, state, candidate)
       if (abs(turn) * problem%size > rounding_gap(problem)) couple = spring * turn
    end function touchdown_couple
@@ -341,7 +341,7 @@ contains
       if (.not. problem%candidates%rolls(candidate) .or. problem%candidates%moves(candidate)) return
       if (problem%candidates%held(candidate)) return
       call excess_curvature(problem, state, candidate, excess, extension)
-      if (excess * problem%size <= flat_excess) return
+      if (excess * problem%size <= curvature_slack) return
       turn = track_rotation(problem, state, candidate)
       sense = track_sense(problem, state, candidate, track)
       rolled%way = -turn * sense / excess

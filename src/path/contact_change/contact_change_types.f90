@@ -20,7 +20,7 @@ module contact_change_types
    integer, parameter :: change_none = 0    !! none: the set is valid up to the end
    integer, parameter :: change_missed = 1  !! a test fails at the end, but its zero was not found
    integer, parameter :: change_located = 2 !! a test is zero; trials give the next set (contact_trials): located by a
-   !! bracket, or at an osculating contact by Newton's method with prescribed relative curvature (flat_points)
+   !! bracket, or at an osculating contact by Newton's method with prescribed relative curvature (osculating_contacts)
    integer, parameter :: change_vanishing = 3 !! a free span closes: located at the onset of the set without the span
    !! (vanishing_span)
 

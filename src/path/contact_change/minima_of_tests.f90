@@ -20,7 +20,7 @@ module minima_of_tests
    use step_control, only: smallest
    implicit none
    private
-   public :: look_between, note_slopes, least_of_cubic
+   public :: check_between, note_slopes, least_of_cubic
 
    real(wp), parameter :: told = 1.0e-3_wp !! least depth below zero of the cubic's minimum, as a share of the larger end value
 
@@ -31,7 +31,7 @@ module minima_of_tests
 contains
 
    !> Detects a failure inside an increment at whose end the tests pass, by the slopes at both ends.
-   subroutine look_between(problem, step, run, interval, which, shorter)
+   subroutine check_between(problem, step, run, interval, which, shorter)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
@@ -54,7 +54,7 @@ contains
       run%slopes%rough = run%slopes%rough .or. run%slopes%closer > most_closer
       shorter = shorter .and. .not. run%slopes%rough .and. 0.5_wp * abs(run%control%increment) >= smallest(step, run%control)
       if (.not. shorter) run%slopes%ahead = slope
-   end subroutine look_between
+   end subroutine check_between
 
    !> Computes the slopes of the tests at the run's point, unless they are known.
    subroutine note_slopes(problem, run)

@@ -12,7 +12,7 @@ module set_mending
    use contact_in_doubt, only: ask_nodes
    use entering_contact_set, only: go_to_next, adopt, passes_value
    use path_state, only: path_state_t
-   use corner_limit, only: look_whether_back
+   use corner_limit, only: check_return
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
    implicit none
@@ -44,7 +44,7 @@ contains
          if (.not. changed) return
          call go_to_next(problem, step, run, next, recorder, finished, outcome)
       end if
-      if (.not. (finished .or. allocated(outcome%why))) call look_whether_back(problem, step, run, outcome)
+      if (.not. (finished .or. allocated(outcome%why))) call check_return(problem, step, run, outcome)
    end subroutine find_other_set
 
    !> Continues from the run's point, a recorded change of contact, with the set that trials found there. Its first equilibrium is

@@ -12,7 +12,7 @@ module span_changes
       & change_vanishing, place_within, place_here, place_ahead
    use next_spans, only: next_t, copy_next, tests_of
    use span_events, only: find_change
-   use minima_of_tests, only: look_between
+   use minima_of_tests, only: check_between
    use simultaneous_tests, only: coming_next, zero_too
    use span_candidates, only: present_contact_spans
    use beginning_place, only: lies_elsewhere
@@ -27,7 +27,7 @@ module span_changes
    use path_point, only: path_point_t
    use path_state, only: path_state_t, copy_path_state, forget_mesh, path_tangent_of
    use path_acceptance, only: arrival_t, accept
-   use corner_limit, only: look_whether_back
+   use corner_limit, only: check_return
    use trial_request, only: request_t
    use path_outcome, only: outcome_t
    use step_control, only: smallest
@@ -64,7 +64,7 @@ contains
       call find_change(problem, step, run, interval, change)
       select case (change%kind)
       case (change_none)
-         call look_inside(problem, step, run, interval, request)
+         call check_inside(problem, step, run, interval, request)
       case (change_missed)
          call go_less_far(step, run, interval%after(change%which), request)
       case (change_vanishing)
@@ -75,19 +75,19 @@ contains
       if (.not. request%set_changed) return
       run%since_change%at = run%arc_length
       if (.not. (finished .or. allocated(outcome%why) .or. allocated(request%no_set))) &
-         & call look_whether_back(problem, step, run, outcome)
+         & call check_return(problem, step, run, outcome)
    end subroutine pass_change
 
    !> Looks for a failure inside an increment at whose end the set is valid, by the slopes of the tests.
-   subroutine look_inside(problem, step, run, interval, request)
+   subroutine check_inside(problem, step, run, interval, request)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
       type(request_t), intent(inout) :: request
       if (interval%stuck) return
-      call look_between(problem, step, run, interval, 0, request%shorter)
-   end subroutine look_inside
+      call check_between(problem, step, run, interval, 0, request%shorter)
+   end subroutine check_inside
 
    !> Closes a free span. The set without this span is known only at its onset, and events before the onset would be missed: the
    !> increment is halved while a limit point lies on the interval, and the present set is kept if the step ends before the onset.
@@ -106,7 +106,7 @@ contains
          & run%control)) then
          call go_less_far(step, run, interval%after(change%which), request)
       else if (lies_beyond(interval, change%next) .and. ends_before(step, run, change%next)) then
-         call look_inside(problem, step, run, interval, request)
+         call check_inside(problem, step, run, interval, request)
       else
          request%set_changed = .true.
          call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
@@ -155,7 +155,7 @@ contains
          near = interval
          near%to = change%point
          near%after = change%tests
-         call look_between(problem, step, run, near, change%which, request%shorter)
+         call check_between(problem, step, run, near, change%which, request%shorter)
          if (request%shorter) return
       end if
       call pass_by_trial(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
@@ -310,7 +310,7 @@ contains
       if (request%set_changed) return
       request%shorter = .false.
       if (change%where == place_ahead) then
-         call look_inside(problem, step, run, interval, request)
+         call check_inside(problem, step, run, interval, request)
       else
          ! An earlier event is located more reliably on a shorter increment.
          call go_less_far(step, run, interval%after(change%which), request)

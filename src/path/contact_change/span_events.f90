@@ -9,7 +9,7 @@ module span_events
       & place_here, &
       & place_ahead
    use next_spans, only: next_t, copy_next
-   use span_location, only: locate_test_zero, locate_flat_point
+   use span_location, only: locate_test_zero, locate_osculation
    use beginning_place, only: complete_beginning
    use reachability, only: turns, reach_of
    use vanishing_span, only: locate_vanishing, is_gone, closes
@@ -54,7 +54,7 @@ contains
             change%which = steepest(interval)
             call locate_test_zero(problem, step, run, interval, change)
          else if (round == 0 .and. .not. turns(run, interval)) then
-            call look_ahead(problem, run, interval, change)
+            call find_osculation_ahead(problem, run, interval, change)
             if (change%kind == change_none) return
          else
             return
@@ -87,7 +87,7 @@ contains
             & (is_gone(problem, interval%after(k)) .and. closes(interval, k))) cycle
          call locate_vanishing(problem, run, interval, k, fails, next, found, wave)
          if (found) exit
-         if (wave .and. abs(interval%after(k)%value) <= test_slack(test_gap)) call withdraw_flat_point(change)
+         if (wave .and. abs(interval%after(k)%value) <= test_slack(test_gap)) call withdraw_osculation(change)
       end do
       if (k > size(interval%after)) return
       change%kind = change_vanishing
@@ -97,15 +97,15 @@ contains
 
    !> Withdraws the change from point to line contact (the rod is as curved as the obstacle) where two point contacts merge: the
    !> curvatures agree at the place of merging alone, and no line contact begins.
-   pure subroutine withdraw_flat_point(change)
+   pure subroutine withdraw_osculation(change)
       type(change_t), intent(inout) :: change
       if (change%kind /= change_located) return
       if (change%tests(change%which)%kind /= test_curvature) return
       change%kind = merge(change_none, change_missed, change%where == place_ahead)
-   end subroutine withdraw_flat_point
+   end subroutine withdraw_osculation
 
    !> Looks for a point contact that is about to become osculating, because no increment may converge at this place.
-   subroutine look_ahead(problem, run, interval, change)
+   subroutine find_osculation_ahead(problem, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(in) :: interval
@@ -122,13 +122,13 @@ contains
             if (after%value <= 0.0_wp .or. after%value > reach_of(interval) * (before%value - after%value)) cycle
          end associate
          change%which = k
-         call locate_flat_point(problem, run, interval, change, found)
+         call locate_osculation(problem, run, interval, change, found)
          if (found) exit
       end do
       if (change%kind == change_located) then
          if (another_fails(change%tests, k)) change%kind = change_none
       end if
-   end subroutine look_ahead
+   end subroutine find_osculation_ahead
 
    !> Corrects gap tests at the beginning of an increment. A free span that penetrates at the end may have had its least gap
    !> elsewhere at the beginning, for instance where it just opened; no contact begins there, and the gap at the place of the later

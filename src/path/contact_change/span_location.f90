@@ -8,7 +8,7 @@ module span_location
    use span_tests, only: run_span_tests
    use contact_change_types, only: step_interval_t, change_t, change_located, change_missed, place_within, place_here, &
       & place_ahead
-   use flat_points, only: find_flat_point
+   use osculating_contacts, only: find_osculating_contact
    use tangent_step, only: states_along
    use reachability, only: turns, leads_to, arrival
    use path_control, only: path_length
@@ -19,7 +19,7 @@ module span_location
    use corrector, only: increment_t
    implicit none
    private
-   public :: locate_test_zero, locate_flat_point
+   public :: locate_test_zero, locate_osculation
 
 contains
 
@@ -51,7 +51,7 @@ contains
          found = .false.
          if (after%kind == test_curvature) then
             if (problem%candidates%rolls(after%candidate) .and. .not. turns(run, interval)) &
-               & call locate_flat_point(problem, run, interval, change, found)
+               & call locate_osculation(problem, run, interval, change, found)
          end if
          if (.not. found) call locate_by_parts(problem, step, run, interval, tolerance, change, found)
          if (.not. found) change%kind = change_missed
@@ -80,7 +80,7 @@ contains
 
    !> Locates an osculating contact by Newton's method: on the increment, or beyond its end if the relative curvature is not yet
    !> zero.
-   subroutine locate_flat_point(problem, run, interval, change, found)
+   subroutine locate_osculation(problem, run, interval, change, found)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(step_interval_t), intent(in) :: interval
@@ -92,7 +92,7 @@ contains
          place = run%last%state
          if (before > -after) place = interval%to%state
          associate (candidate => interval%after(change%which)%candidate)
-            call find_flat_point(problem, candidate, flat_too(problem, interval, change%which), place, found)
+            call find_osculating_contact(problem, candidate, osculating_too(problem, interval, change%which), place, found)
          end associate
          if (.not. found) return
          if (after > 0.0_wp) then
@@ -113,10 +113,10 @@ contains
       change%point = point
       change%report = increment_t(converged=.true.)
       change%tests = run_span_tests(problem, place, interval%scale)
-   end subroutine locate_flat_point
+   end subroutine locate_osculation
 
    !> Other point contacts with negative relative curvature at the end of an increment, without those at segment boundaries.
-   pure function flat_too(problem, interval, which) result(candidate)
+   pure function osculating_too(problem, interval, which) result(candidate)
       type(problem_t), intent(in) :: problem
       type(step_interval_t), intent(in) :: interval
       integer, intent(in) :: which                !! index of the test under examination
@@ -125,7 +125,7 @@ contains
       candidate = pack(interval%after%candidate, interval%after%kind == test_curvature .and. interval%after%value < 0.0_wp .and. &
          & [(k, k=1, size(interval%after))] /= which)
       candidate = pack(candidate, problem%candidates%moves(candidate) .and. problem%candidates%rolls(candidate))
-   end function flat_too
+   end function osculating_too
 
    !> Locates the zero of a test by bracketing, at points of the increment.
    subroutine locate_by_parts(problem, step, run, interval, tolerance, change, found)

@@ -72,7 +72,7 @@ contains
       else
          doubt = places_in_doubt(here, strip)
       end if
-      call look_at(run, here, strip, doubt, first_length, valid)
+      call try_edits(run, here, strip, doubt, first_length, valid)
       if (here%at_change .and. size(valid) > 0) call enlarge(run, here, strip, doubt, valid)
       call follow_further(valid, best)
       found = best > 0
@@ -121,7 +121,7 @@ contains
       do while (valid(1)%sized .and. .not. load_changes(here, valid(1)%set))
          length = growth * length
          if (length > most_of_strip) return
-         call look_at(run, here, strip, doubt, [length], larger)
+         call try_edits(run, here, strip, doubt, [length], larger)
          if (size(larger) == 0) return
          if (.not. same_kind(larger(1)%set%problem, valid(1)%set%problem)) return
          call move_alloc(larger, valid)
@@ -174,7 +174,7 @@ contains
 
    !> Tries the neighbours of the present set at the given places. If none of them is valid, their neighbours are tried, where their
    !> tests fail.
-   subroutine look_at(run, here, strip, doubt, length, valid)
+   subroutine try_edits(run, here, strip, doubt, length, valid)
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at the run's point
       type(strip_t), intent(in) :: strip(:)
@@ -196,7 +196,7 @@ contains
          if (size(valid) > 0) return
          call move_alloc(failed, from)
       end do
-   end subroutine look_at
+   end subroutine try_edits
 
    !> Tries the neighbours of one set at the given places.
    subroutine edit(run, here, strip, from, doubt, length, valid, failed)

@@ -366,15 +366,15 @@ contains
          if (set(k)%rod_segment /= doubt%strip) cycle
          next = following(k)
          if (next == 0 .and. strip%closed) then
-            call look_over_ends(k)
+            call edit_gap_over_ends(k)
             cycle
          end if
          ends = [set(k)%at(2), whole(2)]
          if (next > 0) ends(2) = set(next)%at(1)
-         call look_at(set, [k, next])
+         call edit_gap(set, [k, next])
          if (any([(following(next) == k, next=1, size(set))]) .or. strip%closed) cycle
          ends = [whole(1), set(k)%at(1)]
-         call look_at(set, [0, k])
+         call edit_gap(set, [0, k])
       end do
 
    contains
@@ -395,7 +395,7 @@ contains
       end function following
 
       !> The free span behind the last contact of a closed strip ends at the first contact.
-      subroutine look_over_ends(k)
+      subroutine edit_gap_over_ends(k)
          integer, intent(in) :: k
          type(contact_span_t) :: turned(size(set))
          integer :: first
@@ -407,10 +407,10 @@ contains
          turned = set
          turned(k)%at = set(k)%at - strip%length()
          ends = [turned(k)%at(2), set(first)%at(1)]
-         call look_at(turned, [k, first])
-      end subroutine look_over_ends
+         call edit_gap(turned, [k, first])
+      end subroutine edit_gap_over_ends
 
-      subroutine look_at(set, beside)
+      subroutine edit_gap(set, beside)
          type(contact_span_t), intent(in) :: set(:)
          integer, intent(in) :: beside(2)
          integer :: one, other
@@ -434,7 +434,7 @@ contains
          else if (set(other)%line .and. .not. set(one)%line) then
             call add(all, edit_merge, lost(end_moved(set, other, 1, set(one)%at(1)), one))
          end if
-      end subroutine look_at
+      end subroutine edit_gap
    end subroutine edit_free_spans
 
    !> Appends a neighbour.

@@ -16,7 +16,7 @@ module corner_turning
    use path_point, only: path_point_t, point_at, advance, evaluate_tests
    use path_state, only: path_state_t, path_tangent_of
    use path_acceptance, only: arrival_t, accept
-   use corner_limit, only: look_whether_back
+   use corner_limit, only: check_return
    use trial_request, only: request_t
    use path_outcome, only: outcome_t
    use path_record, only: recorder_t
@@ -76,7 +76,7 @@ contains
          ! A structure that has become stiff at the corner must not be loaded faster than before.
          if (load < abs(run%last%tangent%load) * run%control%increment) run%control%increment = load / abs(run%last%tangent%load)
       else
-         call look_whether_back(problem, step, run, outcome)
+         call check_return(problem, step, run, outcome)
       end if
    end subroutine turn_corner
 

@@ -69,7 +69,7 @@ contains
       logical, intent(out) :: found
       found = .true.
       do while (next_guess(search%bracket, reach, search%centre))
-         call look_at(problem, run, trial, division, search%centre, search, located_event)
+         call evaluate_at(problem, run, trial, division, search%centre, search, located_event)
          found = search%known .or. .not. located_event%report%converged
          if (.not. search%known .or. abs(search%value_here) <= reach * search%bracket%scale) return
          call take_value(search%bracket, search%centre, search%value_here)
@@ -124,7 +124,7 @@ contains
       integer :: k
       search%at = sample_places(search%centre)
       do k = 1, n_samples
-         call look_at(problem, run, trial, division, search%at(k), search, located_event)
+         call evaluate_at(problem, run, trial, division, search%at(k), search, located_event)
          search%value(k) = search%value_here
          sample(k) = search%here%state
          found = search%known
@@ -157,7 +157,7 @@ contains
       logical, intent(out) :: found
       found = .false.
       do while (next_guess(search%bracket, epsilon(1.0_wp), search%centre))
-         call look_at(problem, run, trial, division, search%centre, search, located_event)
+         call evaluate_at(problem, run, trial, division, search%centre, search, located_event)
          located_event%point = search%here
          if (.not. search%known) return
          found = abs(search%value_here) <= step%locate_tolerance * search%bracket%scale
@@ -170,7 +170,7 @@ contains
 
    !> Computes a point of the increment and the function there; `known` is false if the corrector fails or the contact set differs
    !> from the trial's.
-   subroutine look_at(problem, run, trial, division, fraction, search, located_event)
+   subroutine evaluate_at(problem, run, trial, division, fraction, search, located_event)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
       type(path_point_t), intent(in) :: trial
@@ -188,7 +188,7 @@ contains
       else
          search%value_here = event_value(problem, located_event%event, search%here%state, search%here%test_values)
       end if
-   end subroutine look_at
+   end subroutine evaluate_at
 
    !> True if the samples show a jump instead of a zero: the corrector jumped from one path to a close one.
    pure logical function jumps(value)

@@ -12,7 +12,7 @@ module mesh_transfer
    use mesh_density, only: mesh_density_t
    use ground_cuts, only: find_cuts
    use path_control, only: control_t, is_arc_length, metric
-   use flat_points, only: turn_flattest
+   use osculating_contacts, only: turn_at_least_curvature
    use path_continuity, only: path_tangent_at, normal_plane, angle_between, largest_turn
    use path_point, only: path_point_t, move_to, evaluate_tests
    use path_state, only: path_state_t, copy_path_state, forget_mesh
@@ -119,7 +119,7 @@ contains
          done = better%system%ok .and. report%converged
          if (done) return
          better%state = run%last%state
-         call turn_flattest(problem, run%last%state, hold, better%state, done)
+         call turn_at_least_curvature(problem, run%last%state, hold, better%state, done)
          behind_flat = done
          if (done) call move_to(problem, better%state, better)
       end subroutine bring_to_balance

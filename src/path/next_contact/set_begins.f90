@@ -40,7 +40,7 @@ contains
       slack = merge(0.0_wp, small, present(test))
       goal = 0.5_wp * slack
       loads = interval%to%state%load_factor
-      call look_at(loads(2), value)
+      call evaluate_at(loads(2), value)
       found = .false.
       if (.not. ok) return
       found = gone .and. value >= 0.0_wp .and. value <= slack
@@ -48,7 +48,7 @@ contains
       values = value - goal
       load = loads(2) + small_load(run)
       if (value > slack) then
-         call look_at(run%last%state%load_factor, value)
+         call evaluate_at(run%last%state%load_factor, value)
          found = gone .and. ok .and. value >= 0.0_wp
          if (found) return
          if (ok .and. value < 0.0_wp) load = run%last%state%load_factor
@@ -56,7 +56,7 @@ contains
       do try = 1, max_tries
          ! The two loads are equal within rounding.
          if (.not. abs(load - loads(2)) > 0.0_wp) return
-         call look_at(load, value)
+         call evaluate_at(load, value)
          if (.not. ok) return
          ! On a narrow interval the residual of forces spoils the slope.
          narrow = abs(load - loads(2)) <= sqrt(small) * abs(interval%to%state%load_factor - interval%from%load_factor)
@@ -78,7 +78,7 @@ contains
    contains
 
       !> Computes the least pressure, or the given test, at a load factor.
-      subroutine look_at(load, least)
+      subroutine evaluate_at(load, least)
          real(wp), intent(in) :: load
          real(wp), intent(out) :: least
          type(span_test_t), allocatable :: tests(:)
@@ -91,7 +91,7 @@ contains
          else
             least = minval(tests%value, mask=tests%kind == test_pressure)
          end if
-      end subroutine look_at
+      end subroutine evaluate_at
    end subroutine find_begin
 
    !> Change of the load factor for finite differences.
@@ -115,23 +115,23 @@ contains
       call copy_next(next, nearer)
       since = next%state%load_factor
       whole = since - to
-      call look_at(to)
+      call test_at(to)
       beyond = holds
       if (beyond) call copy_next(nearer, next)
       do try = most_halvings, -most_halvings, -1
          if (.not. holds) exit
-         call look_at(to - 0.5_wp**try * whole)
+         call test_at(to - 0.5_wp**try * whole)
       end do
       if (holds) return
       do try = 1, most_halvings
-         call look_at(0.5_wp * (fails + since))
+         call test_at(0.5_wp * (fails + since))
          if (holds .and. .not. beyond) call copy_next(nearer, next)
       end do
 
    contains
 
       !> Tests the next set at a load factor.
-      subroutine look_at(load)
+      subroutine test_at(load)
          real(wp), intent(in) :: load
          type(span_test_t), allocatable :: tests(:)
          type(next_t) :: there
@@ -146,6 +146,6 @@ contains
          if (holds) call copy_next(there, nearer)
          if (holds) since = load
          if (.not. holds) fails = load
-      end subroutine look_at
+      end subroutine test_at
    end subroutine go_back
 end module set_begins

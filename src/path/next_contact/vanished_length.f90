@@ -41,10 +41,10 @@ contains
       found = c > 0
       if (.not. found) return
       load(1) = state%load_factor
-      call look_at(load(1), value(1))
+      call evaluate_at(load(1), value(1))
       load(2) = load(1) + step
       do try = 1, most
-         if (found) call look_at(load(2), value(2))
+         if (found) call evaluate_at(load(2), value(2))
          if (found) found = abs(value(2) - value(1)) > 0.0_wp
          if (.not. found) return
          if (abs(load(2) - load(1)) <= exact * abs(load(2))) exit
@@ -61,7 +61,7 @@ contains
    contains
 
       !> Computes the quantity that is zero at the change, at a load factor.
-      subroutine look_at(load, value)
+      subroutine evaluate_at(load, value)
          real(wp), intent(in) :: load
          real(wp), intent(out) :: value
          call go_to_load(next, load, tests)
@@ -71,7 +71,7 @@ contains
          if (.not. found) return
          value = tests(number_of(tests))%value
          if (tests(number_of(tests))%kind == test_couple) value = breakpoint_couple(next%problem, next%state, c)
-      end subroutine look_at
+      end subroutine evaluate_at
 
       !> Number of the test that is zero at the change: of several at the support, the one nearest to zero.
       integer function number_of(tests) result(number)

@@ -23,7 +23,7 @@ module vanishing_span
    use set_begins, only: find_begin, small_load
    use vanished_length, only: find_vanished, clamped_ends
    use reachability, only: turns, leads_to_next, reach_of
-   use flat_points, only: find_flat_point
+   use osculating_contacts, only: find_osculating_contact
    use state_transfer, only: carried
    use path_control, only: path_length
    use path_continuity, only: largest_distance
@@ -275,7 +275,7 @@ contains
             & beside(2)))
          k = findloc(next%problem%contact_span%number, problem%contact_span(beside(1))%number, 1)
       end associate
-      call find_flat_point(next%problem, next%problem%contact_span(k)%candidate(1), [integer ::], next%state, found)
+      call find_osculating_contact(next%problem, next%problem%contact_span(k)%candidate(1), [integer ::], next%state, found)
       if (.not. found) return
       call linearise(next%problem, next%state, next%state, next%system)
       found = next%system%ok

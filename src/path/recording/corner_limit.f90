@@ -20,7 +20,7 @@ module corner_limit
    use path_record, only: recorder_t, critical_t
    implicit none
    private
-   public :: report_turned_load, look_whether_back
+   public :: report_turned_load, check_return
 
 contains
 
@@ -63,7 +63,7 @@ contains
 
    !> Ends a run under load or displacement control if the path behind a contact change continues against the sign of the increment.
    !> The load increments at the beginning of a step by arc length change their sign instead.
-   subroutine look_whether_back(problem, step, run, outcome)
+   subroutine check_return(problem, step, run, outcome)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run   !! the run at a contact change, with the path tangent behind the change
@@ -80,5 +80,5 @@ contains
       outcome%why = 'the path turns back where the contact changes, at load factor '//to_text(run%last%state%load_factor)//': '// &
          & trim(merge('load control        ', 'displacement control', run%control%method == method_load))//' cannot follow it'
       if (goes_on(problem, run)) outcome%why = outcome%why//' (METHOD=CYLINDRICAL can)'
-   end subroutine look_whether_back
+   end subroutine check_return
 end module corner_limit

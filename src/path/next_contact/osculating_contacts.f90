@@ -1,17 +1,17 @@
 !> Equilibria with an osculating contact, that is, a point contact with the curvature of its obstacle. Such a contact occurs where a
 !> point contact becomes a line contact or divides, a line contact has become a point, or two points merge.
-module flat_points
+module osculating_contacts
    use kinds, only: wp
    use problem, only: problem_t, copy_problem
    use rod_state, only: state_t
-   use track_nodes, only: flat_excess, excess_curvature
+   use track_nodes, only: curvature_slack, excess_curvature
    use touchdown_points, only: point_force
    use path_control, only: control_t
    use linear_system, only: system_t, new_system
    use corrector, only: increment_t, correct
    implicit none
    private
-   public :: find_flat_point, turn_flattest
+   public :: find_osculating_contact, turn_at_least_curvature
 
 contains
 
@@ -19,7 +19,7 @@ contains
    !> follows the obstacle's direction, like the end of a line contact, its position is given by continuity of the moment, and the
    !> relative curvature is prescribed. Other points that become osculating nearby, for instance mirror images, are treated
    !> likewise.
-   subroutine find_flat_point(problem, candidate, too, place, found)
+   subroutine find_osculating_contact(problem, candidate, too, place, found)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
       integer, intent(in) :: too(:)              !! candidates of the other points
@@ -35,11 +35,11 @@ contains
          place%reaction(too(k)) = point_force(problem, place, too(k))
       end do
       if (problem%candidates%moves(candidate)) place%reaction(candidate) = point_force(problem, place, candidate)
-   end subroutine find_flat_point
+   end subroutine find_osculating_contact
 
    !> Finds the equilibrium in which the point contact with the least relative curvature may have negative relative curvature, for
    !> instance if it becomes a line earlier on another mesh: its node follows the obstacle's direction.
-   subroutine turn_flattest(problem, from, control, state, found)
+   subroutine turn_at_least_curvature(problem, from, control, state, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: from          !! origin of `control`
       type(control_t), intent(in) :: control
@@ -65,12 +65,12 @@ contains
       call correct(turning, from, control, .true., state, system, report)
       found = report%converged
       if (found) state%reaction(c) = point_force(problem, state, c)
-   end subroutine turn_flattest
+   end subroutine turn_at_least_curvature
 
    !> Least relative curvature that differs significantly from zero.
    pure real(wp) function least_told(problem) result(excess)
       type(problem_t), intent(in) :: problem
-      excess = 10.0_wp * flat_excess / problem%size
+      excess = 10.0_wp * curvature_slack / problem%size
    end function least_told
 
    !> Finds the equilibrium at which a point contact has a given relative curvature.
@@ -93,4 +93,4 @@ contains
       call correct(problem, start, curved, .true., state, system, report)
       found = report%converged
    end subroutine go_to_excess
-end module flat_points
+end module osculating_contacts
