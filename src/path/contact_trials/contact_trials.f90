@@ -80,7 +80,7 @@ contains
       call copy_next(valid(best)%set, first)
       call copy_next(valid(best)%set, next)
       next%path_point_t = valid(best)%there
-      ! A set whose nodes do not yet pass their tests at its first equilibrium begins further on.
+      ! A set at whose first equilibrium the contact of a node has a wrong sign begins further on.
       begins_later = .not. (here%at_change .or. contact_holds(first%problem, first%state, first%system))
       if (begins_later .or. (valid(best)%sized .and. .not. here%at_change)) then
          call copy_next(next, first)
@@ -101,7 +101,6 @@ contains
       end do
       call tell_differences(problem, run, before, 0.0_wp * problem%layout%rod_segment%length, spread(0.0_wp, 1, &
          & size(problem%deck%contact)), first)
-      if (begins_later) first%located = .true.
       if (here%at_change) first%divides = divides(valid(best)%edit)
       next%problem%contact_span%number = first%problem%contact_span%number
    end subroutine try_sets

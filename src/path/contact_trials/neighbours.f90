@@ -59,7 +59,7 @@ module neighbours
       integer :: strip = 0
       real(wp) :: at = 0.0_wp                !! coordinate along the strip
       real(wp) :: width = 0.0_wp             !! half the length of a zone in which the test fails, 0: a point
-      logical :: beyond = .false.            !! this length is that at the end of the increment
+      logical :: beyond = .false.            !! an equilibrium at the end of the increment is known; `width` is the length there
       logical :: whole = .false.             !! the test fails all along the line contact, which may lift off as a whole
       real(wp) :: room = huge(1.0_wp)        !! longest new contact or free span: distance to a joint of the obstacle
    end type doubt_t
