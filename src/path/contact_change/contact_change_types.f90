@@ -7,13 +7,12 @@ module contact_change_types
    use span_tests, only: run_span_tests
    use path_point, only: path_point_t
    use path_state, only: path_state_t
-   use next_spans, only: next_t
    use corrector, only: increment_t
    use error_bar, only: error_bars_t
    implicit none
    private
    public :: step_interval_t, change_t, new_interval
-   public :: change_none, change_missed, change_located, change_vanishing
+   public :: change_none, change_missed, change_located
    public :: place_within, place_here, place_ahead
 
    ! Kinds of the first change on an increment, and how each is located:
@@ -21,9 +20,6 @@ module contact_change_types
    integer, parameter :: change_missed = 1  !! a test fails at the end, but its zero was not found
    integer, parameter :: change_located = 2 !! a test is zero; trials give the next set (contact_trials): located by a
    !! bracket, or at an osculating contact by Newton's method with prescribed relative curvature (osculating_contacts)
-   integer, parameter :: change_vanishing = 3 !! a free span closes: located at the onset of the set without the span
-   !! (vanishing_span)
-
    ! Places of a change.
    integer, parameter :: place_within = 0   !! the change is on the increment
    integer, parameter :: place_here = 1     !! the change is at the run's point
@@ -49,7 +45,6 @@ module contact_change_types
       logical :: divides = .false.                !! a part of the lost contact remains on both sides
       type(path_point_t) :: point                 !! place of the change, with the present set
       type(increment_t) :: report                 !! corrector's report at the place
-      type(next_t) :: next                        !! next set, if a free span closes
       type(error_bars_t), allocatable :: bars     !! error bars of the place, if known
    end type change_t
 

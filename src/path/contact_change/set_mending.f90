@@ -17,7 +17,7 @@ module set_mending
    use path_record, only: recorder_t
    implicit none
    private
-   public :: find_other_set, begin_located
+   public :: find_other_set, begin_located, begin_set
 
    real(wp), parameter :: nearer_by = 0.8_wp  !! factor on the distance to a first equilibrium: a short span follows no larger
    !! change of the load
@@ -36,7 +36,7 @@ contains
       type(outcome_t), intent(inout) :: outcome
       type(next_t) :: first, next
       finished = .false.
-      call try_sets(problem, step, run, first, next, changed)
+      call try_sets(problem, step, run, run%last, first, next, changed)
       if (changed) then
          call begin_set(problem, step, run, first, next, recorder, finished, outcome)
       else

@@ -5,11 +5,12 @@ module span_changes
    use model, only: step_t, method_load
    use problem, only: problem_t
    use span_regions, only: find_span_regions
-   use test_kinds, only: span_test_t, any_crosses, any_fails, test_words, test_gap, test_force, test_pressure, test_crossing, &
-      & test_length
+   use test_kinds, only: span_test_t, any_crosses, any_fails, test_words, test_gap, test_force, test_pressure, &
+      & test_crossing, test_length, test_vanishing
    use reachability, only: turns
+   use closing_spans, only: about_to_close, close_spans
    use contact_change_types, only: step_interval_t, change_t, new_interval, change_none, change_missed, change_located, &
-      & change_vanishing, place_within, place_here, place_ahead
+      & place_within, place_here, place_ahead
    use next_spans, only: next_t, copy_next, tests_of
    use span_events, only: find_change
    use minima_of_tests, only: check_between
@@ -21,11 +22,10 @@ module span_changes
    use span_mesh, only: ask_for_twice
    use set_mending, only: begin_located
    use vanished_length, only: find_vanished
-   use set_begins, only: small_load
    use contact_trials, only: try_sets
    use path_events, only: event_t, new_test_values, value_events, event_stop
    use path_point, only: path_point_t
-   use path_state, only: path_state_t, copy_path_state, forget_mesh, path_tangent_of
+   use path_state, only: path_state_t, path_tangent_of, small_load
    use path_acceptance, only: arrival_t, accept
    use corner_limit, only: check_return
    use trial_request, only: request_t
@@ -65,10 +65,10 @@ contains
       select case (change%kind)
       case (change_none)
          call check_inside(problem, step, run, interval, request)
+         if (.not. request%shorter) call close_spans(problem, step, run, interval%to, about_to_close(problem, interval), recorder, &
+            & request%set_changed, finished, outcome)
       case (change_missed)
          call go_less_far(step, run, interval%after(change%which), request)
-      case (change_vanishing)
-         call pass_vanishing(problem, step, run, interval, change, recorder, request, finished, outcome)
       case (change_located)
          call pass_located(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
       end select
@@ -88,54 +88,6 @@ contains
       if (interval%stuck) return
       call check_between(problem, step, run, interval, 0, request%shorter)
    end subroutine check_inside
-
-   !> Closes a free span. The set without this span is known only at its onset, and events before the onset would be missed: the
-   !> increment is halved while a limit point lies on the interval, and the present set is kept if the step ends before the onset.
-   subroutine pass_vanishing(problem, step, run, interval, change, recorder, request, finished, outcome)
-      type(problem_t), intent(inout) :: problem
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(inout) :: run
-      type(step_interval_t), intent(in) :: interval
-      type(change_t), intent(inout) :: change
-      class(recorder_t), intent(inout) :: recorder
-      type(request_t), intent(inout) :: request
-      logical, intent(out) :: finished
-      type(outcome_t), intent(inout) :: outcome
-      finished = .false.
-      if (turns(run, interval) .and. .not. interval%stuck .and. 0.5_wp * abs(run%control%increment) >= smallest(step, &
-         & run%control)) then
-         call go_less_far(step, run, interval%after(change%which), request)
-      else if (lies_beyond(interval, change%next) .and. ends_before(step, run, change%next)) then
-         call check_inside(problem, step, run, interval, request)
-      else
-         request%set_changed = .true.
-         call go_to_next(problem, step, run, change%next, recorder, finished, outcome)
-      end if
-   end subroutine pass_vanishing
-
-   !> True if the onset of the next set lies beyond the end of an interval on which the present set is valid.
-   pure logical function lies_beyond(interval, next)
-      type(step_interval_t), intent(in) :: interval
-      type(next_t), intent(in) :: next
-      associate (here => interval%to%state%load_factor)
-         lies_beyond = .not. (interval%stuck .or. any_crosses(interval%before, interval%after)) .and. &
-            & (next%state%load_factor - here) * &
-            & (here - interval%from%load_factor) > 0.0_wp
-      end associate
-   end function lies_beyond
-
-   !> True if the step ends between the run's point and the state where the next set is known.
-   logical function ends_before(step, run, next)
-      type(step_t), intent(in) :: step
-      type(path_state_t), intent(in) :: run
-      type(next_t), intent(in) :: next
-      type(event_t), allocatable :: events(:)
-      call value_events(next%problem, step, run%last%test_values, new_test_values(next%problem, next%state, next%system, &
-         & next%rate), &
-         & run%last%state, &
-         & next%state, events)
-      ends_before = any(events%kind == event_stop)
-   end function ends_before
 
    !> Makes a change at the located zero of a test.
    subroutine pass_located(problem, step, run, interval, tries, change, recorder, request, finished, outcome)
@@ -173,21 +125,22 @@ contains
       type(request_t), intent(inout) :: request
       logical, intent(out) :: finished
       type(outcome_t), intent(inout) :: outcome
-      type(path_state_t) :: there
       type(next_t) :: first, next, without
       type(span_test_t), allocatable :: zero(:)
       integer :: regions(2)                      ! numbers of contact regions before and after the change
       logical :: found, vanishes
       change%label = label_of(problem, change%tests(change%which))
-      call copy_path_state(run, there)
-      call forget_mesh(there)
-      there%last = change%point
       zero = [change%tests(change%which), zero_too(change%tests, change%which, interval%after%value < interval%before%value)]
+      if (zero(1)%kind == test_vanishing) then
+         call close_spans(problem, step, run, change%point, pack(zero, zero%kind == test_vanishing), recorder, &
+            & request%set_changed, finished, outcome)
+         if (request%set_changed) return
+      end if
       found = .false.
       if (.not. (interval%stuck .or. change%where == place_ahead)) then
-         call try_sets(problem, step, there, first, next, found, zero, interval%to%state)
+         call try_sets(problem, step, run, change%point, first, next, found, zero, interval%to%state)
       end if
-      if (.not. found) call try_sets(problem, step, there, first, next, found, zero)
+      if (.not. found) call try_sets(problem, step, run, change%point, first, next, found, zero)
       if (found .and. change%label == '  ') then
          regions = [size(find_span_regions(problem, change%point%state)), size(find_span_regions(first%problem, first%state))]
          change%divides = regions(2) > regions(1) .and. first%divides

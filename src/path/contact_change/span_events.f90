@@ -5,14 +5,10 @@ module span_events
    use problem, only: problem_t, rounding_gap
    use free_span_gap, only: gap_at
    use test_kinds, only: any_crosses, crosses, another_fails, test_slack, test_gap, test_curvature, test_vanishing
-   use contact_change_types, only: step_interval_t, change_t, change_none, change_missed, change_located, change_vanishing, &
-      & place_here, &
-      & place_ahead
-   use next_spans, only: next_t, copy_next
+   use contact_change_types, only: step_interval_t, change_t, change_none, change_missed, change_located, place_here
    use span_location, only: locate_test_zero, locate_osculation
    use beginning_place, only: complete_beginning
    use reachability, only: turns, reach_of
-   use vanishing_span, only: locate_vanishing, is_gone, closes
    use path_state, only: path_state_t
    implicit none
    private
@@ -32,77 +28,34 @@ contains
    end subroutine find_change
 
    !> Finds the first contact change and its place. If another test fails at the place of a located change, the zero of the failing
-   !> test is earlier and is located next. A free span that closes has priority, because other tests that fail at this place fail
-   !> due to the closing.
+   !> test is earlier and is located next.
    subroutine find_first(problem, step, run, interval, change)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(step_interval_t), intent(inout) :: interval      !! shortened if a change is located before others
       type(change_t), intent(out) :: change
-      type(step_interval_t) :: near
       integer :: round
       logical :: fails
       change%tests = interval%after
-      near = interval
       fails = any_crosses(interval%before, interval%after)
+      if (.not. (fails .or. turns(run, interval))) call find_osculation_ahead(problem, run, interval, change)
       do round = 0, size(interval%after)
-         call find_vanishing(problem, run, near, fails, change)
-         if (any(change%kind == [change_vanishing, change_missed])) return
          if (fails) then
             call tell_places_apart(problem, interval)
             change%which = steepest(interval)
             call locate_test_zero(problem, step, run, interval, change)
-         else if (round == 0 .and. .not. turns(run, interval)) then
-            call find_osculation_ahead(problem, run, interval, change)
-            if (change%kind == change_none) return
-         else
-            return
          end if
-         if (change%kind == change_missed .or. change%where == place_here) return
-         near%to = change%point
-         near%after = change%tests
-         ! The located test counts as exactly zero at the located place.
-         near%after(change%which)%value = 0.0_wp
+         if (change%kind /= change_located .or. change%where == place_here) return
          fails = another_fails(change%tests, change%which)
-         if (fails) interval = near
+         if (.not. fails) return
+         interval%to = change%point
+         interval%after = change%tests
+         ! The located test counts as exactly zero at the located place.
+         interval%after(change%which)%value = 0.0_wp
       end do
       change%kind = change_missed
    end subroutine find_first
-
-   !> Finds a free span that closes on the increment or just beyond its end, where no increment may converge.
-   subroutine find_vanishing(problem, run, interval, fails, change)
-      type(problem_t), intent(in) :: problem
-      type(path_state_t), intent(in) :: run
-      type(step_interval_t), intent(in) :: interval
-      logical, intent(in) :: fails                !! true: another test fails at the end and may have its zero earlier
-      type(change_t), intent(inout) :: change     !! unchanged if nothing is found
-      type(next_t) :: next
-      integer :: k
-      logical :: found, wave
-      do k = 1, size(interval%after)
-         if (interval%after(k)%kind /= test_vanishing) cycle
-         ! The value of a closed gap is rounding.
-         if (interval%after(k)%value > reach_of(interval) * (interval%before(k)%value - interval%after(k)%value) .and. .not. &
-            & (is_gone(problem, interval%after(k)) .and. closes(interval, k))) cycle
-         call locate_vanishing(problem, run, interval, k, fails, next, found, wave)
-         if (found) exit
-         if (wave .and. abs(interval%after(k)%value) <= test_slack(test_gap)) call withdraw_osculation(change)
-      end do
-      if (k > size(interval%after)) return
-      change%kind = change_vanishing
-      change%which = k
-      call copy_next(next, change%next)
-   end subroutine find_vanishing
-
-   !> Withdraws the change from point to line contact (the rod is as curved as the obstacle) where two point contacts merge: the
-   !> curvatures agree at the place of merging alone, and no line contact begins.
-   pure subroutine withdraw_osculation(change)
-      type(change_t), intent(inout) :: change
-      if (change%kind /= change_located) return
-      if (change%tests(change%which)%kind /= test_curvature) return
-      change%kind = merge(change_none, change_missed, change%where == place_ahead)
-   end subroutine withdraw_osculation
 
    !> Looks for a point contact that is about to become osculating, because no increment may converge at this place.
    subroutine find_osculation_ahead(problem, run, interval, change)

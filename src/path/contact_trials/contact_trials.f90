@@ -17,12 +17,12 @@ module contact_trials
    use span_candidates, only: present_contact_spans
    use test_kinds, only: span_test_t, any_fails
    use next_spans, only: next_t, copy_next, tests_of, go_to_load
-   use set_begins, only: go_back
+   use path_point, only: path_point_t
    use path_state, only: path_state_t
-   use converged_state, only: contact_holds
    use contact_in_doubt, only: tell_differences
    use rod_strips, only: strip_t, find_strips, on_strips
-   use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, divides, no_test
+   use neighbours, only: doubt_t, neighbour_t, neighbours_at, edit_merge, edit_lie_down, edit_pass, edit_remove, divides, &
+      & no_test
    use doubts, only: doubts_of, all_doubts
    use set_trial, only: solve_neighbour
    use set_validity, only: change_place_t, new_change_place, trial_t, copy_trial, is_near, verify, load_changes, &
@@ -47,16 +47,19 @@ module contact_trials
 contains
 
    !> Finds the contact set with which the path continues from the run's point, and the first equilibrium of this set.
-   subroutine try_sets(problem, step, run, first, next, found, zero, beyond)
+   subroutine try_sets(problem, step, run, point, first, next, found, zero, beyond, closing)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step            !! its first increment is a scale of load changes
       type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: point     !! on the path of the present set, at the run's point or further on
       type(next_t), intent(out) :: first          !! the set at its onset, labelled as a change of contact
       type(next_t), intent(out) :: next           !! the same set at a point further on, where all its tests are satisfied
       logical, intent(out) :: found
-      type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the run's point, if the change is located there:
-      !! the first set that is valid is taken, and begins at this point
+      type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the point, if the change is located there: the
+      !! first set that is valid is taken, and begins at this point
       type(state_t), intent(in), optional :: beyond !! equilibrium of the present set further along the path
+      type(span_test_t), intent(in), optional :: closing(:) !! tests of free spans that are about to vanish: the first set without
+      !! them is taken, and begins at its onset
       type(change_place_t) :: here
       type(strip_t), allocatable :: strip(:)
       type(doubt_t), allocatable :: doubt(:)
@@ -64,29 +67,25 @@ contains
       type(contact_span_t), allocatable :: before(:)
       real(wp), allocatable :: near(:)
       integer :: k, j, best
-      logical :: begins_later
       strip = find_strips(problem%layout)
-      here = new_change_place(problem, run, max(abs(run%last_load), first_load(step)), zero, beyond)
+      here = new_change_place(problem, run, point, max(abs(run%last_load), first_load(step)), zero, beyond)
+      here%vanishes = present(closing)
       if (here%at_change) then
          doubt = doubts_of(problem, here%state, strip, zero, here%system%force_scale, beyond)
+      else if (present(closing)) then
+         doubt = doubts_of(problem, here%state, strip, closing, here%system%force_scale)
       else
          doubt = places_in_doubt(here, strip)
       end if
-      call try_edits(run, here, strip, doubt, first_length, valid)
-      if (here%at_change .and. size(valid) > 0) call enlarge(run, here, strip, doubt, valid)
+      call try_edits(step, run, here, strip, doubt, first_length, valid)
+      if (here%at_change .and. size(valid) > 0) call enlarge(step, run, here, strip, doubt, valid)
       call follow_further(valid, best)
       found = best > 0
       if (.not. found) return
       call copy_next(valid(best)%set, first)
       call copy_next(valid(best)%set, next)
       next%path_point_t = valid(best)%there
-      ! A set at whose first equilibrium the contact of a node has a wrong sign begins further on.
-      begins_later = .not. (here%at_change .or. contact_holds(first%problem, first%state, first%system))
-      if (begins_later .or. (valid(best)%sized .and. .not. here%at_change)) then
-         call copy_next(next, first)
-         call go_back(run%last%state%load_factor, first)
-      end if
-      before = present_contact_spans(problem, run%last%state)
+      before = present_contact_spans(problem, here%state)
       ! The former contacts are widened by `nearby`, at most to the middle between two: a new contact beside a former one is a part
       ! of it, so that the former contact divides.
       near = [(nearby * problem%layout%rod_segment(before(k)%rod_segment)%length, k=1, size(before))]
@@ -108,7 +107,8 @@ contains
    !> Enlarges the new contact or free span of a set found until the path can continue from there: by its length as long as the load
    !> factor has changed by less than the smallest increment, since a span that opens in a line contact may grow with a small power
    !> of the load, then by the load.
-   subroutine enlarge(run, here, strip, doubt, valid)
+   subroutine enlarge(step, run, here, strip, doubt, valid)
+      type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at a located change
       type(strip_t), intent(in) :: strip(:)
@@ -120,7 +120,7 @@ contains
       do while (valid(1)%sized .and. .not. load_changes(here, valid(1)%set))
          length = growth * length
          if (length > most_of_strip) return
-         call try_edits(run, here, strip, doubt, [length], larger)
+         call try_edits(step, run, here, strip, doubt, [length], larger)
          if (size(larger) == 0) return
          if (.not. same_kind(larger(1)%set%problem, valid(1)%set%problem)) return
          call move_alloc(larger, valid)
@@ -173,7 +173,8 @@ contains
 
    !> Tries the neighbours of the present set at the given places. If none of them is valid, their neighbours are tried, where their
    !> tests fail.
-   subroutine try_edits(run, here, strip, doubt, length, valid)
+   subroutine try_edits(step, run, here, strip, doubt, length, valid)
+      type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at the run's point
       type(strip_t), intent(in) :: strip(:)
@@ -184,13 +185,13 @@ contains
       integer :: edits, k
       allocate (valid(0), from(1))
       call copy_next(here%next_t, from(1)%set)
-      do edits = 1, most_edits
+      do edits = 1, merge(1, most_edits, here%vanishes)
          allocate (failed(0))
          do k = 1, size(from)
-            if (edits == 1) call edit(run, here, strip, from(k), doubt, length, valid, failed)
-            if (edits > 1) call edit(run, here, strip, from(k), doubts_of(from(k)%set%problem, from(k)%fails_at, strip, &
+            if (edits == 1) call edit(step, run, here, strip, from(k), doubt, length, valid, failed)
+            if (edits > 1) call edit(step, run, here, strip, from(k), doubts_of(from(k)%set%problem, from(k)%fails_at, strip, &
                & from(k)%fails, from(k)%set%system%force_scale), length, valid, failed)
-            if (here%at_change .and. size(valid) > 0) return
+            if ((here%at_change .or. here%vanishes) .and. size(valid) > 0) return
          end do
          if (size(valid) > 0) return
          call move_alloc(failed, from)
@@ -198,7 +199,8 @@ contains
    end subroutine try_edits
 
    !> Tries the neighbours of one set at the given places.
-   subroutine edit(run, here, strip, from, doubt, length, valid, failed)
+   subroutine edit(step, run, here, strip, from, doubt, length, valid, failed)
+      type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here    !! the present set, at the run's point
       type(strip_t), intent(in) :: strip(:)
@@ -216,6 +218,7 @@ contains
          neighbour = neighbours_together(strip, on_strips(strip, present_contact_spans(from%set%problem, from%set%state)), &
             & doubt, d, length)
          do k = 1, size(neighbour)
+            if (here%vanishes .and. .not. any(neighbour(k)%edit == [edit_lie_down, edit_merge, edit_pass, edit_remove])) cycle
             call solve_neighbour(here, from%set%problem, from%set%state, run, strip, neighbour(k), &
                & from%edits == 0, trial%set, found)
             if (found) found = is_near(here, trial%set) .and. .not. same_kind(here%problem, trial%set%problem)
@@ -225,10 +228,10 @@ contains
             trial%edits = from%edits + 1
             trial%edit = merge(neighbour(k)%edit, from%edit, from%edits == 0)
             trial%length = neighbour(k)%length
-            call verify(run, here, trial)
+            call verify(step, run, here, trial)
             if (trial%valid) then
                call append(valid, trial)
-               if (here%at_change) return
+               if (here%at_change .or. here%vanishes) return
             else if (allocated(trial%fails) .and. size(failed) < most_failed) then
                if (.not. is_among(trial, failed)) call append(failed, trial)
             end if

@@ -7,6 +7,7 @@
 !> grows as long as the failing tests rise, because on another mesh a set may become valid a little later.
 module set_validity
    use kinds, only: wp
+   use model, only: step_t
    use problem, only: problem_t, rounding_gap
    use rod_state, only: state_t
    use contact_spans, only: contact_span_t
@@ -23,6 +24,7 @@ module set_validity
       & test_vanishing, test_couple
    use next_spans, only: next_t, copy_next, tests_of
    use reachability, only: leads_to_next, far, far_when_stuck
+   use set_onset, only: find_onset
    use step_off, only: tangent_along, along, step_by, failing
    implicit none
    private
@@ -46,6 +48,7 @@ module set_validity
       real(wp) :: travelled = 0.0_wp              !! length of the path behind this point, as a displacement: a structure may be
       !! back where it was
       logical :: at_change = .false.              !! true: the change is located at this point
+      logical :: vanishes = .false.               !! true: a free span is about to vanish just ahead
       logical :: kink = .true.                    !! false: the path is smooth at the located change
       logical :: pivots_tell = .true.             !! false: the stiffness of the present set is singular here
       type(span_test_t) :: zero                   !! the test that is zero at the located change
@@ -70,15 +73,16 @@ module set_validity
 contains
 
    !> The run's point as the place of a change of contact.
-   function new_change_place(problem, run, least_load, zero, beyond) result(here)
+   function new_change_place(problem, run, point, least_load, zero, beyond) result(here)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(in) :: run
+      type(path_point_t), intent(in) :: point
       real(wp), intent(in) :: least_load
       type(span_test_t), intent(in), optional :: zero(:) !! tests that are zero at the run's point, if the change is located there
       type(state_t), intent(in), optional :: beyond !! equilibrium further along the path
       type(change_place_t) :: here
       here%problem = problem
-      here%path_point_t = run%last
+      here%path_point_t = point
       here%least_load = least_load
       here%travelled = run%arc_length * problem%size
       here%at_change = present(zero)
@@ -118,13 +122,15 @@ contains
    end function is_near
 
    !> Finds out whether a set is valid, and in which sense the path continues with it.
-   subroutine verify(run, here, trial)
+   subroutine verify(step, run, here, trial)
+      type(step_t), intent(in) :: step
       type(path_state_t), intent(in) :: run
       type(change_place_t), intent(in) :: here
       type(trial_t), intent(inout) :: trial       !! in: set with its equilibrium, its edits and whether it is sized
       type(next_t) :: there
       type(span_test_t), allocatable :: tests(:)
-      real(wp) :: least
+      real(wp) :: least, least_first, distance, onset
+      real(wp), parameter :: beyond_zero = 1.1_wp
       integer :: k, sense
       logical :: decides                          ! the tests decide at the equilibrium
       decides = trial%sized .and. trial%edits == 1
@@ -144,15 +150,20 @@ contains
             end if
             tests = tests_of(set)
             least = worst(tests)
+            least_first = least
+            onset = 0.0_wp
             if (decides .and. .not. any_fails(tests) .and. gaps_are_open(here, trial, set, tests)) then
                if (.not. on_path(run, here, set)) cycle
                trial%valid = .true.
                trial%there = set%path_point_t
+               if (.not. here%at_change) call find_onset(step, here%problem, run, set, trial%valid)
                return
             end if
+            distance = 0.0_wp
             do k = 1, size(step_ahead)
                there%system = set%system
-               call step_by(set, set%tangent, step_ahead(k), there%state, there%system, tests)
+               distance = max(step_ahead(k), onset)
+               call step_by(set, set%tangent, distance, there%state, there%system, tests)
                if (.not. allocated(tests)) exit
                if (decides) then
                   if (.not. (any_fails(tests) .or. gaps_are_open(here, trial, there, tests))) exit
@@ -167,6 +178,9 @@ contains
                   there%tangent = tangent_along(there, set%tangent%u, set%tangent%load)
                   trial%valid = .true.
                   trial%there = there%path_point_t
+                  if (here%at_change) return
+                  set%path_point_t = there%path_point_t
+                  call find_onset(step, here%problem, run, set, trial%valid)
                   return
                end if
                if (.not. allocated(trial%fails)) then
@@ -174,6 +188,7 @@ contains
                   trial%fails_at = there%state
                end if
                if (worst(tests) <= least) exit
+               if (here%vanishes) onset = beyond_zero * distance * least_first / (least_first - worst(tests))
                least = worst(tests)
             end do
          end do

@@ -16,7 +16,7 @@ module contact_in_doubt
    use span_candidates, only: present_contact_spans
    use nodes_to_spans, only: find_spans_ahead
    use next_spans, only: next_t
-   use set_begins, only: go_back
+   use set_onset, only: go_back
    use state_transfer, only: carried, carried_field
    use path_control, only: control_t, is_arc_length, displacement_between, path_length
    use path_continuity, only: path_tangent_at

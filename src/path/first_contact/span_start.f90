@@ -8,7 +8,7 @@ module span_start
    use next_spans, only: next_t
    use entering_contact_set, only: bound_for
    use nodes_to_spans, only: find_spans_ahead, most_increments
-   use set_begins, only: go_back
+   use set_onset, only: go_back
    use corrector, only: increment_t
    use path_point, only: path_point_t
    use path_state, only: path_state_t, copy_path_state

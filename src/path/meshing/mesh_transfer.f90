@@ -15,14 +15,13 @@ module mesh_transfer
    use osculating_contacts, only: turn_at_least_curvature
    use path_continuity, only: path_tangent_at, normal_plane, angle_between, largest_turn
    use path_point, only: path_point_t, move_to, evaluate_tests
-   use path_state, only: path_state_t, copy_path_state, forget_mesh
+   use path_state, only: path_state_t, small_load, copy_path_state, forget_mesh
    use corrector, only: increment_t, correct
    use mesh_request, only: stays_within
    use timing, only: count_up, counter_remeshed
    use touchdown_points, only: touchdown_steps
    use tangent_step, only: states_along
    use sized_equilibrium, only: solve_sized
-   use set_begins, only: small_load
    implicit none
    private
    public :: stand_on, rebalance, refine_point, move_to_mesh

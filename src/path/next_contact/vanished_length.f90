@@ -1,6 +1,5 @@
-!> Places of changes at which a length vanishes: the free span between a line contact and a segment boundary of its rod, between two
-!> line contacts on both sides of the boundary, or between a point contact and a clamp on the obstacle; a line contact at a support
-!> on the obstacle. The length becomes too short for a mesh before it vanishes, so the place is found with the set without this
+!> Places of changes at which a length vanishes: the free span between a line contact and a segment boundary of its rod, or between
+!> two line contacts on both sides of the boundary; a line contact at a support on the obstacle. The length becomes too short for a mesh before it vanishes, so the place is found with the set without this
 !> length. Where ends of contacts arrive at a boundary, the boundary is fixed to the obstacle and the fixing couple is zero (the
 !> fixing force if two ends arrive and no couple acts); where contact is lost at a support, the relative curvature or slope of the
 !> rod at the support is zero.
@@ -12,13 +11,13 @@ module vanished_length
    use breakpoint_forces, only: breakpoint_couple, breakpoint_force, left_over, stands
    use past_breakpoints, only: beyond
    use contact_spans, only: contact_span_t
-   use contact_set_edits, only: end_moved, lost, shrunk
+   use contact_set_edits, only: end_moved, shrunk
    use span_candidates, only: present_contact_spans
-   use test_kinds, only: span_test_t, test_couple, test_force, test_curvature, test_slope, test_length, test_vanishing
+   use test_kinds, only: span_test_t, test_couple, test_force, test_curvature, test_slope, test_length
    use next_spans, only: next_t, new_next, go_to_load, tests_of
    implicit none
    private
-   public :: find_vanished, clamped_ends
+   public :: find_vanished
 
    integer, parameter :: most = 8            !! loads of the secant method
    real(wp), parameter :: exact = 1.0e-12_wp !! change of the load in its last step / load
@@ -29,7 +28,7 @@ contains
    subroutine find_vanished(problem, state, test, step, next, found)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state         !! equilibrium of `problem`
-      type(span_test_t), intent(in) :: test      !! its test of the length: of kind test_length, test_crossing, test_vanishing
+      type(span_test_t), intent(in) :: test      !! its test of the length: of kind test_length or test_crossing
       real(wp), intent(in) :: step               !! first step of the load factor
       type(next_t), intent(out) :: next          !! the set without the length; its test is the one that is zero
       logical, intent(out) :: found              !! false: no such length, or no such equilibrium
@@ -110,29 +109,18 @@ contains
       meets = .false.
       set = present_contact_spans(problem, state)
       at_support = test%kind == test_length
-      if (test%kind == test_vanishing .and. all(test%beside > 0)) at_support = any(clamped_ends(problem, state, test))
-      if (test%kind == test_length) then
+      if (at_support) then
          k = test%contact_span
          side = findloc([stands(problem, state, set(k)%candidate(1)), stands(problem, state, set(k)%candidate(2))], .true., 1)
          if (side == 0) return
          number = set(k)%number
          set = shrunk(set, k, set(k)%at(side))
-      else if (at_support) then
-         side = findloc(clamped_ends(problem, state, test), .true., 1)
-         number = set(test%beside(side))%number
-         set = lost(set, test%beside(3 - side))
       else
          k = test%contact_span
          side = merge(1, 2, test%sense < 0.0_wp)
-         if (test%kind == test_vanishing) then
-            if (count(test%beside > 0) /= 1) return
-            side = 3 - findloc(test%beside > 0, .true., 1)
-            k = test%beside(3 - side)
-         end if
          if (.not. set(k)%line) return
          number = set(k)%number
          call bring_to_boundary(problem, k, side, set, meets)
-         if (test%kind == test_vanishing .and. .not. meets) return
       end if
       next = new_next(problem, state, set)
       if (at_support) next%label = 'C-'
@@ -156,20 +144,4 @@ contains
       if (meets) meets = set(other)%line .and. problem%candidates%moves(set(other)%candidate(3 - side))
       if (meets) set = end_moved(set, other, 3 - side, merge(problem%layout%rod_segment(rod_segment)%length, 0.0_wp, side == 1))
    end subroutine bring_to_boundary
-
-   !> (sides) true: the point contact on this side of a free span is at a clamp on the obstacle.
-   function clamped_ends(problem, state, test) result(clamped)
-      type(problem_t), intent(in) :: problem
-      type(state_t), intent(in) :: state
-      type(span_test_t), intent(in) :: test      !! test of the span between two contacts
-      logical :: clamped(2)
-      integer :: k
-      do k = 1, 2
-         associate (contact => problem%contact_span(test%beside(k)))
-            clamped(k) = .not. contact%line .and. problem%model%fixed(3, problem%candidates%node(contact%candidate(1)))
-            if (clamped(k)) clamped(k) = stands(problem, state, contact%candidate(1))
-         end associate
-      end do
-      if (any(problem%contact_span(test%beside)%line)) clamped = .false.
-   end function clamped_ends
 end module vanished_length

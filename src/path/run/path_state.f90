@@ -20,7 +20,7 @@ module path_state
    private
    public :: path_state_t, recent_path_t, slopes_t, onset_t, since_change_t, point_on_mesh_t, mesh_history_t, arrived_t
    public :: copy_path_state
-   public :: path_tangent_of, keep_critical_point, leave_trail, turned_back, forget_mesh, rest_of_mesh
+   public :: path_tangent_of, keep_critical_point, leave_trail, turned_back, forget_mesh, rest_of_mesh, small_load
 
    integer, parameter :: rest_of_mesh = 10       !! accepted points after a refinement during which no coarser mesh is tried
 
@@ -222,4 +222,10 @@ contains
       end if
       call run%critical_points%keep(critical_point)
    end subroutine keep_critical_point
+
+   !> Change of the load factor for finite differences.
+   pure real(wp) function small_load(run) result(step)
+      type(path_state_t), intent(in) :: run
+      step = 1.0e-4_wp * max(abs(run%last_load), 1.0e-3_wp * abs(run%last%state%load_factor))
+   end function small_load
 end module path_state

@@ -1,0 +1,123 @@
+!> Closing of free spans: the gap of a free span vanishes all along, or its length becomes zero. At this point a point contact beside
+!> the span is in neutral equilibrium along the rod, so that no increment with the present set may converge near it. The sets without
+!> the span are regular; the first one whose tests are satisfied just beyond is taken, and the path passes to it at its onset.
+module closing_spans
+   use kinds, only: wp
+   use model, only: step_t
+   use problem, only: problem_t, rounding_gap
+   use rod_state, only: state_t
+   use contact_spans, only: shortest, line_share
+   use past_breakpoints, only: beyond
+   use test_kinds, only: span_test_t, test_vanishing
+   use span_regions, only: find_span_regions
+   use path_record, only: region_t, recorder_t
+   use contact_change_types, only: step_interval_t
+   use reachability, only: reach_of, turns
+   use next_spans, only: next_t
+   use contact_trials, only: try_sets
+   use set_mending, only: begin_set
+   use path_point, only: path_point_t
+   use path_state, only: path_state_t
+   use path_outcome, only: outcome_t
+   implicit none
+   private
+   public :: about_to_close, close_spans
+
+contains
+
+   !> Tests of free spans that have closed on an increment or, if no increment converges, that close just ahead.
+   function about_to_close(problem, interval) result(closing)
+      type(problem_t), intent(in) :: problem
+      type(step_interval_t), intent(in) :: interval
+      type(span_test_t), allocatable :: closing(:)
+      logical :: near(size(interval%after))
+      integer :: k
+      do k = 1, size(near)
+         associate (before => interval%before(k), after => interval%after(k))
+            near(k) = after%kind == test_vanishing
+            if (near(k)) near(k) = .not. is_passage(problem, after)
+            if (near(k)) near(k) = (is_gone(problem, after) .and. closes(interval, k)) .or. (interval%stuck .and. &
+               & after%value <= reach_of(interval) * (before%value - after%value))
+         end associate
+      end do
+      closing = pack(interval%after, near)
+   end function about_to_close
+
+   !> Passes to the contact set without the given free spans, if it begins between the run's point and the given point or, if no
+   !> increment converges, just ahead.
+   subroutine close_spans(problem, step, run, point, closing, recorder, changed, finished, outcome)
+      type(problem_t), intent(inout) :: problem
+      type(step_t), intent(in) :: step
+      type(path_state_t), intent(inout) :: run
+      type(path_point_t), intent(in) :: point    !! of the present set, near the onset
+      type(span_test_t), intent(in) :: closing(:) !! tests of the spans
+      class(recorder_t), intent(inout) :: recorder
+      logical, intent(out) :: changed            !! false: no such set was found
+      logical, intent(out) :: finished
+      type(outcome_t), intent(inout) :: outcome
+      type(next_t) :: first, next
+      type(region_t), allocatable :: region(:)   ! of the set without the spans
+      finished = .false.
+      changed = size(closing) > 0
+      if (.not. changed) return
+      call try_sets(problem, step, run, point, first, next, changed, closing=closing)
+      if (.not. changed) return
+      region = find_span_regions(first%problem, first%state)
+      first%times = size(find_span_regions(problem, point%state)) - size(region)
+      first%label = '  '
+      ! Contact that comes to a support on the obstacle is no region any more.
+      if (first%times > 0) first%label = merge('C+', 'C-', remains_beside(problem, closing, region))
+      call begin_set(problem, step, run, first, next, recorder, finished, outcome)
+   end subroutine close_spans
+
+   !> True if a contact beside the free spans is part of one of the regions.
+   pure logical function remains_beside(problem, closing, region) result(remains)
+      type(problem_t), intent(in) :: problem     !! problem of the tests
+      type(span_test_t), intent(in) :: closing(:) !! tests of the free spans
+      type(region_t), intent(in) :: region(:)
+      integer :: k, side, i
+      remains = .false.
+      do k = 1, size(closing)
+         do side = 1, 2
+            if (closing(k)%beside(side) == 0) cycle
+            associate (contact => problem%contact_span(closing(k)%beside(side))%number)
+               remains = remains .or. any([(region(i)%contact_span == contact, i=1, size(region))])
+            end associate
+         end do
+      end do
+   end function remains_beside
+
+   !> True if the span has become shorter on the interval.
+   pure logical function closes(interval, which)
+      type(step_interval_t), intent(in) :: interval
+      integer, intent(in) :: which               !! index of the test of the span
+      closes = length(interval%after(which)) < length(interval%before(which))
+
+   contains
+
+      pure real(wp) function length(test)
+         type(span_test_t), intent(in) :: test
+         length = test%ends(2) - test%ends(1)
+      end function length
+   end function closes
+
+   !> True if a free span has closed: its gap is zero everywhere within rounding, or its length is below the least length.
+   pure logical function is_gone(problem, test) result(gone)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test      !! test of the free span
+      gone = abs(test%value) * problem%size <= rounding_gap(problem) .or. &
+         & test%ends(2) - test%ends(1) < shortest * problem%layout%rod_segment(test%rod_segment)%length
+   end function is_gone
+
+   !> True if the free span is a short remainder before a segment boundary beyond which the contact beside the span can continue:
+   !> the contact then passes the boundary, and the remainder does not come into contact.
+   pure logical function is_passage(problem, test)
+      type(problem_t), intent(in) :: problem
+      type(span_test_t), intent(in) :: test      !! test of the free span
+      integer :: side
+      side = findloc(test%beside > 0, .true., 1)
+      is_passage = count(test%beside > 0) == 1 .and. test%ends(2) - test%ends(1) <= line_share * &
+         & problem%layout%rod_segment(test%rod_segment)%length
+      if (is_passage) is_passage = beyond(problem, test%beside(side), merge(1, -1, side == 1)) > 0
+   end function is_passage
+end module closing_spans

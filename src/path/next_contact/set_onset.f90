@@ -1,0 +1,150 @@
+!> Onset of a contact set that is known at a point further on: the set is followed back along its path, and the first zero of its
+!> tests is located as on any increment.
+module set_onset
+   use kinds, only: wp
+   use model, only: step_t, method_load
+   use problem, only: problem_t, rounding_gap
+   use next_spans, only: next_t, copy_next, go_to_load, tests_of
+   use test_kinds, only: span_test_t, any_fails, test_length, test_crossing
+   use contact_spans, only: shortest
+   use converged_state, only: contact_holds
+   use span_events, only: find_change
+   use contact_change_types, only: step_interval_t, change_t, new_interval, change_located, place_within
+   use bordered_system, only: linearise
+   use state_transfer, only: carried
+   use path_control, only: displacement_between, path_length
+   use path_continuity, only: path_tangent_t, path_tangent_at
+   use step_off, only: tangent_along
+   use path_point, only: path_point_t, evaluate_tests
+   use path_state, only: path_state_t, copy_path_state, forget_mesh
+   implicit none
+   private
+   public :: find_onset, go_back
+
+   integer, parameter :: most_halvings = 20     !! halvings of the load interval
+   real(wp), parameter :: shorter = 0.1_wp      !! least length of a new contact or free span at its onset, as a share of the least
+   !! length elsewhere (contact_spans%shortest)
+
+contains
+
+   !> Moves a set from a point of its path back to its onset, which lies between the run's point and this point.
+   subroutine find_onset(step, problem, run, next, ahead)
+      type(step_t), intent(in) :: step
+      type(problem_t), intent(in) :: problem     !! problem with the present set
+      type(path_state_t), intent(in) :: run      !! the last point at which the present set is known to be valid
+      type(next_t), intent(inout) :: next        !! in: the set at a point where its tests are satisfied, with its path tangent;
+      !! out: at its onset, its test the one that is zero there; at the nearest valid point if the zero is not located
+      logical, intent(out) :: ahead              !! false: the set is valid at the run's point, too, so that it belongs to another
+      !! path, because at one load two sets are valid only if their equilibria are one
+      type(path_state_t) :: back
+      type(path_point_t) :: trial
+      type(next_t) :: outside
+      type(step_interval_t) :: interval
+      type(change_t) :: change
+      type(path_tangent_t) :: onward
+      ahead = .not. valid_elsewhere()
+      if (.not. ahead) return
+      call go_back(run%last%state%load_factor, next, outside)
+      if (.not. allocated(outside%state%u)) return
+      call linearise(next%problem, next%state, next%state, next%system)
+      call linearise(outside%problem, outside%state, outside%state, outside%system)
+      if (.not. (next%system%ok .and. outside%system%ok)) return
+      call copy_path_state(run, back)
+      call forget_mesh(back)
+      back%fresh = .false.
+      back%control%method = method_load
+      back%control%increment = outside%state%load_factor - next%state%load_factor
+      back%last = next%path_point_t
+      back%last%tangent = heading(next)
+      call evaluate_tests(next%problem, back%last)
+      trial = outside%path_point_t
+      trial%tangent = heading(outside)
+      call evaluate_tests(next%problem, trial)
+      interval = new_interval(next%problem, back, trial, .false.)
+      call find_change(next%problem, step, back, interval, change)
+      if (change%kind /= change_located .or. change%where /= place_within) return
+      onward = next%tangent
+      next%path_point_t = change%point
+      next%test = change%which
+      next%tangent = tangent_along(next, onward%u, onward%load)
+
+   contains
+
+      !> True if the set is valid at the load of the run's point, with another equilibrium.
+      logical function valid_elsewhere() result(elsewhere)
+         type(next_t) :: there
+         type(span_test_t), allocatable :: tests(:)
+         call copy_next(next, there)
+         call go_to_load(there, run%last%state%load_factor, tests)
+         elsewhere = allocated(tests)
+         if (elsewhere) elsewhere = .not. any_fails(tests)
+         if (elsewhere) elsewhere = path_length(there%problem, carried(problem, run%last%state, there%problem), there%state) > &
+            & rounding_gap(there%problem) * sqrt(sum(there%problem%weight))
+      end function valid_elsewhere
+
+      !> Path tangent of the set, from its valid point to the other one.
+      function heading(at) result(tangent)
+         type(next_t), intent(in) :: at
+         type(path_tangent_t) :: tangent
+         tangent = path_tangent_at(at%problem, at%system, displacement_between(next%problem, next%state, outside%state), &
+            & outside%state%load_factor - next%state%load_factor)
+      end function heading
+   end subroutine find_onset
+
+   !> Moves the next set from a point of its path back towards a load factor, as far as the set is valid, by halving the load
+   !> interval. At the change itself a new contact or free span has zero length, so shorter ones than elsewhere are valid. If the
+   !> set is valid up to this load factor, both sets have the same equilibrium there, and the change is further back.
+   subroutine go_back(to, next, outside)
+      real(wp), intent(in) :: to
+      type(next_t), intent(inout) :: next  !! in: the next set at a point further on; out: at the farthest point back that was found
+      !! valid
+      type(next_t), intent(out), optional :: outside !! the set at an equilibrium beyond its onset, where a test fails; its
+      !! state is not allocated if none was found
+      type(next_t) :: nearer
+      real(wp) :: fails, since, whole              ! load factors at which the set fails and at which it is valid; length of the
+      ! interval
+      integer :: try
+      logical :: holds, beyond
+      call copy_next(next, nearer)
+      since = next%state%load_factor
+      whole = since - to
+      call test_at(to)
+      beyond = holds
+      if (beyond) call copy_next(nearer, next)
+      do try = most_halvings, -most_halvings, -1
+         if (.not. holds) exit
+         call test_at(to - 0.5_wp**try * whole)
+      end do
+      if (holds) return
+      do try = 1, most_halvings
+         if (present(outside)) then
+            if (allocated(outside%state%u)) return
+         end if
+         call test_at(0.5_wp * (fails + since))
+         if (holds .and. .not. beyond) call copy_next(nearer, next)
+      end do
+
+   contains
+
+      !> Tests the next set at a load factor.
+      subroutine test_at(load)
+         real(wp), intent(in) :: load
+         type(span_test_t), allocatable :: tests(:)
+         type(next_t) :: there
+         call copy_next(nearer, there)
+         call go_to_load(there, load, tests)
+         holds = allocated(tests)
+         if (holds .and. present(outside)) then
+            if (any_fails(tests)) call copy_next(there, outside)
+         end if
+         if (holds) then
+            where (tests%kind == test_length .or. tests%kind == test_crossing) tests%value = tests%value + (1.0_wp - shorter) * &
+               & shortest * minval(next%problem%layout%rod_segment%length) / next%problem%size
+            holds = .not. any_fails(tests) .and. contact_holds(there%problem, there%state, there%system)
+         end if
+         if (holds) call copy_next(there, nearer)
+         if (holds) since = load
+         if (.not. holds) fails = load
+      end subroutine test_at
+   end subroutine go_back
+end module set_onset
