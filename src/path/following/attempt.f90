@@ -12,9 +12,9 @@ module attempt
    private
    public :: attempt_t, start_from, leads_on, note_change, ended
 
-   !> The attempts to make an increment from one point of the path.
+   !> Attempts to make an increment from one point of the path.
    type :: attempt_t
-      ! The point.
+      ! The point from which the attempts are made.
       integer :: point = -1                      !! number of the step's accepted points before this point
       real(wp) :: first_increment = 0.0_wp       !! size of the first increment tried from this point
       logical :: changed = .false.               !! a contact change was made when the point was last examined
@@ -35,7 +35,7 @@ module attempt
       integer :: meshes = 0                      !! meshes made for the increment's errors, see arrival_t
       integer :: corner_meshes = 0               !! meshes made for a corner of the contact set
       integer :: doubled_at = -1                 !! point for which the mesh density was doubled last
-      real(wp) :: asked_at = -1.0_wp             !! arc length up to which contact was determined from the nodes
+      real(wp) :: asked_at = -1.0_wp             !! !! arc length up to which contact at the nodes has been tried
    end type attempt_t
 
 contains
@@ -60,7 +60,7 @@ contains
       leads_on = attempt%report%converged .and. .not. attempt%astray
    end function leads_on
 
-   !> Notes whether the contact set has changed at the point when the trial was examined.
+   !> Records whether the contact set was changed at the point while the trial was examined.
    pure subroutine note_change(attempt)
       type(attempt_t), intent(inout) :: attempt
       attempt%changed = attempt%request%set_changed .and. .not. allocated(attempt%request%no_set)

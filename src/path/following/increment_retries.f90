@@ -36,12 +36,12 @@ contains
          return
       end if
       call refine_mesh(problem, run, attempt%trial, settled, attempt%request, attempt%has_trial, done)
-      ! No mesh could be made: the counter is set so that the present mesh is accepted.
+      ! If no mesh can be made, the counter is set so that the present mesh is accepted.
       if (.not. done) attempt%meshes = huge(attempt%meshes) - 1
    end subroutine retry_refined
 
-   !> Finds another contact set by trials or else from contact at nodes, if no increment succeeds with the present set; once at each
-   !> place. attempt%changed is true if this gives another contact set; otherwise the set is unchanged.
+   !> Finds another contact set by trials, or else from contact at the nodes, if no increment succeeds with the present set; once at
+   !> each place. attempt%changed is true if another set is found; otherwise the set is unchanged.
    subroutine retry_by_nodes(problem, step, run, attempt, recorder, outcome)
       type(problem_t), intent(inout) :: problem
       type(step_t), intent(in) :: step
