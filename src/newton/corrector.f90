@@ -1,4 +1,4 @@
-!> Makes one increment: predictor and Newton iterations from a converged point to the next, contact included.
+!> Makes one increment: predictor and Newton iterations from a converged point to the next, with contact at nodes by an LCP.
 module corrector
    use kinds, only: wp
    use problem, only: problem_t
@@ -19,8 +19,8 @@ module corrector
 
 contains
 
-   !> Makes the control's increment from `start`. On success `state` is the new point, and `system` is assembled and factored there;
-   !> on failure `state` is undefined and `system` factored at no point of the path.
+   !> Makes the increment of the control from `start`. On success `state` is the new point, and `system` is assembled and factored
+   !> there; on failure `state` is undefined, and the factors in `system` belong to no point of the path.
    subroutine take_increment(problem, start, control, state, system, report, keep_contact)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: start
@@ -74,8 +74,8 @@ contains
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
       logical, intent(in), optional :: far_off   !! true: touchdown points may be far from their positions
-      logical, intent(in), optional :: again     !! true: at least one iteration more from the converged state, for a predictor so
-      !! close that the residual is small before the error is
+      logical, intent(in), optional :: again     !! !! true: at least one iteration, even if the residual is small: the predictor
+      !! may be close but not accurate
       real(wp) :: rhs
       logical :: more
       type(state_t) :: origin
