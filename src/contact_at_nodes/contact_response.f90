@@ -1,5 +1,5 @@
-!> Changes of gaps and reactions of all candidates in a linear increment, from a solution of the bordered system. The derivatives of
-!> a single gap or reaction along the path are in node_contact_functional.
+!> Changes of gaps and reactions of all candidates in a linear increment, from a solution of the bordered system. (Derivatives of a
+!> single gap or reaction along the path: node_contact_functional.)
 !>
 !> On coupled ground the opening is b = gap + T r, with the reactions r of all candidates and the compliance matrix T
 !> (ground_coupling). An opening or a reaction at one candidate changes the reactions of all active candidates (coupled_answer);
@@ -43,7 +43,7 @@ contains
       call coupled_answer(problem%coupling, system%coupling, given, gap, reaction)
    end subroutine predict_contact
 
-   !> Change of a candidate's gap, with the motion of the obstacle and the closing of the gap by the load factor.
+   !> Change of a candidate's gap, including the motion of the obstacle and the part of the gap that the load factor closes.
    pure real(wp) function gap_change(problem, system, candidate, x, y)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
