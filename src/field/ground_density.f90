@@ -1,4 +1,4 @@
-!> Force of foundations per length of a rod, at one place of an element.
+!> Force of foundations per length of a rod, at one point of an element.
 module ground_density
    use kinds, only: wp
    use problem, only: problem_t
@@ -11,8 +11,8 @@ module ground_density
 
 contains
 
-   !> Force of the foundations at a place of an element per unit stress-free length, global axes, and its derivative by this length
-   !> with the direction of the force unchanged.
+   !> Force of the foundations at a point of an element per unit stress-free length, global axes, and its derivative by this length
+   !> for a constant direction of the force.
    pure function foundation_density(problem, state, e, tau, place, rate) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -34,7 +34,7 @@ contains
                if (gap >= 0.0_wp .and. .not. (chain%bilateral(c) .or. carries(state%segment(c)))) cycle
                call foundation_reaction(problem%model, problem%model%obstacle(chain%obstacle(c)), -gap, push, spring, &
                   & state%segment(c))
-               ! Under a bilateral foundation the gap counts from that of the stress-free axis.
+               ! The gap of a bilateral foundation counts from that of the stress-free axis.
                way = rate
                if (chain%bilateral(c)) way = rate - [cos(angle), sin(angle)]
                density(:, 0) = density(:, 0) + push * normal
