@@ -19,8 +19,8 @@ contains
       if (system%turned(node)) call turn_force(system%axis(:, node), system%roll(node), system%lean(node), force)
    end subroutine to_node
 
-   !> Force and moment on a node in its axes. The first unknown also rotates the node along the track (`roll`); the third also
-   !> displaces a node with `lean` along the normal.
+   !> Force and moment on a node in its axes. The first unknown also rotates the node with the track (`roll`); the third also
+   !> displaces the node along the normal (`lean`).
    pure subroutine turn_force(axis, roll, lean, force)
       real(wp), intent(in) :: axis(2), roll, lean
       real(wp), intent(inout) :: force(3)
@@ -65,7 +65,7 @@ contains
       end associate
    end function own_axes
 
-   !> Increments of an element's nodes in node axes; of an element on a carried obstacle, relative to the obstacle.
+   !> Increments of an element's nodes in node axes, relative to the obstacle for an element on a carried obstacle.
    pure function element_unknowns(problem, system, x, e) result(local)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
@@ -84,8 +84,8 @@ contains
       end do
    end function element_unknowns
 
-   !> Increments of the nodes of an element on a carried obstacle relative to the obstacle, in global axes, each with what the third
-   !> column of the element's operator belongs to: the rotation of the obstacle, and zero (evaluate_conforming).
+   !> Increments, relative to the obstacle and in global axes, of the nodes of an element on a carried obstacle. The third entry of
+   !> the first node is the rotation of the obstacle, that of the second node is zero (evaluate_conforming).
    pure function relative_increments(problem, system, x, e) result(du)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

@@ -1,8 +1,8 @@
 !> A number that is a function of the state, linearised at the state.
 !>
-!> Uses of such a functional: its gradient is the row of a path constraint (set_path_row); its rate along the path is the slope of a
-!> test function or a monitor; its zero is located by an iteration on the bordered system; the solution of the transposed equations
-!> for its gradient weighs the elements' error contributions in its error bar (error_contributions).
+!> A functional has four uses. Its gradient is the row of a path constraint (set_path_row). Its rate along the path is the slope of
+!> a test function or a monitor. Its zero is located by an iteration on the bordered system. The solution of the transposed
+!> equations for its gradient gives the elements' contributions to its error bar (error_contributions).
 !>
 !> Kinds, each with a function new_..._functional(problem, state, system, ...):
 !> load                load factor (this module; linear_functional of bordered_system with other unknowns)
@@ -22,14 +22,14 @@ module state_functional
    private
    public :: functional_t, inner_place_t, section_place_t, new_functional, new_load_functional
 
-   !> A place inside an element on whose displacements and rotation, given by the element's polynomial, a number depends.
+   !> A point inside an element whose displacements and rotation, given by the element's polynomial, enter a number.
    type :: inner_place_t
       integer :: element = 0
       real(wp) :: tau = 0.0_wp                   !! position in the element, 0 to 1
       real(wp) :: weight(3) = 0.0_wp             !! derivatives of the number by displacements and rotation, global axes
    end type inner_place_t
 
-   !> A place inside an element whose section has a quantity on which a number depends (section_quantities).
+   !> A point inside an element whose section quantity enters a number (section_quantities).
    type :: section_place_t
       integer :: element = 0
       real(wp) :: tau = 0.0_wp                   !! position in the element, 0 to 1
