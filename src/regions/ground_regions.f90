@@ -85,7 +85,7 @@ contains
                open_end = .false.
             end if
          end do
-         ! A contact end at a support may leave an element of zero length.
+         ! An end of contact at a support may leave a region of zero length.
          regions = pack(regions, regions%end > regions%start)
          do i = 1, size(regions)
             associate (obstacle => problem%model%obstacle(problem%model%contact(regions(i)%contact)%obstacle))
@@ -97,7 +97,7 @@ contains
 
    contains
 
-      !> Computes coordinate and angle of a place on the element after a candidate.
+      !> Computes coordinate and angle of a position on the element after a candidate.
       subroutine set_end(candidate, tau, s, angle)
          integer, intent(in) :: candidate
          real(wp), intent(in) :: tau
@@ -157,8 +157,8 @@ contains
       end do
    end function smallest_ground_gap
 
-   !> Largest local maximum of the gap in a range, with contact on both sides of the maximum: > 0 if the region is divided there, <
-   !> 0 if not. Without such a maximum: minus the deepest penetration. The whole range is searched, because the maximum may move.
+   !> Largest local maximum of the gap in a range between places in contact: > 0 if the region is divided there, < 0 if not. Without
+   !> such a maximum: minus the deepest penetration. The whole range is searched, because the maximum may move.
    real(wp) function inner_opening(problem, state, contact, from, to, candidate, place) result(opening)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -193,7 +193,8 @@ contains
                   after(n) = c
                   if (i == 0) cycle
                   peak(n) = max(value(i - 1), value(i))
-                  ! The gap can exceed both samples by more than rounding only where they differ by less than it bends.
+                  ! Between two samples the gap can only have a maximum above rounding if the samples differ by less than its
+                  ! curvature allows.
                   if (bend > max(abs(value(i) - value(i - 1)), rounding)) &
                      & call gap_extreme(problem, between, .true., at(i - 1), at(i), peak(n), tau(n))
                end do
@@ -245,7 +246,7 @@ contains
       end associate
    end function part_of_range
 
-   !> Arc length along its chain of a candidate with an element after it, at the present place of its node.
+   !> Arc length along its chain of a candidate with an element after it, at the present position of its node.
    pure real(wp) function chain_place(problem, state, candidate) result(s)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -262,7 +263,7 @@ contains
       end associate
    end function chain_place
 
-   !> Regions of a state transferred to the node places of another state on the same mesh: ends of contact at nodes move with the
+   !> Regions of a state transferred to the node positions of another state on the same mesh: ends of contact at nodes move with the
    !> nodes.
    function taken_along(problem, from, to, regions) result(moved)
       type(problem_t), intent(in) :: problem
@@ -316,7 +317,7 @@ contains
       rounds = merge(1, 0, problem%ground%chain%chain_length(contact) > 0.0_wp)
    end function rounds
 
-   !> Computes the force per stress-free length and the gap at every node of the foundations' chains.
+   !> Computes the force per stress-free length and the gap at each node of the foundations' chains.
    subroutine ground_pressure(problem, state, pressure, gap)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -352,8 +353,8 @@ contains
       end do
    end subroutine ground_reaction
 
-   !> Computes the distributed reaction of one contact as forces at the deck's nodes of this contact, whatever the mesh; and the
-   !> force per stress-free length at these nodes.
+   !> Computes the distributed reaction of one contact as forces at the deck's nodes of this contact, on any mesh, and the force per
+   !> stress-free length at these nodes.
    subroutine deck_ground_reaction(problem, state, contact, gap, reaction, density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
