@@ -2,8 +2,8 @@
 !> both ends, or closed.
 !>
 !> The nearest point is found with a tree of circles around the pieces. Only pieces that may contain the nearest point are examined,
-!> so the cost grows with the logarithm of the number of pieces, and no search depends on a previous one. A quintic piece turns by
-!> so little that its nearest point is unique; Newton's method, kept inside a bracket, finds this point.
+!> so that the cost grows with the logarithm of the number of pieces, and searches are independent of each other. A quintic piece
+!> turns by so little that its nearest point is unique; Newton's method within a bracket finds it.
 module obstacle_curve
    use kinds, only: wp
    use gauss_tableau, only: gauss_points
@@ -81,7 +81,7 @@ contains
       type(piece_t), allocatable :: pieces(:)
       real(wp) :: leg(2, 5), d(2, 0:5), h, turn
       integer :: i, k, n
-      ! The curve turns by no more than the sides of its control polygon.
+      ! The curve turns by at most as much as the sides of its control polygon.
       leg = legs(c)
       turn = sum([(abs(angle_between(leg(:, k), leg(:, k + 1))), k=1, 4)])
       n = 2 + int(turn / (0.5_wp * piece_turn))
@@ -136,7 +136,7 @@ contains
       dd = 2 * c(:, 3) + t * (6 * c(:, 4) + t * (12 * c(:, 5) + t * 20 * c(:, 6)))
    end subroutine first_derivatives
 
-   !> Curve of pieces, each of which begins at the end of the previous one, with the same tangent.
+   !> Curve of pieces, each of which begins at the end of the previous piece, with the same tangent.
    pure function join_pieces(pieces, closed) result(curve)
       type(piece_t), intent(in) :: pieces(:)
       logical, intent(in) :: closed     !! true: the last piece ends where the first one begins, with the same tangent
@@ -172,7 +172,7 @@ contains
       end do
    end function join_pieces
 
-   !> True if the curvature jumps between piece i and the next one. Pieces 0 and size + 1 are the straight continuations; of a
+   !> True if the curvature jumps between piece i and the next one. Pieces 0 and size + 1 are the straight continuations; on a
    !> closed curve they are its last and its first piece.
    pure logical function curvature_jumps(curve, i) result(jumps)
       type(obstacle_curve_t), intent(in) :: curve
@@ -228,7 +228,7 @@ contains
             call keep_nearer(x, candidate, foot, best)
             cycle
          end if
-         ! The nearer child is examined first: its result often excludes the other one.
+         ! The nearer child is examined first, because its result often excludes the other.
          least = [least_square(2 * k), least_square(2 * k + 1)]
          near = merge(1, 2, least(1) <= least(2))
          stack(top + 1:top + 2) = 2 * k - 1 + [3 - near, near]

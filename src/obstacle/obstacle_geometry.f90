@@ -43,11 +43,11 @@ contains
             bend = -bend
          end if
       case default
-         ! The normal is taken from the curve: the direction from the nearest point to x is undetermined for a small gap.
+         ! The normal is that of the curve: for a small gap the direction from the nearest point to x is undetermined.
          foot = nearest_point(obstacle%curve, x)
          normal = [-foot%tangent(2), foot%tangent(1)]
          gap = dot_product(x - foot%point, normal)
-         ! At a gap equal to the radius of curvature the nearest point is not unique; the curvature is set to zero there.
+         ! At a gap equal to the radius of curvature the nearest point is not unique; the curvature is set to zero.
          r = 1.0_wp - foot%curvature * gap
          bend = 0.0_wp
          if (r > epsilon(r)) bend = -foot%curvature / r
@@ -55,7 +55,7 @@ contains
    end subroutine obstacle_gap
 
    !> Change of a point's gap by a motion, with normal and curvature after the motion. For lines and circles the change has the
-   !> rounding error of the motion, not that of positions, which a stiff foundation would multiply.
+   !> rounding error of the motion, not of the positions: a stiff foundation would multiply the latter.
    pure subroutine moved_gap(obstacle, home, motion, at_home, change, normal, bend)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: home(2), motion(2)
@@ -127,7 +127,7 @@ contains
       real(wp) :: gap, normal(2), bend
       call obstacle_gap(obstacle, x, gap, normal, bend)
       curvature = -bend
-      ! The free side is on the left of (n_y, -n_x).
+      ! The free side lies to the left of (n_y, -n_x).
       if (normal(2) * tangent(1) - normal(1) * tangent(2) < 0.0_wp) curvature = bend
    end function contact_curvature
 end module obstacle_geometry

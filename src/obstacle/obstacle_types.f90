@@ -14,8 +14,8 @@ module obstacle_types
    ! Ground under a foundation (words in the deck): independent springs, or coupled as in ground_coupling.
    integer, parameter :: ground_independent = 1, ground_half_space = 2, ground_pasternak = 3
 
-   !> Obstacle whose surface the structure cannot penetrate. Except for circles, the free side is on the left in the order of the
-   !> points, and surfaces with ends are continued straight.
+   !> Obstacle whose surface the structure cannot penetrate. Except for circles, the free side is to the left in the order of the
+   !> points, and surfaces with ends continue straight.
    type :: obstacle_t
       character(name_length) :: name = ''
       integer :: kind = obstacle_line
