@@ -26,7 +26,7 @@ module branch_switching
    public :: switch_branch
 
    integer, parameter :: max_tries = 12
-   real(wp), parameter :: straight = 0.3_wp !! !! largest correction as a part of the distance; no input deck changes up to 3, three
+   real(wp), parameter :: straight = 0.3_wp !! largest correction as a part of the distance; no input deck changes up to 3, three
    !! change at 0.03
 
 contains

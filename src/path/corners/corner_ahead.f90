@@ -20,8 +20,8 @@ module corner_ahead
 
    !> Corner found by the trial increments from one point.
    type :: corner_t
-      real(wp) :: length = -1.0_wp               !! !! arc length to the corner, from the last trial; negative: none
-      real(wp) :: before = -1.0_wp               !! !! the same, from the trial before
+      real(wp) :: length = -1.0_wp               !! arc length to the corner, from the last trial; negative: none
+      real(wp) :: before = -1.0_wp               !! the same, from the trial before
       real(wp) :: chord = 0.0_wp                 !! chord length of the last trial
       logical :: goes_around = .false.           !! true: the last trial would be on the path if the point itself were the corner
    end type corner_t

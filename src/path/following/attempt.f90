@@ -35,7 +35,7 @@ module attempt
       integer :: meshes = 0                      !! meshes made for the increment's errors, see arrival_t
       integer :: corner_meshes = 0               !! meshes made for a corner of the contact set
       integer :: doubled_at = -1                 !! point for which the mesh density was doubled last
-      real(wp) :: asked_at = -1.0_wp             !! !! arc length up to which contact at the nodes has been tried
+      real(wp) :: asked_at = -1.0_wp             !! arc length up to which contact at the nodes has been tried
    end type attempt_t
 
 contains

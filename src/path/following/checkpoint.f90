@@ -34,7 +34,7 @@ module checkpoint
       type(archive_t) :: archive
       integer :: kind = 0                        !! on_step, on_branch, on_curve; 0: no checkpoint
       logical :: changed = .false.               !! the deck has changed: a path that was complete continues, too
-      integer :: from = 0 !! !! row of a path, from 1: the run is repeated up to there, without checkpoints, and then continues with
+      integer :: from = 0 !! row of a path, from 1: the run is repeated up to there, without checkpoints, and then continues with
       !! `steps`; 0: no such point, or it is reached
       integer :: branch = 0                      !! number of that path's branch; 0: the path of the steps
       type(step_t), allocatable :: steps(:)      !! steps of the deck

@@ -31,7 +31,7 @@ module limit_curves
    public :: follow_limit_curves
 
    integer, parameter :: max_cuts = 12              !! halvings of a step along the curve; no input deck changes from 6 to 24
-   real(wp), parameter :: farthest = 0.5_wp  !! !! a zero is rejected if its distance from the prediction exceeds this part of the
+   real(wp), parameter :: farthest = 0.5_wp  !! a zero is rejected if its distance from the prediction exceeds this part of the
    !! step
    real(wp), parameter :: sharpest = 0.7_wp         !! smallest cosine of the angle between two steps; no input deck changes from
    !! 0.07 to 0.7

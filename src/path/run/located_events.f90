@@ -19,9 +19,9 @@ module located_events
       real(wp) :: fraction = 1.0_wp            !! position between the last point and the trial, 0 to 1
       type(error_bars_t), allocatable :: bars  !! not allocated: the deck requests none
       logical :: located = .false.               !! false: only bracketed
-      real(wp) :: swerve = 0.0_wp              !! !! bifurcation: change of the path tangent by a unit force on the null vector, at
+      real(wp) :: swerve = 0.0_wp              !! bifurcation: change of the path tangent by a unit force on the null vector, at
       !! the points between which the event is interpolated
-      logical :: later = .false. !! !! bifurcation: it lies behind the trial, whose null pivots have signs due to rounding
+      logical :: later = .false. !! bifurcation: it lies behind the trial, whose null pivots have signs due to rounding
    end type located_event_t
 
 contains
