@@ -4,10 +4,10 @@
 !>   P' = k'(sigma) (1 + e) M - q_t                     P = N + o k M                q_t = q . (o tangent)
 !>
 !> ' is d/ds of the stress-free length s. theta, e, N, M: tangent angle, strain, axial force and moment of the rod; P: the force
-!> dual to sigma (see below). sigma, k and k': arc length, curvature and its rate of the track (obstacle_track); o = 1 where the rod
-!> runs in the sense of the track, -1 against it; k0: stress-free curvature; e_T, k_T: thermal strain and curvature of the
-!> unstressed rod; q: dead load per unit stress-free length. Follower pressure is normal to the track and does no work on it. The
-!> rod does not shear.
+!> dual to sigma (see below). sigma, k and k': arc length, curvature of the track and its derivative by sigma (obstacle_track); o =
+!> 1 for a rod in the direction of the track, -1 against it; k0: stress-free curvature; e_T, k_T: thermal strain and curvature of
+!> the unstressed rod; q: dead load per unit stress-free length. Follower pressure is normal to the track and does no work along it.
+!> The rod has no shear strain.
 !>
 !> On the track the rod has one degree of freedom, sigma. With L = EA (e - e_T)^2/2 + EI (theta' - k0 - k_T)^2/2 - q . r the force
 !> dual to sigma is dL/d(sigma') = o P, and the equation of P' is Lagrange's equation. (sigma, o P) is thus a Hamiltonian system,
@@ -58,7 +58,7 @@ module conforming_element
       real(wp) :: by_stage(max_stages) = 0.0_wp, by_force(max_stages) = 0.0_wp !! derivatives by sigma and P at the stages
    end type hold_t
 
-   !> Dense output of an element: the polynomials of sigma and P, and what the section at a place needs.
+   !> Dense output of an element: the polynomials of sigma and P, and the data of the section.
    type :: conforming_output_t
       private
       real(wp) :: sense = 1.0_wp, offset = 0.0_wp !! as in conforming_evaluate
@@ -178,8 +178,8 @@ contains
       weight(s + 1:) = abs(h) * compliance%axial + abs(h)**3 * compliance%bending
       call solve_small(2 * s, system, rhs, singular, weight)
 
-      ! Increments of sigma (dend) and P (dtail) at the second end, less the increments at the first end, as linear functions of the
-      ! columns: (increment of sigma at the first end, increment of P at the first end, 1, increment of the load factor).
+      ! Increments of sigma (dend) and P (dtail) at the second end, minus the increments at the first end, as linear functions of
+      ! the columns: (increment of sigma at the first end, increment of P at the first end, 1, increment of the load factor).
       dend = 0.0_wp
       dtail = 0.0_wp
       dtail(by_p) = 1.0_wp
@@ -236,8 +236,9 @@ contains
       fl(2) = -sense * (dtail(by_p) * ends(4) + dtail(by_load))
    end subroutine conforming_evaluate
 
-   !> Dense output of an element, from the arguments of conforming_evaluate. No sum of loads contains the force of a foundation: on
-   !> it P is the polynomial through the stored values, and the value at the second end if the foundation's forces are given.
+   !> Dense output of an element, from the arguments of conforming_evaluate. The sum of loads does not contain the force of a
+   !> foundation: on a foundation P is the polynomial through the stored values and, if the foundation's forces are given, the value
+   !> at the second end.
    pure type(conforming_output_t) function new_output(tab, h, sense, bend, obstacle, offset, first, last, compliance, load, z, &
       & founded, inner) result(output)
       type(tableau_t), intent(in) :: tab
@@ -288,7 +289,7 @@ contains
       if (present(inner)) output%miss = output%miss - dot_product(tab%b(:s), output%pull(:s))
    end function new_output
 
-   !> Track and force P at a place of an element.
+   !> Track and force P at a position in an element.
    pure subroutine output_at(output, tab, obstacle, tau, here, p)
       type(conforming_output_t), intent(in) :: output
       type(tableau_t), intent(in) :: tab
@@ -352,7 +353,7 @@ contains
       end associate
    end subroutine conforming_resultants
 
-   !> Force of a foundation along the rod at a point of its quadrature, `at` this place of the track.
+   !> Force of a foundation along the rod at a point of its quadrature, for the point `at` of the track.
    pure type(hold_t) function hold_at(at, sense, inner, q) result(hold)
       type(track_t), intent(in) :: at
       real(wp), intent(in) :: sense
@@ -366,7 +367,7 @@ contains
       hold%by_load = sense * (inner%spring(q) * inner%approach(q) * slope + dot_product(inner%rate(:, q), at%tangent))
    end function hold_at
 
-   !> N, M and the right-hand sides of sigma' and P' with their derivatives, at a place `at` of the track for a given P.
+   !> N, M and the right-hand sides of sigma' and P' with their derivatives, at the point `at` of the track for a given P.
    pure type(section_t) function section_at(at, sense, bend, compliance, load, line, line_rate, p) result(section)
       type(track_t), intent(in) :: at
       real(wp), intent(in) :: sense

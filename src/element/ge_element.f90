@@ -114,7 +114,8 @@ contains
          dtail(by_m, 3) = 1.0_wp
          dtail(by_load, 1:2) = -h * drop_rate
          dend(by_load, 3) = h * load%curvature_rate
-         ! Differences of displacements instead of positions have a smaller rounding error, and C closes the stress-free element.
+         ! Differences of displacements have smaller rounding errors than differences of positions, and C closes the stress-free
+         ! element.
          end_defect = [u(4:5) - u(1:2), u(6) - u(3) - h * load%curvature]
          tail = z(1:3)
          tail(1:2) = tail(1:2) - h * drop

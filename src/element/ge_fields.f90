@@ -56,7 +56,7 @@ contains
       call sum_part(tab, h, scale, load, z, rho, basis, span, resultant)
    end subroutine ge_interior
 
-   !> As ge_interior, with the directions rho at the stages given, for many places of one element.
+   !> The same as ge_interior for many points of one element, with the directions rho at the stages given.
    pure subroutine ge_between(tab, h, scale, load, z, rho, tau, span, resultant)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, scale
@@ -70,7 +70,7 @@ contains
       call sum_part(tab, h, scale, load, z, rho, basis, span, resultant)
    end subroutine ge_between
 
-   !> As ge_between, with the quadrature weights of the part of the element before the place given.
+   !> The same as ge_between, with the quadrature weights given for the part of the element before the point.
    pure subroutine sum_part(tab, h, scale, load, z, rho, weight, span, resultant)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, scale

@@ -77,7 +77,8 @@ contains
             a%g_phi(i) = free * axial + beta * (axial**2 - shear**2)
             a%d(:, i) = (beta * shear) * t + (free + beta * axial) * nu
             if (present(more_force)) then
-               ! The strains do not change, but a shear-flexible section shears when it rotates under an axial force (Haringx).
+               ! The strains do not change, but a section with shear flexibility shears when it rotates under an axial force
+               ! (Haringx).
                more = [dot_product(more_force(:, i), t), dot_product(more_force(:, i), nu)]
                across = free + beta * axial - shear_give * more(1)
                along = beta * shear
@@ -99,7 +100,7 @@ contains
       end associate
    end subroutine find_stages
 
-   !> A section turned by phi under a force: its normal, the components of the force, and rho less its stress-free value, exact to
+   !> A section rotated by phi under a force: its normal, the components of the force, and rho minus its stress-free value, exact to
    !> the rounding of displacements.
    pure subroutine turn_section(phi, tangent, nn, strain, axial_give, shear_give, t, axial, shear, change)
       real(wp), intent(in) :: phi              !! rotation
@@ -178,7 +179,7 @@ contains
       rho(:, :s) = rho(:, :s) + tangent(:, :s)
    end subroutine ge_directions
 
-   !> Result of ge_directions less its value in the stress-free element, exact to the rounding of displacements.
+   !> Result of ge_directions minus its value in the stress-free element, exact to the rounding of displacements.
    pure subroutine ge_direction_changes(tab, h, tangent, compliance, load, u, z, change)
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h

@@ -6,7 +6,7 @@ module rod_compliance
    private
    public :: ge_stiffness_t, ge_compliance, forbid_stretch
 
-   !> Compliances; zero means rigid. Of a section that varies along the element these are the values at its middle, for scales.
+   !> Compliances; zero means rigid. For a section that varies along the element, the values at its middle are scales.
    type :: ge_stiffness_t
       real(wp) :: axial = 0.0_wp   !! 1/EA
       real(wp) :: bending = 0.0_wp !! 1/EI
@@ -30,7 +30,7 @@ contains
       if (stages == 1) compliance%shear = compliance%shear + h**2 / (12.0_wp * ei)
    end function ge_compliance
 
-   !> Makes an element inextensible. The tangent keeps an axial compliance, size**2/EI times the root of the rounding unit: the
+   !> Makes an element inextensible. The tangent has an axial compliance of size**2/EI times the root of the rounding unit: the
    !> rounding error multiplied by the remaining stiffness, and the artificial extension left in a solution, are then equally small.
    pure subroutine forbid_stretch(compliance, size)
       type(ge_stiffness_t), intent(inout) :: compliance
