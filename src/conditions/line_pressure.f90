@@ -84,7 +84,7 @@ contains
       n = n + 1
    end subroutine insert
 
-   !> Place of the least density between two places, by golden section.
+   !> Position of the least density between two positions, by golden section.
    real(wp) function least_between(problem, state, line, first, last, kept) result(place)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -109,14 +109,14 @@ contains
       integer :: e
       call find_point(problem, state, line%rod_segment, at, e, tau)
       if (problem%conforms(e) == 0) then
-         ! At the last end of the line contact a free element begins; the element before the end is used.
+         ! At the last end of the line contact a free element begins; the element before this end is used.
          e = e - 1
          tau = 1.0_wp
       end if
       call conforming_forces(problem, state, e, tau, local, place, angle, density, kept)
    end function density_at
 
-   !> Finds the least density along a line contact, and its place.
+   !> Finds the least density along a line contact, and its position.
    subroutine least_pressure(problem, state, line, least, where, side)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -160,8 +160,8 @@ contains
    end subroutine least_pressure
 
    !> Density that the obstacle's force would have if the rod followed the track at a point contact: r = m'' with m = EI (curvature
-   !> of the track less the rod's own), and the contributions of the normal force and of transverse loads. > 0: pressing, a line
-   !> contact is possible.
+   !> of the track minus the stress-free curvature of the rod), plus the contributions of the normal force and of transverse loads.
+   !> If it is > 0 (pressing), a line contact is possible.
    real(wp) function virtual_pressure(problem, state, candidate, beside) result(density)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
@@ -182,8 +182,8 @@ contains
       end = merge(1, 2, problem%model%mesh%node(1, e) == problem%candidates%node(candidate))
       call ge_end(problem, state, e, end, force, moment)
       axial = cos(angle) * force(1) + sin(angle) * force(2)
-      ! The iteration leaves a residual of this size in the normal force. If the exact force is zero, the sign of the residual must
-      ! not decide between a line contact and two point contacts.
+      ! The normal force has a residual of this size from the iteration. If the exact force is zero, the sign of the residual must
+      ! not select a line contact or two point contacts.
       if (abs(axial) <= problem%model%step(problem%step)%tolerance * norm2(force)) axial = 0.0_wp
       bend = bend_at(problem, state, e, end - 1.0_wp)
       call line_at(problem%tableau(problem%model%mesh%stages(e)), load, end - 1.0_wp, line, slope)
