@@ -1,4 +1,4 @@
-!> Loads on nodes in a state: constant loads of earlier steps and the present step's loads.
+!> Loads on nodes in a state: constant loads of earlier steps and loads of the present step.
 module node_loads
    use kinds, only: wp
    use point_load, only: point_load_item_t
