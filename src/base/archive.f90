@@ -1,8 +1,9 @@
-!> A sequence of words that stores values and returns them in the same order, to the last bit: the state of a run between two
-!> programs.
+!> A sequence of words that stores values and returns them in the same order, to the last bit: with it one run of the program
+!> transfers its state to another.
 !>
-!> The same procedures store and load: in an archive with `loading` they set the values, otherwise they append them. run_archive has
-!> such procedures for all types of a run. Equal values stored in several places (shared) are stored once.
+!> The same procedures store and load: if `loading` is true, they set the values from the words; otherwise they append the values to
+!> the words. run_archive has such procedures for all types of a run. Equal values stored in several places (shared) are stored
+!> once.
 module archive
    use kinds, only: wp
    implicit none
@@ -68,7 +69,7 @@ contains
       packed = room(:n)
    end subroutine leave_out_zeros
 
-   !> Restores the words that leave_out_zeros has compressed; none if zeros have no length.
+   !> Restores the words that leave_out_zeros has compressed; no words if a sequence of zeros has no length.
    pure function with_zeros(packed) result(words)
       integer, intent(in) :: packed(:)
       integer, allocatable :: words(:)
@@ -87,7 +88,7 @@ contains
       end do
    end function with_zeros
 
-   !> Discards all words behind the first n.
+   !> Discards all words after the first n.
    subroutine archive_reset(a, n)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: n
@@ -113,7 +114,7 @@ contains
       a%n = a%n + size(words)
    end subroutine put
 
-   !> Position of the next words to be loaded. False if the archive has fewer words left: it is then marked as damaged.
+   !> Position of the next words to be loaded. False if the archive has fewer words left; the archive is then marked as damaged.
    logical function take(a, words, first)
       type(archive_t), intent(inout) :: a
       integer, intent(in) :: words
