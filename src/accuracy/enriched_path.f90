@@ -28,7 +28,7 @@ module enriched_path
       type(problem_t), pointer :: problem => null() !! the enriched problem
       type(state_t) :: base                      !! the point of the problem's own path, as a state of the enriched problem
       type(control_t) :: control                 !! constraint of the points: its increment counts from the problem's own point
-      real(wp) :: away = 0.0_wp                  !! !! controlled displacement of the problem's own point minus that of `base`:
+      real(wp) :: away = 0.0_wp                  !! controlled displacement of the problem's own point minus that of `base`:
       !! inside an element the polynomials have different orders
       type(path_tangent_t) :: heading                 !! tangent of the problem's own path
       integer, allocatable :: ends(:)            !! touchdown points whose places are values, see place_functional
@@ -49,8 +49,8 @@ module enriched_path
    !> The last step also removes rounding, to which displacements at limit points are sensitive.
    integer, parameter :: steps = 2
 
-   real(wp), parameter :: left = 0.01_wp !! !! part of the first residual allowed to remain: it changes an estimate by a hundredth
-   real(wp), parameter :: straight = 1.0e-3_wp !! !! [rad] largest rotation of a step; the relative error of the step is up to ten
+   real(wp), parameter :: left = 0.01_wp !! part of the first residual allowed to remain: it changes an estimate by a hundredth
+   real(wp), parameter :: straight = 1.0e-3_wp !! [rad] largest rotation of a step; the relative error of the step is up to ten
    !! times this; no input deck changes from 1E-4 to 0.01
    real(wp), parameter :: near = 1.0e-7_wp !! movement of touchdown points over the span; the relative change of a stiff rod's
    !! thrust is 100 times larger

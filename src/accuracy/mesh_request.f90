@@ -24,7 +24,7 @@ module mesh_request
       integer :: elements = 0                    !! number of elements of that mesh
       real(wp) :: ratio_before = huge(1.0_wp)    !! error over tolerance on the previous mesh, whether it helped or not
       integer :: elements_before = 0             !! number of elements of that mesh
-      integer :: doublings = 0 !! !! number of times that the elements were doubled because no error could be estimated, at this and
+      integer :: doublings = 0 !! number of times that the elements were doubled because no error could be estimated, at this and
       !! at previous such points
       type(mesh_density_t), allocatable :: demand(:)   !! (rod segments) mesh density before all of these meshes
       logical :: in_vain = .false.               !! true: finer meshes do not reduce the error

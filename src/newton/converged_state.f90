@@ -15,7 +15,7 @@ module converged_state
    private
    public :: constraint_residual, contact_holds, keep_resultants, keep_couples
 
-   real(wp), parameter :: coarsest = 0.01_wp !! !! largest rotation of the hinge at a clamp, as a part of the rod's largest
+   real(wp), parameter :: coarsest = 0.01_wp !! largest rotation of the hinge at a clamp, as a part of the rod's largest
    !! rotation; no input deck changes from 0.001 to 0.1
 
 contains

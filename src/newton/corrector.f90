@@ -74,7 +74,7 @@ contains
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report
       logical, intent(in), optional :: far_off   !! true: touchdown points may be far from their positions
-      logical, intent(in), optional :: again     !! !! true: at least one iteration, even if the residual is small: the predictor
+      logical, intent(in), optional :: again     !! true: at least one iteration, even if the residual is small: the predictor
       !! may be close but not accurate
       real(wp) :: rhs
       logical :: more

@@ -13,7 +13,7 @@ module increment_report
       real(wp) :: residual = 0.0_wp
       integer :: lcp_size = 0, lcp_pivots = 0    !! largest LCP, and pivots of all LCPs
       character(:), allocatable :: message     !! reason of the failure; not allocated: none
-      logical :: hopeless = .false.            !! !! a shorter increment fails, too: to first order its equations are the same
+      logical :: hopeless = .false.            !! a shorter increment fails, too: to first order its equations are the same
    end type increment_t
 
 contains

@@ -60,7 +60,7 @@ module newton_iteration
       logical :: searching = .false.           !! foundation elements determine their contact themselves
       logical :: told_again = .false.          !! segments of such elements were determined again at convergence
       logical :: seeking = .false.             !! touchdown points may be far from their final positions
-      logical :: blamed = .false.              !! !! the message of the failure names foundations that are too stiff
+      logical :: blamed = .false.              !! the message of the failure names foundations that are too stiff
    end type newton_t
 
    integer, parameter :: settling_grip = 20     !! factor on the allowed iterations as long as foundations change their contact; no
