@@ -107,8 +107,8 @@ contains
       rounding = rounding_factor * epsilon(rounding) * sqrt(rounding)
    end function rounding
 
-   !> Work of the out-of-balance forces on a null vector, less its own error: the sum of the absolute contributions of the elements,
-   !> their rounding, and the rounding of the directions of the elements' forces. Zero if the error is larger.
+   !> Work of the out-of-balance forces on a null vector, minus its own error: the sum of the absolute contributions of the
+   !> elements, their rounding, and the rounding of the directions of the elements' forces. Zero if the error is larger.
    real(wp) function excess_on_mode(self, problem, system, mode) result(excess)
       class(element_errors_t), intent(in) :: self
       type(problem_t), intent(in) :: problem
@@ -151,7 +151,7 @@ contains
       !> Out-of-balance forces from a displacement of one end with the other end fixed. The displacement gives the enriched element
       !> the force difference at the fixed end.
       subroutine by_displacement(held, moved, forces, singular)
-         integer, intent(in) :: held, moved      !! numbers of rows before those of the held end and of the moved end
+         integer, intent(in) :: held, moved      !! numbers of rows before those of the fixed end and of the moved end
          real(wp), intent(out) :: forces(6)
          logical, intent(out) :: singular
          real(wp) :: stiffness(3, 3), gap(1, 3), weight(3)

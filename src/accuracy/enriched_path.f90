@@ -31,7 +31,7 @@ module enriched_path
       real(wp) :: away = 0.0_wp                  !! controlled displacement of the problem's own point minus that of `base`:
       !! inside an element the polynomials have different orders
       type(path_tangent_t) :: heading                 !! tangent of the problem's own path
-      integer, allocatable :: ends(:)            !! touchdown points whose places are values, see place_functional
+      integer, allocatable :: ends(:)            !! touchdown points whose positions are values, see place_functional
       real(wp), allocatable :: modes(:, :)       !! (unknowns, multiplicity) at a bifurcation: null vectors; Newton steps have no
       !! component along them
    end type enriched_path_t
@@ -64,7 +64,7 @@ contains
       type(state_t), intent(in) :: state
       type(control_t), intent(in) :: control     !! its tangent is set if its method needs one
       type(path_tangent_t), intent(in) :: heading     !! path tangent at `state`
-      integer, intent(in) :: ends(:)             !! touchdown points whose places are values
+      integer, intent(in) :: ends(:)             !! touchdown points whose positions are values
       type(enriched_path_t), intent(out) :: path
       call provide_finer_problem(problem, finer)
       path%problem => finer%problem
@@ -93,7 +93,7 @@ contains
    !> Solves the enriched problem for the next point of the path, one increment of the control from `point`.
    subroutine next_point(path, increment, point)
       type(enriched_path_t), intent(in) :: path
-      real(wp), intent(in) :: increment
+      real(wp), intent(in) :: increment !! in the quantity of path%control, from `point`
       type(enriched_point_t), intent(inout) :: point
       type(contact_step_t) :: step
       integer :: k
@@ -153,7 +153,7 @@ contains
       end associate
    end subroutine values_beside
 
-   !> Load factor, monitors and places of touchdown points at a point.
+   !> Load factor, monitors and positions of touchdown points at a point.
    function values_at(path, point) result(value)
       type(enriched_path_t), intent(in) :: path
       type(enriched_point_t), intent(in) :: point

@@ -39,10 +39,10 @@ module error_contributions
    type :: inside_t
       real(wp) :: change = 0.0_wp                !! number from the enriched polynomials minus the number
       real(wp) :: most = 0.0_wp                  !! bound of that change
-      integer, allocatable :: element(:)         !! elements with the number's places inside; empty: none
+      integer, allocatable :: element(:)         !! elements with the number's points inside; empty: none
    end type inside_t
 
-   integer, parameter :: samples = 7             !! places in an element at which two polynomials are compared
+   integer, parameter :: samples = 7             !! points in an element at which two polynomials are compared
 
 contains
 
@@ -56,7 +56,7 @@ contains
       type(state_t), intent(in) :: start         !! state of the enriched problem at the same point
       type(system_t), intent(in) :: at_start     !! system of the enriched problem, assembled at `start`
       type(control_t), intent(in) :: control     !! constraint: the quantity that is prescribed
-      integer, intent(in) :: ends(:)             !! touchdown points whose places are rows, see place_functional
+      integer, intent(in) :: ends(:)             !! touchdown points whose positions are rows, see place_functional
       real(wp), intent(in) :: modes(:, :)        !! (n, multiplicity) null vectors of a bifurcation, else none
       type(contributions_t), intent(out) :: shares
       type(functional_t), allocatable, intent(in), optional :: gap !! gap of an event; not allocated: none
@@ -128,7 +128,7 @@ contains
          shares%known(row) = .true.
          ! The residual that Newton's method left is not caused by an element.
          shares%rest(row) = dot_product(total, merge(0.0_wp, system%residual, system%fixed))
-         ! For numbers with places inside elements `change` contains the defect already.
+         ! For numbers with points inside elements `change` already contains the defect.
          if (.not. (allocated(number%inner) .or. allocated(number%section))) shares%rest(row) = shares%rest(row) + number%defect
          shares%sum(row) = sum(share) + shares%rest(row) + change + direct
          shares%size(row) = sum(abs(share)) + abs(shares%rest(row) + change + direct)
@@ -233,7 +233,7 @@ contains
             & section_value(problem, state, place%element, tau, place%quantity, place%sense)
       end function section_change
 
-      !> Difference of the two polynomials in an element, with the weights of a place.
+      !> Difference of the two polynomials in an element, with the weights of a point.
       real(wp) function difference(place, tau)
          type(inner_place_t), intent(in) :: place
          real(wp), intent(in) :: tau             !! position in the element, 0 to 1

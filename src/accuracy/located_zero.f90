@@ -131,7 +131,7 @@ contains
       type(state_t), intent(in) :: there         !! state of the enriched problem where the prescribed quantity has the same value
       real(wp), intent(in) :: value              !! event function on the enriched problem
       integer, intent(out) :: element            !! element that contains the smallest gap; 0: none
-      real(wp), intent(out) :: part
+      real(wp), intent(out) :: part              !! the difference
       real(wp), intent(out) :: most              !! bound of the difference at the distance of the smallest gap from the nodes
       real(wp), intent(out) :: doubt             !! interpolation error of both rod profiles at the smallest gap
       type(element_gap_t) :: gap(2)

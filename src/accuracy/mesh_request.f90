@@ -239,7 +239,7 @@ contains
       do k = 1, size(counted)
          call add(bar_of(bars, counted(k)), 1 + counted(k))
       end do
-      ! The place of a touchdown point needs a bounded bar only, of any width.
+      ! The position of a touchdown point needs a bounded bar only, of any width.
       if (any(counted == 0) .and. allocated(bars%place)) bounded = bounded .and. .not. any(lacks_bound(bars%place%bar, asked))
 
    contains
@@ -429,12 +429,12 @@ contains
    subroutine excess(bars, sizes, counted, asked, critical, told, ratio, which)
       type(error_bars_t), intent(in) :: bars
       real(wp), intent(in) :: sizes(:)           !! (1 + monitors) reference values
-      integer, intent(in) :: counted(:)
-      real(wp), intent(in) :: asked
+      integer, intent(in) :: counted(:)          !! monitors; 0: the load factor
+      real(wp), intent(in) :: asked              !! relative tolerance
       logical, intent(in) :: critical            !! true: rounding counts
       logical, intent(in) :: told                !! true: bars are in the results, where an unbounded bar exceeds every tolerance
-      real(wp), intent(out) :: ratio
-      integer, intent(out) :: which
+      real(wp), intent(out) :: ratio             !! largest ratio
+      integer, intent(out) :: which              !! number with this ratio: 0 the load factor, else a monitor
       integer :: k
       ratio = 0.0_wp
       which = 0

@@ -14,7 +14,7 @@ module path_duals
 
 contains
 
-   !> Dual displacements of all numbers.
+   !> Dual displacements of all given functionals.
    subroutine solve_path_duals(problem, system, held, number, modes, dual, by_held, ok)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system       !! factored

@@ -44,7 +44,7 @@ module path_errors
       character(:), allocatable :: why           !! reason why the event could not be found; not allocated: found
    end type crossing_t
 
-   real(wp), parameter :: small_part = 1.0e-3_wp !! part of an increment over which derivatives along the path are taken
+   real(wp), parameter :: small_part = 1.0e-3_wp !! part of an increment over which derivatives along the path are computed
    real(wp), parameter :: longest_part = 0.1_wp  !! largest part, over which the path is straight to the same accuracy
    real(wp), parameter :: plain = 1.0_wp / longest_part !! least change of the event function, in rounding errors, from which its
    !! slope is computed
@@ -399,12 +399,12 @@ contains
       type(system_t), intent(in) :: system
       type(control_t), intent(in) :: control
       type(path_tangent_t), intent(in) :: heading
-      integer, intent(in) :: ends(:)             !! touchdown points whose places are values
+      integer, intent(in) :: ends(:)             !! touchdown points whose positions are values
       real(wp), intent(in) :: modes(:, :)        !! (unknowns, multiplicity) bifurcation: null vectors
       type(enriched_path_t), intent(out) :: path
       type(enriched_point_t), intent(out) :: point
       type(contributions_t), intent(out) :: shares
-      real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, places
+      real(wp), allocatable, intent(out) :: value(:) !! load factor, monitors, positions of touchdown points
       type(functional_t), allocatable, intent(in), optional :: gap !! event function, if it is the gap to a foundation
       call new_finer_path(problem, finer, state, control, heading, ends, path)
       path%modes = modes
@@ -433,7 +433,7 @@ contains
       integer :: m, n, k
       noise = rounding + 4.0_wp * epsilon(noise) * abs(value)
       n = 1 + size(bars%monitor)
-      ! The part `resolved` of a size is not below the rounding of places and forces.
+      ! The part `resolved` of a size is not below the rounding of positions and forces.
       kind_size(:n) = value_sizes(problem, system%force_scale, abs(state%load_factor), motion_sizes(problem, state), resolved)
       kind_size(n + 1:) = problem%size
       if (shares%known(1)) bars%load = new_error_bar(correction(1), unseen(1), sizes(1), noise(1), kind_size(1))

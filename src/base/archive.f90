@@ -36,7 +36,7 @@ contains
 
    !> An archive from which the values in the words are loaded.
    function archive_of(words) result(a)
-      integer, intent(in) :: words(:)
+      integer, intent(in) :: words(:) !! words of another archive
       type(archive_t) :: a
       a%loading = .true.
       a%n = size(words)
@@ -45,8 +45,8 @@ contains
 
    !> Compresses words: each sequence of zeros becomes a zero and its length. More than half of the words of a state are zeros.
    pure subroutine leave_out_zeros(words, packed)
-      integer, intent(in), contiguous :: words(:)
-      integer, allocatable, intent(out) :: packed(:)
+      integer, intent(in), contiguous :: words(:) !! any words
+      integer, allocatable, intent(out) :: packed(:) !! compressed words
       integer, allocatable :: room(:)
       integer :: i, n, zeros
       allocate (room(2 * size(words)))
@@ -71,7 +71,7 @@ contains
 
    !> Restores the words that leave_out_zeros has compressed; no words if a sequence of zeros has no length.
    pure function with_zeros(packed) result(words)
-      integer, intent(in) :: packed(:)
+      integer, intent(in) :: packed(:) !! words from leave_out_zeros
       integer, allocatable :: words(:)
       integer :: i, n, pass, zeros
       do pass = 1, 2
@@ -91,7 +91,7 @@ contains
    !> Discards all words after the first n.
    subroutine archive_reset(a, n)
       type(archive_t), intent(inout) :: a
-      integer, intent(in) :: n
+      integer, intent(in) :: n !! number of words kept
       a%n = n
       do while (a%n_shared > 0)
          if (a%shared(1, a%n_shared) <= n) exit
@@ -207,7 +207,7 @@ contains
    !> Stores or loads an allocatable text.
    subroutine archive_text(a, x)
       type(archive_t), intent(inout) :: a
-      character(:), allocatable, intent(inout) :: x
+      character(:), allocatable, intent(inout) :: x !! value; not allocated is stored, too
       integer :: length
       length = -1
       if (allocated(x)) length = len(x)
@@ -239,7 +239,7 @@ contains
    !> Stores or loads the bounds of an array; those of an empty array if the archive is damaged.
    subroutine archive_bounds(a, rank, bounds)
       type(archive_t), intent(inout) :: a
-      integer, intent(in) :: rank
+      integer, intent(in) :: rank                !! rank of the array
       integer, intent(inout) :: bounds(:, :)     !! (>= rank, 2)
       integer :: k
       do k = 1, rank
@@ -267,7 +267,7 @@ contains
    !> Ends a block of values: if an equal block was stored before, a reference replaces the new one.
    subroutine archive_end_shared(a, mark)
       type(archive_t), intent(inout) :: a
-      integer, intent(in) :: mark
+      integer, intent(in) :: mark !! from archive_begin_shared
       integer :: first, length, k, reference
       if (a%loading) then
          if (mark > 0) a%at = mark

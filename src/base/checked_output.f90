@@ -25,7 +25,7 @@ contains
 
    !> Opens a unit for formatted output, which put_draft writes to standard output.
    subroutine open_draft(unit)
-      integer, intent(out) :: unit
+      integer, intent(out) :: unit !! scratch unit
       open (newunit=unit, status='scratch', access='stream', form='formatted')
    end subroutine open_draft
 

@@ -59,7 +59,7 @@ contains
 
    !> Ensures a stack of at least the given size; false if the system's limit is smaller.
    logical function has_stack(bytes)
-      integer, intent(in) :: bytes
+      integer, intent(in) :: bytes !! size of the stack
       has_stack = c_has_stack(int(bytes, c_long)) == 0
    end function has_stack
 end module run_end

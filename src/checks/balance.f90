@@ -262,7 +262,7 @@ contains
       real(wp) function place_doubt(e, tau, profile) result(doubt)
          integer, intent(in) :: e
          real(wp), intent(in) :: tau
-         type(profile_t), intent(inout) :: profile !! that of the last place, with its ends mended; undefined: none
+         type(profile_t), intent(inout) :: profile !! that of the last point, with its ends mended; undefined: none
          if (profile%element /= e) then
             profile = new_profile(problem, state, e)
             if (problem%conforms(e) == 0) call mend_ends(problem, state, profile, 2)

@@ -43,8 +43,8 @@ contains
    !> vector d.
    subroutine start(problem, active, d, basis, ok)
       type(scaled_lcp_t), intent(inout) :: problem
-      logical, intent(in) :: active(:)
-      real(wp), intent(in) :: d(:)
+      logical, intent(in) :: active(:) !! (n) true: z is basic, else w
+      real(wp), intent(in) :: d(:)     !! (n) covering vector, > 0
       type(basis_t), intent(inout) :: basis
       logical, intent(out) :: ok !! .false.: the basis is singular
       integer :: j, n
@@ -106,7 +106,7 @@ contains
    !> Updates the inverse after the variable in `row` is replaced by `entering`, whose column is in basis%column.
    subroutine exchange(basis, row, entering)
       type(basis_t), intent(inout) :: basis
-      integer, intent(in) :: row, entering
+      integer, intent(in) :: row, entering !! row of the inverse, number of the variable
       real(wp) :: factor
       integer :: i, j, n
 
@@ -130,7 +130,7 @@ contains
    !> Values of the basic variables and the entering column, with the size of their terms, which bounds their rounding error.
    subroutine evaluate_basis(problem, entering, basis)
       type(scaled_lcp_t), intent(in) :: problem
-      integer, intent(in) :: entering
+      integer, intent(in) :: entering !! number of the variable
       type(basis_t), intent(inout) :: basis
       real(wp) :: a(problem%n), residual(problem%n), t
       integer :: i, j, n
@@ -180,7 +180,7 @@ contains
    !> Row of the variable that reaches zero first as the entering variable grows; 0 if none does.
    integer function blocking_row(basis, z0) result(row)
       type(basis_t), intent(in) :: basis
-      integer, intent(in) :: z0
+      integer, intent(in) :: z0 !! number of the artificial variable
       real(wp) :: value(size(basis%value))
       logical :: candidate(size(basis%value))
 

@@ -121,7 +121,7 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system      !! assembled and factored at `state`
       integer, intent(out) :: pivots            !! those of `system` if no line contact is force-free
-      logical, intent(out) :: any_weak
+      logical, intent(out) :: any_weak          !! true: a line contact is force-free
       pivots = system%negative_pivots
       any_weak = .false.
       if (.not. problem%has_spans()) return
@@ -217,7 +217,7 @@ contains
    end function is_pressed
 
    !> Direction of a mode of the reduced problem that lifts the rod off the former force-free line contacts: 1 along the mode, -1
-   !> against it, 0 if the mode opens some places and closes others.
+   !> against it, 0 if the mode opens the gap at some points and closes it at others.
    integer function line_opening(problem, state, free, released, mode) result(sense)
       type(problem_t), intent(in) :: problem, free
       type(state_t), intent(in) :: state, released

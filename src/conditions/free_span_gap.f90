@@ -19,8 +19,8 @@ module free_span_gap
    real(wp), parameter :: beside = 0.06_wp  !! part of the length of the free span
    integer, parameter :: samples = 4        !! number of equal parts of an element for samples of the gap
    !> Number of samples between a contact span and the second regular sample. The distance from the contact falls by the factor
-   !> sqrt(2) from one sample to the next: if the rod comes down beside a point contact about which it rotates, the least gap is at
-   !> twice the distance of the largest gap, and samples whose distances halve could miss both.
+   !> sqrt(2) from one sample to the next: if the rod approaches the obstacle beside a point contact about which it rotates, the
+   !> least gap is at twice the distance of the largest gap, and samples whose distances halve could miss both.
    integer, parameter :: near = 20
 
    !> Sampled gap of the elements from `first` to `last` to one obstacle.

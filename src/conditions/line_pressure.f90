@@ -21,7 +21,7 @@ module line_pressure
    !> Density of the obstacle's force, sampled along a line contact.
    type :: pressure_t
       real(wp), allocatable :: at(:)            !! coordinates along the rod segment, increasing
-      real(wp), allocatable :: density(:)       !! density at these places
+      real(wp), allocatable :: density(:)       !! density at these coordinates
    end type pressure_t
 
 contains
@@ -66,7 +66,7 @@ contains
       call move_alloc(density, pressure%density)
    end function sample_line
 
-   !> Inserts a place near the end of an increasing list; a place that is in the list already is skipped.
+   !> Inserts a coordinate near the end of an increasing list; a coordinate that is already in the list is skipped.
    pure subroutine insert(all, n, place)
       real(wp), allocatable, intent(inout) :: all(:) !! doubled when it is full
       integer, intent(inout) :: n                  !! length of the list
@@ -103,7 +103,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line            !! line contact in the present state
-      real(wp), intent(in) :: at
+      real(wp), intent(in) :: at                          !! coordinate along the rod segment
       type(lying_t), intent(inout), optional :: kept      !! as in conforming_forces
       real(wp) :: local(3), place(2), angle, tau
       integer :: e
@@ -121,9 +121,10 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(contact_span_t), intent(in) :: line            !! line contact in the present state
-      real(wp), intent(out) :: least               !! least density; where the track's curvature jumps, less what would hold the rod
+      real(wp), intent(out) :: least               !! least density; where the track's curvature jumps, minus the part that would
+      !! keep the rod on the track
       real(wp), intent(out) :: where               !! coordinate along the rod segment
-      integer, intent(out) :: side                 !! place of the least density: -1 first end, 0 inside, 1 last end of the line
+      integer, intent(out) :: side                 !! position of the least density: -1 first end, 0 inside, 1 last end of the line
       type(pressure_t) :: pressure
       integer :: e, i
       pressure = sample_line(problem, state, line)

@@ -1,4 +1,4 @@
-!> One test of a set of contact spans: kind, place and value. The value is >= 0 while the contact set is valid.
+!> One test of a set of contact spans: kind, position and value. The value is >= 0 while the contact set is valid.
 module test_kinds
    use kinds, only: wp
    implicit none
@@ -55,7 +55,7 @@ module test_kinds
       integer :: rod_segment = 0
       integer :: beside(2) = 0              !! vanishing: contact spans before and after the free span; 0: none of this contact
       real(wp) :: ends(2) = 0.0_wp          !! vanishing: ends of the free span along the rod segment
-      real(wp) :: at = 0.0_wp               !! gap, pressure: place along the rod segment
+      real(wp) :: at = 0.0_wp               !! gap, pressure: position along the rod segment
       !> Side or sense, by kind:
       !>   pressure   at the first end (-1), inside (0), at the last end (1) of the line contact
       !>   curvature  before (-1) or after (1) a support that fixes the rotation; 0: the rotation is free

@@ -82,7 +82,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system      !! factored at the state
       real(wp), intent(in) :: direction(:, :)   !! (3, nodes) displacements; if zero the sign of the load factor decides
-      real(wp), intent(in) :: direction_load
+      real(wp), intent(in) :: direction_load    !! load factor component of the direction
       type(path_tangent_t) :: heading
       type(control_t) :: control
       control%method = method_cylindrical

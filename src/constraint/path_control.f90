@@ -137,7 +137,7 @@ contains
       type(state_t), intent(in) :: start          !! last accepted point
       type(state_t), intent(in) :: state          !! the iterate; equal to `start` for the predictor
       type(system_t), intent(inout) :: system     !! assembled at the iterate
-      real(wp), intent(out) :: rhs
+      real(wp), intent(out) :: rhs                !! right-hand side of the constraint row
       real(wp), dimension(3, size(state%u, 2)) :: row
       real(wp) :: dl, travelled
       type(functional_t) :: held

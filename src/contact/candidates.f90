@@ -35,11 +35,11 @@ module candidates
       !   point at the end of its rod, at a kink, or at a support that fixes the rotation
       logical, allocatable :: bilateral(:)    !! true: always in contact, and the reaction may have either sign
       integer, allocatable :: contact_span(:) !! contact span of the node, index into problem%contact_span; 0: contact at nodes
-      logical, allocatable :: follows(:)      !! true: the node takes the direction of the track
+      logical, allocatable :: follows(:)      !! true: the node has the direction of the track
       logical, allocatable :: moves(:)        !! true: touchdown point, which moves along the rod
-      logical, allocatable :: rolls(:)        !! true: point contact of a smooth rod: the place of the force moves along the rod as
+      logical, allocatable :: rolls(:)        !! true: point contact of a smooth rod: the force moves along the rod as
       !! the rod rotates, even if the node is a segment boundary and stays
-      logical, allocatable :: held(:)         !! true: touchdown point fixed at its present place (with_held)
+      logical, allocatable :: held(:)         !! true: touchdown point fixed at its present position (with_held)
       real(wp), allocatable :: chain_length(:) !! (contacts) length of the closed chain, 0 for an open chain
    end type candidates_t
 

@@ -13,7 +13,7 @@ contains
    pure function begun(set, contact, rod_segment, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: contact, rod_segment !! as in contact_span_t
-      real(wp), intent(in) :: at
+      real(wp), intent(in) :: at                  !! coordinate along the rod segment
       type(contact_span_t), allocatable :: new(:)
       new = [set, contact_span_t(contact=contact, rod_segment=rod_segment, at=[at, at])]
    end function begun
@@ -52,18 +52,18 @@ contains
    pure function shrunk(set, k, at) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
-      real(wp), intent(in) :: at
+      real(wp), intent(in) :: at !! coordinate along the rod segment
       type(contact_span_t), allocatable :: new(:)
       new = set
       new(k)%line = .false.
       new(k)%at = at
    end function shrunk
 
-   !> Extends contact span k to a place, as a line contact.
+   !> Extends contact span k to a coordinate of its rod segment and makes it a line contact.
    pure function extended(set, k, to) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
-      real(wp), intent(in) :: to
+      real(wp), intent(in) :: to !! coordinate along the rod segment
       type(contact_span_t), allocatable :: new(:)
       new = set
       new(k)%line = .true.
@@ -106,7 +106,7 @@ contains
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
       integer, intent(in) :: side               !! 1: first end, 2: last end
-      real(wp), intent(in) :: to
+      real(wp), intent(in) :: to                !! coordinate along the rod segment
       type(contact_span_t), allocatable :: new(:)
       new = set
       new(k)%at(side) = to
@@ -117,7 +117,7 @@ contains
    pure function opened(set, k, from, to) result(new)
       type(contact_span_t), intent(in) :: set(:)
       integer, intent(in) :: k
-      real(wp), intent(in) :: from, to
+      real(wp), intent(in) :: from, to !! coordinates of the ends of the free span
       type(contact_span_t), allocatable :: new(:)
       new = [set, contact_span_t(contact=set(k)%contact, rod_segment=set(k)%rod_segment, at=[to, set(k)%at(2)], line=.true.)]
       new(k)%at(2) = from

@@ -37,7 +37,7 @@ contains
 
    !> An LCP without candidates.
    pure function new_contact_lcp(unknowns) result(lcp)
-      integer, intent(in) :: unknowns
+      integer, intent(in) :: unknowns !! number of unknowns of the system
       type(contact_lcp_t) :: lcp
       allocate (lcp%candidate(0), lcp%x(unknowns, 0), lcp%y(0), lcp%force(unknowns, 0), lcp%m(0, 0), lcp%z(0), lcp%w(0))
    end function new_contact_lcp
@@ -118,7 +118,7 @@ contains
       type(state_t), intent(in) :: state
       real(wp), intent(in) :: gap(:), reaction(:)       !! (candidates)
       type(contact_lcp_t), intent(inout) :: lcp
-      integer, intent(out) :: pivots
+      integer, intent(out) :: pivots                    !! pivots of the LCP
       character(:), allocatable, intent(out) :: message !! allocated: no solution
       real(wp), allocatable :: q(:)
       integer :: outcome
@@ -139,7 +139,7 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
       type(contact_lcp_t), intent(in) :: lcp
-      real(wp), intent(inout) :: x(:), y
+      real(wp), intent(inout) :: x(:), y               !! as in contact_lcp_t, summed over the solution
       real(wp), intent(inout) :: gap(:), reaction(:)   !! (candidates)
       real(wp) :: force(system%n), given(problem%candidates%n)
       integer :: k

@@ -21,10 +21,10 @@ contains
    subroutine predict_contact(problem, system, x, y, active, given, force, gap, reaction)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:), y
-      logical, intent(in) :: active(:)
+      real(wp), intent(in) :: x(:), y !! (n) increments in node axes, and of the load factor
+      logical, intent(in) :: active(:) !! (candidates) true: in contact
       real(wp), intent(in) :: given(:)               !! (candidates) prescribed openings of active ones, reactions of open ones
-      real(wp), intent(in) :: force(:)               !! (n) forces on the nodes by the prescribed values; rigid contacts may take a
+      real(wp), intent(in) :: force(:)               !! (n) forces on the nodes by the prescribed values; rigid contacts may carry a
       !! part of them
       real(wp), intent(out) :: gap(:), reaction(:)   !! (candidates)
       real(wp) :: residual(system%n)
@@ -48,7 +48,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: x(:), y
+      real(wp), intent(in) :: x(:), y !! (n) increments in node axes, and of the load factor
       real(wp) :: du(3)
       du = to_global(problem, system, x, problem%candidates%node(candidate))
       associate (carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
@@ -62,7 +62,7 @@ contains
    pure real(wp) function reaction_change(system, candidate, x, y)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: x(:), y
+      real(wp), intent(in) :: x(:), y !! (n) increments in node axes, and of the load factor
       integer :: p
       reaction_change = force_change(candidate) / system%slope(candidate)
       p = system%partner(candidate)

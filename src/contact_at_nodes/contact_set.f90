@@ -44,8 +44,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`, with the constraint row
-      real(wp), intent(in) :: path_rhs
-      logical, intent(in) :: frozen
+      real(wp), intent(in) :: path_rhs         !! right-hand side of the constraint
+      logical, intent(in) :: frozen            !! true: the contact set is kept
       type(contact_step_t), intent(inout) :: result
       real(wp) :: gap(problem%candidates%n), reaction(problem%candidates%n), none(problem%candidates%n)
 

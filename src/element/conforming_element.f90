@@ -17,14 +17,14 @@
 !> For an inextensible rod 1/EA = 0: sigma is then a function of s alone, and P is the constraint force. As in ge_element, the
 !> tangent of such an element has a small artificial extension at the second end, which axial_rigidity removes from solutions.
 !>
-!> A foundation along the element exerts the force f per unit stress-free length, which depends on the place along the track. Its
+!> A foundation along the element exerts the force f per unit stress-free length, which depends on the position along the track. Its
 !> quadrature has points of its own, tau_q with the weights w_q, as in ge_element: the work of f on
 !>   sigma(tau) = sigma_1 + h sum b_j(tau) o (1 + e_j),   b_j the integral of the j-th Lagrange polynomial,
 !> adds - h sum w_q (1 - b_i(tau_q)/b_i(1)) f_q . (o tangent) to P at stage i, and - h sum w_q f_q . (o tangent) to P at the second
 !> end. The tangent remains symmetric.
 !>
-!> Stored unknowns z = (P at the first end, P at the stages, sigma at the stages less that of the first end) are condensed out here,
-!> as in ge_element: N never comes from EA times a difference of coordinates.
+!> Stored unknowns z = (P at the first end, P at the stages, sigma at the stages minus that of the first end) are condensed out
+!> here, as in ge_element: N is never computed as EA times a difference of coordinates.
 module conforming_element
    use kinds, only: wp
    use obstacle_types, only: obstacle_t
@@ -41,7 +41,7 @@ module conforming_element
 
    integer, parameter :: conforming_columns = 4 !! columns of the update operator: sigma at both ends, residual, load factor
 
-   !> Cross section of the rod at one place of the track.
+   !> Cross section of the rod at one point of the track.
    type :: section_t
       real(wp) :: n = 0.0_wp, m = 0.0_wp    !! axial force, moment
       real(wp) :: stretch = 0.0_wp          !! 1 + e
@@ -68,7 +68,7 @@ module conforming_element
       type(track_t) :: near                 !! a point of the element's piece of the track
       real(wp) :: sigma = 0.0_wp, p = 0.0_wp !! at the first end
       real(wp) :: run(max_stages) = 0.0_wp, pull(max_stages) = 0.0_wp !! sigma' and P' at the stages, times the element's length
-      real(wp) :: miss = 0.0_wp             !! P at the second end less that of its polynomial of degree s
+      real(wp) :: miss = 0.0_wp             !! P at the second end minus that of its polynomial of degree s
    end type conforming_output_t
 
    ! Columns of the local linearisation before condensation.
@@ -296,7 +296,7 @@ contains
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: tau              !! 0 to 1 of the stress-free length
       type(track_t), intent(out) :: here
-      real(wp), intent(out) :: p
+      real(wp), intent(out) :: p !! force P at the point
       real(wp) :: basis(max_stages)
       call stage_basis(tab, tau, basis)
       here = track_at(obstacle, output%offset, output%sigma + dot_product(basis(:tab%stages), output%run(:tab%stages)), output%near)
@@ -305,21 +305,21 @@ contains
    end subroutine output_at
 
    !> Resultants inside an element. As in ge_element: n' = -q - p J r' - f, m' = -r' x n, N positive in tension, Q along the normal
-   !> to the left of the rod. N and M follow from sigma and P at the place,
+   !> to the left of the rod. N and M follow from sigma and P at the point,
    !>   Q = -M'/(1 + e),   M' = EI (k' (1 + e)^2 + o k N'/EA - k0'),   N' = -o k M' - q_t,
    !> and the reaction from equilibrium along the normal, with Q' from the derivatives of these equations.
    pure subroutine conforming_resultants(output, tab, obstacle, tau, k0, ground, here, n, q, m, density)
       type(conforming_output_t), intent(in) :: output
       type(tableau_t), intent(in) :: tab
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
-      real(wp), intent(in) :: k0(0:2)          !! stress-free curvature at the place, and its first two derivatives by the
+      real(wp), intent(in) :: tau              !! position, 0 to 1 of the stress-free length
+      real(wp), intent(in) :: k0(0:2)          !! stress-free curvature at the point, and its first two derivatives by the
       !! stress-free length
       real(wp), intent(in) :: ground(2, 0:1)   !! force of foundations per unit stress-free length, and its
       !! derivative by this length
-      type(track_t), intent(out) :: here       !! the track at the place
-      real(wp), intent(out) :: n, q, m         !! N, Q and M at the place
-      real(wp), intent(out), optional :: density !! reaction of the obstacle per unit stress-free length, positive when it pushes
+      type(track_t), intent(out) :: here       !! the track at the point
+      real(wp), intent(out) :: n, q, m         !! N, Q and M at the point
+      real(wp), intent(out), optional :: density !! reaction of the obstacle per unit stress-free length, positive if it presses
       type(section_t) :: at
       real(wp) :: p, ei, d, along, across, n1, m1, m2, stretch1, k1, k2, q1, normal(2), line(2), line_slope(2)
       call output_at(output, tab, obstacle, tau, here, p)
@@ -374,7 +374,7 @@ contains
       real(wp), intent(in) :: bend             !! stress-free curvature
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: line(2), line_rate(2) !! dead load at the place, and its derivative by the load factor
+      real(wp), intent(in) :: line(2), line_rate(2) !! dead load at the point, and its derivative by the load factor
       real(wp), intent(in) :: p
       real(wp) :: ei, d, k, unstretched, n_by_sigma, m_by_sigma, n_by_load, m_by_load, stretch_by_load
       ei = 1.0_wp / compliance%bending

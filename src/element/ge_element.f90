@@ -16,8 +16,8 @@
 !> flexibility h^2/12EI is added to 1/GA there (R. H. MacNeal, Comput. & Struct. 8 (1978) 175-183): still order 2.
 !>
 !> The resultants are stored unknowns z = (n_x, n_y, m at the first end, m at the stages [, n at the stages if there is pressure or
-!> a foundation]), condensed out here, so that N never comes from EA times a difference of coordinates: there is neither locking nor
-!> cancellation for large EA. Gauss collocation is symplectic, hence the condensed tangent is symmetric.
+!> a foundation]), condensed out here, so that N is never computed as EA times a difference of coordinates: there is neither locking
+!> nor cancellation for large EA. Gauss collocation is symplectic, hence the condensed tangent is symmetric.
 module ge_element
    use kinds, only: wp
    use gauss_tableau, only: tableau_t, max_stages

@@ -20,7 +20,7 @@ contains
       real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: u(6), z(:)
+      real(wp), intent(in) :: u(6), z(:)           !! as in ge_evaluate
       real(wp), intent(out) :: first(3), second(3) !! (n_x, n_y, m)
       type(inner_forces_t), intent(in), optional :: inner
       real(wp) :: rho(2, max_stages), span(2)
@@ -41,11 +41,11 @@ contains
       real(wp), intent(in) :: tangent(:, :)    !! (2, at least stages)
       type(ge_stiffness_t), intent(in) :: compliance
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: u(6), z(:)
-      real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
+      real(wp), intent(in) :: u(6), z(:)       !! as in ge_evaluate
+      real(wp), intent(in) :: tau              !! position, 0 to 1 of the stress-free length
       real(wp), intent(out) :: span(2)         !! deformed position minus that of the first node
-      real(wp), intent(out) :: rotation        !! rotation at the place
-      real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) at the place
+      real(wp), intent(out) :: rotation        !! rotation at the point
+      real(wp), intent(out) :: resultant(3)    !! (n_x, n_y, m) at the point
       real(wp) :: basis(max_stages), rho(2, max_stages)
       integer :: s
       s = tab%stages
@@ -61,10 +61,10 @@ contains
       type(tableau_t), intent(in) :: tab
       real(wp), intent(in) :: h, scale
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: z(:)
+      real(wp), intent(in) :: z(:)             !! (ge_size) stored unknowns
       real(wp), intent(in) :: rho(:, :)        !! (2, at least stages) directions from ge_directions
-      real(wp), intent(in) :: tau
-      real(wp), intent(out) :: span(2), resultant(3)
+      real(wp), intent(in) :: tau              !! position, 0 to 1
+      real(wp), intent(out) :: span(2), resultant(3) !! as in ge_interior
       real(wp) :: basis(max_stages)
       call stage_basis(tab, tau, basis)
       call sum_part(tab, h, scale, load, z, rho, basis, span, resultant)

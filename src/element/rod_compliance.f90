@@ -21,7 +21,7 @@ contains
    !> Compliances of an element with the stiffnesses EA, EI and, if it shears, GA.
    pure function ge_compliance(stages, h, ea, ei, ga, shear_rigid) result(compliance)
       integer, intent(in) :: stages
-      real(wp), intent(in) :: h, ea, ei, ga
+      real(wp), intent(in) :: h, ea, ei, ga   !! stress-free length; stiffnesses
       logical, intent(in) :: shear_rigid      !! true: the element does not shear, and GA is not used
       type(ge_stiffness_t) :: compliance
       compliance%axial = 1.0_wp / ea

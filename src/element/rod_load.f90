@@ -89,7 +89,7 @@ contains
    pure subroutine line_at(tab, load, tau, line, slope)
       type(tableau_t), intent(in) :: tab
       type(ge_load_t), intent(in) :: load
-      real(wp), intent(in) :: tau              !! place, 0 to 1 of the stress-free length
+      real(wp), intent(in) :: tau              !! position, 0 to 1 of the stress-free length
       real(wp), intent(out) :: line(2)         !! q
       real(wp), intent(out) :: slope(2)        !! its derivative by tau
       real(wp) :: basis(max_stages), rate(max_stages)

@@ -23,12 +23,12 @@ contains
    subroutine ul2_evaluate(h, chord, ea, ei, load, u, u_base, z_base, f, k, fl, z)
       real(wp), intent(in) :: h               !! stress-free length
       real(wp), intent(in) :: chord(2)        !! stress-free position of node 2 minus node 1
-      real(wp), intent(in) :: ea, ei
+      real(wp), intent(in) :: ea, ei          !! axial and bending stiffness
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: u(6)            !! present node displacements
       real(wp), intent(in) :: u_base(6)       !! node displacements at the last converged configuration
       real(wp), intent(in) :: z_base(3)       !! stored forces of the last converged configuration
-      real(wp), intent(out) :: f(6), k(6, 6), fl(6)
+      real(wp), intent(out) :: f(6), k(6, 6), fl(6) !! end forces, tangent, minus d(f)/d(load factor)
       real(wp), intent(out) :: z(3)           !! stored forces of the present configuration
       real(wp) :: force(3)
       real(wp) :: d(2), d_base(2), change(2), l, l_base, e(2), stretch, turn, phi(2)
@@ -81,7 +81,7 @@ contains
 
    !> Natural forces N, M1, M2 of the section: those of the whole deformation minus those of the thermal strain.
    pure function ul2_forces(ea, ei, load, z) result(force)
-      real(wp), intent(in) :: ea, ei
+      real(wp), intent(in) :: ea, ei !! axial and bending stiffness
       type(ge_load_t), intent(in) :: load
       real(wp), intent(in) :: z(3)            !! stored
       real(wp) :: force(3)
@@ -95,7 +95,7 @@ contains
       type(ge_load_t), intent(in) :: load     !! rates are those per unit of the increment
       real(wp), intent(in) :: u(6)            !! present node displacements
       real(wp), intent(in) :: du(6)           !! increment of the node displacements
-      real(wp), intent(out) :: k(6, 6)
+      real(wp), intent(out) :: k(6, 6)        !! symmetric
       real(wp) :: d(2), l, e(2), ba(6), bt(6), force
       integer :: i, j
       d = chord + u(4:5) - u(1:2)

@@ -27,7 +27,7 @@ module conforming_span
    integer, parameter :: density_samples = 4 !! number of equal parts of an element, or of its smooth parts, at whose ends the
    !! density of the contact force is sampled
 
-   !> Dense output of a conforming element in one state, stored to evaluate several places.
+   !> Dense output of a conforming element in one state, stored to evaluate several points.
    type :: lying_t
       private
       integer :: element = 0          !! 0: undefined
@@ -65,7 +65,7 @@ contains
       type(inner_forces_t), intent(in) :: inner     !! forces of foundations
       real(wp), intent(out) :: f(6), raw(6), k(6, 6), fl(6), op(:, :) !! as in ge_evaluate
       real(wp), intent(out) :: defect(2)            !! residuals: force and position
-      logical, intent(out) :: ok
+      logical, intent(out) :: ok                    !! false: see conforming_evaluate
       type(track_t) :: track(2), moved(2)
       type(ge_load_t) :: load
       type(pose_t) :: pose
@@ -173,9 +173,9 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
       real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
-      real(wp), intent(out) :: local(3)
+      real(wp), intent(out) :: local(3)             !! N, Q, M
       real(wp), intent(out) :: place(2), angle      !! deformed; tangent angle in (-pi, pi]
-      real(wp), intent(out), optional :: density
+      real(wp), intent(out), optional :: density    !! [force/length], > 0 where it presses
       type(lying_t), intent(inout), optional :: kept !! of the same state, or undefined; computed again only if the element changes
       if (present(kept)) then
          if (kept%element /= e) kept = lying(problem, state, e)
@@ -244,9 +244,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
       type(lying_t), intent(inout) :: kept          !! as in conforming_forces, also in the following procedures
-      real(wp), intent(out) :: u(3)
+      real(wp), intent(out) :: u(3)                 !! global axes
       type(track_t) :: track
       real(wp) :: force, x(2), home, near
       call conforming_track(problem, state, e, tau, kept, track, force)
@@ -258,16 +258,16 @@ contains
       u(3) = u(3) - 2.0_wp * pi * anint((u(3) - near) / (2.0_wp * pi))
    end subroutine conforming_displacement
 
-   !> Displacement of a place inside a conforming element by changes of its unknowns and of the load factor.
+   !> Displacement of a point inside a conforming element by changes of its unknowns and of the load factor.
    pure subroutine conforming_change(problem, state, e, tau, kept, du, dz, y, change)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: tau !! 0 to 1 of the stress-free length
       type(lying_t), intent(inout) :: kept
       real(wp), intent(in) :: du(6), dz(:)          !! changes of the nodes' displacements and of the stored unknowns
       real(wp), intent(in) :: y                     !! change of the load factor
-      real(wp), intent(out) :: change(2)
+      real(wp), intent(out) :: change(2)            !! in x and y
       type(track_t) :: first, track
       real(wp) :: force, basis(max_stages), rise(1, max_stages), system(max_stages, max_stages)
       logical :: singular
@@ -320,7 +320,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                      !! conforming element
-      real(wp), intent(in) :: place(2), angle       !! deformed place and tangent angle of the rod
+      real(wp), intent(in) :: place(2), angle       !! deformed position and tangent angle of the rod
       real(wp), intent(in) :: resultant(3)          !! n_x, n_y, m
       type(track_t), intent(out) :: track
       real(wp), intent(out) :: force

@@ -19,7 +19,7 @@ contains
       integer, intent(in) :: e                      !! element on a curve
       real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
       real(wp), intent(in) :: place(2)              !! deformed
-      real(wp), intent(in) :: rate(2)               !! derivative of the deformed place by the stress-free length
+      real(wp), intent(in) :: rate(2)               !! derivative of the deformed position by the stress-free length
       real(wp) :: density(2, 0:1)
       real(wp) :: home(2), angle, gap, normal(2), bend, push, spring, way(2)
       integer :: i
@@ -44,13 +44,13 @@ contains
       end associate
    end function foundation_density
 
-   !> Stress-free place and tangent angle inside an element.
+   !> Stress-free position and tangent angle inside an element.
    pure subroutine home_at(problem, state, e, tau, x, angle)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                      !! element on a curve
-      real(wp), intent(in) :: tau
-      real(wp), intent(out) :: x(2), angle
+      real(wp), intent(in) :: tau                   !! 0 to 1 of the stress-free length
+      real(wp), intent(out) :: x(2), angle          !! position and tangent angle
       real(wp) :: speed
       associate (curve => problem%model%curve(problem%model%mesh%curve(e)), g => state%geometry%element(e))
          call curve_point(curve, problem%model%imperfection, curve_abscissa(curve, problem%model%imperfection, g%s(1), &

@@ -160,7 +160,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: tau !! 0 to 1 of the stress-free length
       real(wp) :: resultant(3)
       real(wp) :: at(0:max_stages + 1), weight(0:max_stages + 1), end(3)
       integer :: i, j, n, s, next

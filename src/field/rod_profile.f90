@@ -253,7 +253,7 @@ contains
    !> correction.
    pure function mended_by(profile, tau) result(x)
       type(profile_t), intent(in) :: profile
-      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: tau !! 0 to 1 of the stress-free length
       real(wp) :: x(2)
       x = 0.0_wp
       if (profile%mended) x = hermite_place(profile%hermite, profile%order, tau)
@@ -494,7 +494,7 @@ contains
       if (problem%ground%founded(e) .and. problem%ground%tabled) deviates = problem%ground%curved(e)
    end function deviates
 
-   !> Stress-free axis less its polynomial.
+   !> Stress-free axis minus its polynomial.
    pure function deviation(problem, profile, tau) result(d)
       type(problem_t), intent(in) :: problem
       type(profile_t), intent(in) :: profile

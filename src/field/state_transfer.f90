@@ -27,7 +27,7 @@ module state_transfer
    public :: find_point, kept_t, point_displacement, carried, carried_field, carry_to, carry_stored, move_nodes, displacements_at, &
       & field_at, see_from
 
-   !> Element data of the last place, reused if the next place of the same state is in the same element.
+   !> Element data of the last point, reused if the next point of the same state is in the same element.
    type :: kept_t
       integer :: along = 0                      !! index of the element in problem%along
       type(profile_t) :: profile                !! dense output of an element
@@ -43,7 +43,7 @@ contains
    pure subroutine find_point(problem, state, rod_segment, at, e, tau, near)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: rod_segment
+      integer, intent(in) :: rod_segment        !! index into layout%rod_segment
       real(wp), intent(in) :: at                !! coordinate along the rod segment, 0 to its length
       integer, intent(out) :: e
       real(wp), intent(out) :: tau              !! 0 to 1 of the element's stress-free length; exactly 0 or 1 at a node
@@ -260,9 +260,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: tau               !! 0 to 1 of the stress-free length
       type(kept_t), intent(inout) :: kept       !! data of the same state
-      real(wp), intent(out) :: u(3)
+      real(wp), intent(out) :: u(3)             !! global axes
       if (tau <= 0.0_wp) then
          u = state%u(:, problem%model%mesh%node(1, e))
       else if (tau >= 1.0_wp) then

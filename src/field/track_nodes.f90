@@ -49,7 +49,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: obstacle
       real(wp), intent(in) :: offset                !! as in track_foot
-      real(wp), intent(in) :: x(2)
+      real(wp), intent(in) :: x(2)                  !! point in space
       type(pose_t) :: pose
       pose = pose_of(problem, state, obstacle)
       track = pose%placed(track_foot(problem%model%obstacle(obstacle), offset, pose%own_place(x)))
@@ -70,7 +70,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                     !! conforming element
-      real(wp), allocatable, intent(out) :: share(:)
+      real(wp), allocatable, intent(out) :: share(:) !! as from track_joints
       real(wp), allocatable, intent(out), optional :: couple(:) !! (joints) jump of the rod's moment, of either sign
       associate (c => problem%conforms(e), list => problem%candidates)
          call joints_between(problem%model%obstacle(list%obstacle(c)), -candidate_offset(problem, state, list, c), &
@@ -113,7 +113,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       type(track_t), intent(in) :: track            !! track at the candidate
-      integer, intent(in), optional :: which
+      integer, intent(in), optional :: which        !! side, as in own_element
       real(wp) :: angle
       angle = rod_angle(problem, state, candidate, which)
       sense = sign(1.0_wp, dot_product([cos(angle), sin(angle)], track%tangent))
@@ -124,7 +124,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
-      integer, intent(in), optional :: which
+      integer, intent(in), optional :: which !! side, as in own_element
       type(track_t) :: track
       real(wp) :: angle, sense, t(2)
       call contact_track(problem, state, candidate, track, which)

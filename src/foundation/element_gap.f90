@@ -20,7 +20,7 @@ module element_gap
       & root_factor, is_at, most_samples, most_crossings, most_parts
 
    integer, parameter :: most_samples = 2 * max_stages + 2
-   integer, parameter :: most_crossings = 2 * most_samples  !! largest number of places where the gap has a given value: none, one
+   integer, parameter :: most_crossings = 2 * most_samples  !! largest number of points where the gap has a given value: none, one
    !! or two between two samples
    integer, parameter :: most_parts = most_crossings / 2 + 1 !! parts of an element in contact
 
@@ -91,7 +91,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
       real(wp), intent(in) :: tau               !! 0 to 1 of the element
-      real(wp), intent(out) :: x(2), value, normal(2), bend
+      real(wp), intent(out) :: x(2), value, normal(2), bend !! position, gap, gradient, curvature
       real(wp) :: at_home, home(2), displacement(3)
       call profile_look(problem, gap%profile, tau, home, displacement)
       if (gap%profile%mended) displacement(1:2) = displacement(1:2) + mended_by(gap%profile, tau)
@@ -109,7 +109,7 @@ contains
    pure real(wp) function gap_value(problem, gap, tau) result(value)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(in) :: gap
-      real(wp), intent(in) :: tau
+      real(wp), intent(in) :: tau !! 0 to 1 of the element
       real(wp) :: x(2), normal(2), bend
       call gap_look(problem, gap, tau, x, value, normal, bend)
    end function gap_value
@@ -118,7 +118,7 @@ contains
    subroutine gap_parts(problem, gap, n, part)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(inout) :: gap !! samples are stored here
-      integer, intent(out) :: n
+      integer, intent(out) :: n                 !! number of parts
       real(wp), intent(out) :: part(:, :)       !! (2, most_parts) beginning and end
       real(wp) :: coarse(3), cut(0:most_crossings + 1)
       integer :: j, crossings
@@ -156,8 +156,8 @@ contains
    subroutine gap_crossings(problem, gap, level, n, place)
       type(problem_t), intent(in) :: problem
       type(element_gap_t), intent(inout) :: gap !! samples are stored here
-      real(wp), intent(in) :: level
-      integer, intent(out) :: n
+      real(wp), intent(in) :: level             !! the value of the gap
+      integer, intent(out) :: n                 !! number of positions
       real(wp), intent(out) :: place(:)         !! (most_crossings)
       real(wp) :: a, b, fa, fb, vertex, fv, waviness
       integer :: j
@@ -236,7 +236,7 @@ contains
       type(element_gap_t), intent(in) :: gap
       logical, intent(in) :: largest            !! true: largest, false: smallest gap
       real(wp), intent(in) :: from, to          !! 0 <= from <= to <= 1
-      real(wp), intent(out) :: value, tau
+      real(wp), intent(out) :: value, tau       !! the gap, and its position, 0 to 1
       type(gap_root_t), intent(in), optional :: root(:) !! known roots to divide out; `at` and `scale` in parts of the element
       integer, parameter :: rounds = 40
       real(wp), parameter :: finest = 1.0e-4_wp !! smallest step, as part of the interval: second differences at this distance keep
@@ -285,7 +285,7 @@ contains
    !> Gap divided by the powers of its distances from the known roots; the limit at a root.
    pure real(wp) function without_roots(gap, at, root) result(value)
       real(wp), intent(in) :: gap
-      real(wp), intent(in) :: at                !! place, in the unit of the roots
+      real(wp), intent(in) :: at                !! position, in the unit of the roots
       type(gap_root_t), intent(in) :: root(:)
       integer :: k
       value = gap

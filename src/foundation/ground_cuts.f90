@@ -218,8 +218,8 @@ contains
    !> exp(x / ((2 s + 1) sqrt(2) l)).
    pure function graded(demand, from, to, n, layer, stages) result(at)
       type(mesh_density_t), intent(in) :: demand
-      real(wp), intent(in) :: from, to
-      integer, intent(in) :: n, stages
+      real(wp), intent(in) :: from, to !! nominal coordinates of both ends
+      integer, intent(in) :: n, stages !! elements; stages of an element
       real(wp), intent(in) :: layer(2)               !! layer length at both ends, 0: none
       real(wp), allocatable :: at(:)                 !! both ends included
       real(wp), allocatable :: first(:), last(:), inner(:)

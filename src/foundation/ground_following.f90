@@ -52,7 +52,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before        !! before the nodes move
       real(wp), intent(in) :: shift(:)           !! (nodes) along the rod, nominal length
-      type(state_t), intent(inout) :: state      !! transferred to the new places of the nodes
+      type(state_t), intent(inout) :: state      !! transferred to the new positions of the nodes
       type(state_t) :: moved(2)
       real(wp) :: part, gap(2), normal(2, 2), bend(2), rate(2), bow, lift, twist, way(2)
       real(wp) :: beside(size(shift))            ! motion of the nodes of elements in contact

@@ -59,7 +59,7 @@ contains
       integer, intent(in) :: m
       real(wp), intent(out) :: spring        !! force per displacement
       real(wp), intent(out) :: force, rate   !! along the normal; rate: minus the derivative of the force by the load factor
-      real(wp), intent(out) :: normal(2)
+      real(wp), intent(out) :: normal(2)     !! normal of the obstacle at the node
       real(wp) :: error, slope, jump
       spring = 0.0_wp
       force = 0.0_wp

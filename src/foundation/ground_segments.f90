@@ -25,8 +25,8 @@ module ground_segments
 
    real(wp), parameter :: noise = 1.0e3_wp * epsilon(1.0_wp) !! rounding of gaps and residual of Newton's method, relative to the
    !! displacements
-   real(wp), parameter :: at_mark = 0.1_wp !! part of an element: a crossing this close to an interface point is the place to which
-   !! Newton's method moves this point
+   real(wp), parameter :: at_mark = 0.1_wp !! part of an element: a crossing this close to an interface point is the position to
+   !! which Newton's method moves this point
    real(wp), parameter :: at_node = 1.0e-6_wp !! part of an element: a crossing this close to a node is not inside the element
 
    !> Largest (h/l)^4 for which collocation with 1, 2, ... stages represents the displacement of a rod on a foundation (h: length of
@@ -225,10 +225,10 @@ contains
    subroutine segment_at(problem, state, rod_segment, contact, at, segment, stiffness)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: rod_segment, contact
+      integer, intent(in) :: rod_segment, contact !! indices into layout%rod_segment and model%contact
       real(wp), intent(in) :: at                !! coordinate along the rod segment
-      integer, intent(out) :: segment
-      real(wp), intent(out) :: stiffness
+      integer, intent(out) :: segment           !! segment_unknown: none, or not determined
+      real(wp), intent(out) :: stiffness        !! as in segment_stiffness
       real(wp) :: tau
       integer :: e, k
       segment = segment_unknown
@@ -267,9 +267,9 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: candidate
       real(wp), intent(in) :: rounding           !! gap_rounding of the state
-      integer, intent(out) :: n
-      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) places, 0 to 1, in order for each corner of the law; gap of the
-      !! corner at each place
+      integer, intent(out) :: n                  !! number of positions
+      real(wp), allocatable, intent(out) :: tau(:), level(:) !! (n) positions, 0 to 1, in order for each corner of the law; gap of
+      !! the corner at each position
       real(wp), intent(in), optional :: smallest !! oscillations of the gap up to this size are ignored
       type(element_gap_t) :: gap
       real(wp) :: place(most_crossings), wave, ends(2)
@@ -432,7 +432,7 @@ contains
    subroutine segments_hold(problem, state, hold, carried)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(inout) :: state
-      logical, intent(out) :: hold
+      logical, intent(out) :: hold              !! true: all agree
       logical, intent(in) :: carried            !! true: the state comes from another mesh, as in tell_segments
       type(element_gap_t) :: gap
       real(wp) :: low, high, slack, rounding

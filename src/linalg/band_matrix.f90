@@ -44,7 +44,7 @@ contains
 
    !> A zero matrix of order n and half bandwidth kd.
    pure function new_band(n, kd, border) result(band)
-      integer, intent(in) :: n, kd
+      integer, intent(in) :: n, kd     !! order, half bandwidth
       integer, intent(in) :: border(:) !! unknowns that may be coupled with every other one, each once
       type(band_t) :: band
       band%n = n

@@ -108,7 +108,7 @@ contains
 
       !> Mesh node of a rod segment, given by its number along the segment, from 1.
       pure integer function node_of(rod_segment, i) result(node)
-         integer, intent(in) :: rod_segment, i
+         integer, intent(in) :: rod_segment, i !! segment; number of the node
          associate (e => problem%element_first(rod_segment) + i - 1, mesh => problem%model%mesh)
             if (e <= problem%element_last(rod_segment)) then
                node = mesh%node(1, e)

@@ -38,7 +38,7 @@ contains
       type(problem_t), intent(in) :: base
       type(contact_span_t), intent(in) :: contact_span(:)   !! sorted
       type(cut_t), intent(in) :: cut(:)              !! interface points, sorted
-      integer, intent(in) :: rod_segment
+      integer, intent(in) :: rod_segment             !! index into layout%rod_segment
       type(state_t), intent(in), optional :: state
       real(wp), allocatable :: at(:), middle(:)
       real(wp) :: from, layer(2), all, free
@@ -207,7 +207,7 @@ contains
    !> Division with nodes close enough to detect contact, for meshes before the first contact span.
    function sampled_division(base, contact_span) result(division)
       type(problem_t), intent(in) :: base            !! problem on the deck's mesh
-      type(contact_span_t), intent(in), optional :: contact_span(:) !! places at which there must be a node as well
+      type(contact_span_t), intent(in), optional :: contact_span(:) !! contact spans at whose ends there must be nodes
       type(division_t) :: division(size(base%layout%rod_segment))
       real(wp) :: length, share
       integer :: k, n, i
@@ -291,7 +291,7 @@ contains
       end function coarse_beside
    end function outgrown
 
-   !> Mesh density of the present mesh: one element between neighbouring nodes at their present places.
+   !> Mesh density of the present mesh: one element between neighbouring nodes at their present positions.
    function present_demand(problem, state) result(demand)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

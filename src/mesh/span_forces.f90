@@ -25,7 +25,7 @@ contains
    subroutine span_totals(problem, state, middle, total, moment)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      real(wp), intent(in) :: middle(2)
+      real(wp), intent(in) :: middle(2)         !! reference point of moments
       real(wp), intent(out) :: total(:, :, :)   !! (3, contacts, obstacles)
       real(wp), intent(out) :: moment(:)        !! (obstacles)
       real(wp) :: x(2), force(3), turn, push, gap, normal(2), bend
@@ -194,8 +194,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: middle(2)
-      real(wp), intent(out) :: force(3), moment
+      real(wp), intent(in) :: middle(2) !! reference point of the moment
+      real(wp), intent(out) :: force(3), moment !! x, y, integral of the density; anticlockwise
       real(wp) :: local(3), x(2), angle, density, ends(3, 2), place(2, 2), line(2), slope(2)
       real(wp), allocatable :: part(:)
       real(wp) :: weight

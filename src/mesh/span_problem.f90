@@ -103,7 +103,7 @@ contains
    !> Problem before any contact span is known, on a mesh fine enough for its nodes to detect contact.
    function new_sampled_problem(base, contact_span) result(problem)
       type(problem_t), intent(in) :: base            !! problem on the deck's mesh
-      type(contact_span_t), intent(in), optional :: contact_span(:) !! places at which there must be a node as well
+      type(contact_span_t), intent(in), optional :: contact_span(:) !! contact spans at whose ends there must be nodes
       type(problem_t) :: problem
       problem = remeshed_problem(with_spans(base, .false.), sampled_division(base, contact_span))
       problem%mesh_kind = mesh_sampled

@@ -1,4 +1,4 @@
-!> Touchdown points: the places along the rod where contact begins and ends.
+!> Touchdown points: the positions along the rod where contact begins and ends.
 !>
 !> At the end of a line contact the obstacle exerts no couple, so that the moment is continuous: the difference M_f - M_l between
 !> the moments of the free part and of the line contact changes by -(1 + e) (Q_f - Q_l) per unit of length and is zero at the
@@ -93,7 +93,7 @@ contains
       if (abs(slope) > 0.0_wp) quotient = error / slope
    end function quotient
 
-   !> Copy of a problem in which some touchdown points are fixed at their present places.
+   !> Copy of a problem in which some touchdown points are fixed at their present positions.
    pure function with_held(problem, points) result(frozen)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: points(:)      !! candidates, 0: none
@@ -233,8 +233,8 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: m              !! interface point
-      real(wp), intent(in) :: distance(:)   !! (candidates) distances of the touchdown points from their places
-      real(wp), intent(in) :: way           !! distance of the interface point from its place
+      real(wp), intent(in) :: distance(:)   !! (candidates) distances of the touchdown points from their equilibrium positions
+      real(wp), intent(in) :: way           !! distance of the interface point from its equilibrium position
       real(wp) :: apart
       integer :: c
       passes = .false.

@@ -28,7 +28,7 @@ contains
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system    !! assembled and factored at `start` on entry
       type(increment_t), intent(out) :: report
-      logical, intent(in), optional :: keep_contact !! true: contact set of `start`, whatever the signs of gaps and reactions
+      logical, intent(in), optional :: keep_contact !! true: contact set of `start`, for any signs of gaps and reactions
       type(contact_step_t) :: step
       integer :: loop
       real(wp) :: rhs
@@ -69,7 +69,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: base          !! converged state, or the predictor itself
       type(control_t), intent(in) :: control     !! its tangent is set if its method needs one
-      logical, intent(in) :: keep_contact        !! contact set of `state`, whatever the signs
+      logical, intent(in) :: keep_contact        !! contact set of `state`, for any signs of gaps and reactions
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
       type(increment_t), intent(out) :: report

@@ -90,7 +90,7 @@ contains
       type(control_t), intent(in) :: given     !! control of the increment, at the nodes of the start
       type(state_t), intent(inout) :: state
       type(system_t), intent(inout) :: system
-      real(wp), intent(in) :: first_rhs
+      real(wp), intent(in) :: first_rhs        !! right-hand side of the constraint in the first step
       logical, intent(in) :: frozen            !! the contact set is constant
       integer, intent(in) :: tangent_updates   !! number of first iterations that are followed by a new tangent
       type(increment_t), intent(inout) :: report
@@ -375,7 +375,7 @@ contains
       if (.not. step%ok) report%message = step%message
    end subroutine solve_step
 
-   !> Adds a solved step to the state and takes over its contact set.
+   !> Adds a solved step to the state and sets its contact set.
    subroutine move(problem, system, step, state)
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system

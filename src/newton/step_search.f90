@@ -80,7 +80,7 @@ contains
    !> Work of the unbalanced forces (internal minus external) on an increment: negative while the increment reduces the energy.
    pure real(wp) function step_work(system, x) result(work)
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: x(:)
+      real(wp), intent(in) :: x(:) !! (n) increment, node axes
       work = dot_product(pack(system%residual, .not. system%fixed), pack(x, .not. system%fixed))
    end function step_work
 end module step_search

@@ -21,7 +21,7 @@ module place_functional
    !> Position of a touchdown point as a number of the state.
    type, extends(local_number_t) :: touchdown_place_t
       integer :: candidate = 0
-      type(state_t) :: before                    !! state that has the touchdown point at its place
+      type(state_t) :: before                    !! state that has the touchdown point at its position
    contains
       procedure :: value => place_of_state
    end type touchdown_place_t
@@ -52,7 +52,7 @@ contains
    function places_after(problem, before, after, ends) result(at)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: before, after
-      integer, intent(in) :: ends(:)
+      integer, intent(in) :: ends(:) !! candidates, see moving_ends
       real(wp) :: at(size(ends))
       integer :: k
       at = [(place_after(problem, before, after, ends(k)), k=1, size(ends))]
@@ -113,7 +113,7 @@ contains
    type(place_bar_t) function named_place(problem, candidate, at) result(place)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: at
+      real(wp), intent(in) :: at !! position, as in places_at
       place%contact_span = problem%contact_span(problem%candidates%contact_span(candidate))%number
       place%last = is_last(problem, candidate)
       place%at = at

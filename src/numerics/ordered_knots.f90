@@ -11,7 +11,7 @@ contains
    !> beyond the ends belong to the first or last piece.
    pure integer function piece_at(knot, place) result(piece)
       real(wp), intent(in) :: knot(:)         !! not decreasing, 2 or more
-      real(wp), intent(in) :: place
+      real(wp), intent(in) :: place           !! number to find
       integer :: right, middle
       piece = 1
       right = size(knot)

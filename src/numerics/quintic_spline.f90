@@ -106,7 +106,7 @@ contains
       real(wp), intent(in) :: knot(:)            !! knots, increasing, 2 or more
       real(wp), intent(in) :: value(:)           !! values at the knots
       real(wp), intent(in) :: slope(:), bend(:)  !! derivatives at the knots, from spline_derivatives
-      real(wp), intent(in) :: s                  !! place at which the spline is evaluated
+      real(wp), intent(in) :: s                  !! argument at which the spline is evaluated
       real(wp), intent(out) :: w, dw, ddw, dddw  !! value and first three derivatives
       real(wp) :: h, t, c(6)
       integer :: left, right
@@ -137,7 +137,7 @@ contains
       end associate
    end function hermite_coefficients
 
-   !> Third or fourth derivative of a quintic by its parameter, at a place `at`.
+   !> Third or fourth derivative of a quintic by its parameter, at its value `at`.
    pure real(wp) function derivative(c, order, at)
       real(wp), intent(in) :: c(6)
       integer, intent(in) :: order            !! 3 or 4

@@ -12,7 +12,7 @@ module obstacle_pose
 
    type :: pose_t
       real(wp) :: shift(2) = 0.0_wp         !! displacement of the pivot
-      real(wp) :: pivot(2) = 0.0_wp         !! its place before
+      real(wp) :: pivot(2) = 0.0_wp         !! position of the pivot before the displacement
       real(wp) :: turn = 0.0_wp             !! rotation, counterclockwise [rad]
    contains
       procedure :: own_place, own_motion, own_direction, direction, place, placed, arm
@@ -81,15 +81,15 @@ contains
 
    !> Motion of a body at a point (rows) by the displacements and the rotation of its pivot (columns).
    pure function rigid_motion(arm) result(motion)
-      real(wp), intent(in) :: arm(2)           !! from the pivot to the place
+      real(wp), intent(in) :: arm(2)           !! from the pivot to the point
       real(wp) :: motion(3, 3)
       motion = reshape([1.0_wp, 0.0_wp, 0.0_wp, 0.0_wp, 1.0_wp, 0.0_wp, -arm(2), arm(1), 1.0_wp], [3, 3])
    end function rigid_motion
 
    !> A force at a point, as force and moment about the pivot.
    pure function about_pivot(arm, force) result(both)
-      real(wp), intent(in) :: arm(2)           !! from the pivot to the place
-      real(wp), intent(in) :: force(2)
+      real(wp), intent(in) :: arm(2)           !! from the pivot to the point
+      real(wp), intent(in) :: force(2)         !! force at the point
       real(wp) :: both(3)
       both = [force, arm(1) * force(2) - arm(2) * force(1)]
    end function about_pivot

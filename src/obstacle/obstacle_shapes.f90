@@ -24,7 +24,7 @@ contains
 
    !> Points of an ellipse, the last equal to the first, so many that the closed spline through them deviates by rounding only.
    pure function ellipse_points(centre, half, turn, anticlockwise) result(point)
-      real(wp), intent(in) :: centre(2)
+      real(wp), intent(in) :: centre(2)       !! centre of the ellipse
       real(wp), intent(in) :: half(2)         !! half axes, positive
       real(wp), intent(in) :: turn            !! [rad] direction of the first axis
       logical, intent(in) :: anticlockwise    !! true: inside is on the left
@@ -46,7 +46,7 @@ contains
    !> Points of a polyline. If it is closed, two more points are added at each end, so that each of its own points has a turn.
    pure function round_and_round(point, closed) result(all_points)
       real(wp), intent(in) :: point(:, :)     !! (2, points)
-      logical, intent(in) :: closed
+      logical, intent(in) :: closed           !! true: the last point is the first one
       real(wp), allocatable :: all_points(:, :)
       integer :: n
       n = size(point, 2)
@@ -218,7 +218,7 @@ contains
       if (radius >= huge(radius)) radius = 0.0_wp
    end function default_corner_radius
 
-   !> Length of each of both segments that the rounding at point i takes, per unit of radius.
+   !> Length by which the rounded corner at point i shortens both segments beside it, per unit of radius.
    pure real(wp) function cut(point, i)
       real(wp), intent(in) :: point(:, :)
       integer, intent(in) :: i

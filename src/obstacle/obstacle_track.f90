@@ -21,15 +21,15 @@ module obstacle_track
    !> A point of the track.
    type :: track_t
       real(wp) :: sigma = 0.0_wp             !! arc length of the track; lines and curves: from the first point, circles: angle from
-      !! the x axis times the radius of the track, increasing in its sense
+      !! the x axis times the radius of the track, increasing in its direction
       real(wp) :: place(2) = 0.0_wp
       real(wp) :: tangent(2) = 0.0_wp        !! unit vector, the free side on its left
       real(wp) :: curvature = 0.0_wp         !! d(angle)/d(sigma), > 0 where the track turns left
       real(wp) :: curvature_rate = 0.0_wp    !! first derivative of the curvature by sigma
       real(wp) :: curvature_second = 0.0_wp  !! second derivative of the curvature by sigma
       integer :: piece = 0                   !! piece of a curve, as in foot_t
-      real(wp) :: averaged = 0.0_wp          !! argument `near` of track_at: mean curvature of an interval less that of its piece
-      !! (track_between)
+      real(wp) :: averaged = 0.0_wp          !! argument `near` of track_at: mean curvature of an interval minus the curvature of
+      !! its piece (track_between)
    end type track_t
 
    real(wp), parameter :: at_joint = 1.0e-6_wp !! part of an interval of the track: an end this close to a joint is at the joint
@@ -40,7 +40,7 @@ contains
    pure type(track_t) function track_foot(obstacle, offset, x) result(track)
       type(obstacle_t), intent(in) :: obstacle
       real(wp), intent(in) :: offset      !! distance from the surface, > 0 towards the free side
-      real(wp), intent(in) :: x(2)
+      real(wp), intent(in) :: x(2)        !! point in the obstacle's own axes
       type(foot_t) :: foot
       real(wp) :: d(2)
       select case (obstacle%kind)
@@ -68,8 +68,8 @@ contains
    !> In an interval with a jump (track_between) only the curvature is that of the piece; position and direction are the track's.
    pure type(track_t) function track_at(obstacle, offset, sigma, near) result(track)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
-      real(wp), intent(in) :: sigma
+      real(wp), intent(in) :: offset !! distance of the track from the surface
+      real(wp), intent(in) :: sigma  !! arc length of the track
       type(track_t), intent(in) :: near   !! a point of the piece, see track_between
       type(track_t) :: on
       real(wp) :: angle
@@ -116,7 +116,7 @@ contains
    !> Signed arc length from one point of the track to another; on circles and closed curves the shorter direction.
    pure real(wp) function track_ahead(obstacle, offset, from, to) result(ahead)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
+      real(wp), intent(in) :: offset !! distance of the track from the surface
       type(track_t), intent(in) :: from, to
       real(wp) :: round
       ahead = to%sigma - from%sigma
@@ -170,7 +170,7 @@ contains
    !> along the interval, is then a continuous function of the end points, even if one of them passes the joint.
    pure type(track_t) function track_between(obstacle, offset, first, last) result(between)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
+      real(wp), intent(in) :: offset !! distance of the track from the surface
       type(track_t), intent(in) :: first, last
       real(wp) :: middle, joint
       type(track_t) :: other
@@ -195,7 +195,7 @@ contains
    !> point itself if no such joint is within the given distance.
    pure type(track_t) function across_joint(obstacle, offset, track, reach) result(other)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
+      real(wp), intent(in) :: offset !! distance of the track from the surface
       type(track_t), intent(in) :: track
       real(wp), intent(in) :: reach       !! along the track
       real(wp) :: nearest, away
@@ -222,10 +222,11 @@ contains
    !> ends of the interval are not included.
    pure subroutine joints_between(obstacle, offset, first, last, share, jump)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
+      real(wp), intent(in) :: offset             !! distance of the track from the surface
       type(track_t), intent(in) :: first, last   !! in either order
-      real(wp), allocatable, intent(out) :: share(:)
-      real(wp), allocatable, intent(out), optional :: jump(:) !! (joints) jump of the track's curvature in the sense of the track
+      real(wp), allocatable, intent(out) :: share(:) !! (joints) fractions, 0 to 1
+      real(wp), allocatable, intent(out), optional :: jump(:) !! (joints) jump of the track's curvature in the direction of the
+      !! track
       type(track_t) :: other
       integer, allocatable :: behind(:)          ! piece behind each joint
       integer :: i
@@ -258,7 +259,7 @@ contains
    !> huge if there is none.
    pure real(wp) function joint_distance(obstacle, offset, track) result(distance)
       type(obstacle_t), intent(in) :: obstacle
-      real(wp), intent(in) :: offset
+      real(wp), intent(in) :: offset !! distance of the track from the surface
       type(track_t), intent(in) :: track
       integer :: i
       distance = huge(distance)

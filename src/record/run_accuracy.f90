@@ -40,7 +40,7 @@ module run_accuracy
       enumerator :: check_force_balance  !! |loads + supports + contact| over the force scale
       enumerator :: check_moment_balance !! the same for moments about the structure's middle, over the size
       enumerator :: check_node_balance   !! largest sum of the forces (or moments over the size) on a node, without components
-      !! that supports take, over the force scale
+      !! that supports carry, over the force scale
    end enum
    integer, parameter :: n_checks = check_node_balance
    logical, parameter :: of_point(n_checks) = [.true., .true., .true., .true., .true., .false., .false., .false., .false., &

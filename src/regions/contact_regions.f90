@@ -332,7 +332,7 @@ contains
    !> (candidates) true: in contact, and in the same contact region as `candidate`.
    function region_of(problem, active, candidate) result(member)
       type(problem_t), intent(in) :: problem
-      logical, intent(in) :: active(:)
+      logical, intent(in) :: active(:) !! (candidates) true: in contact
       integer, intent(in) :: candidate
       logical, allocatable :: member(:)
       integer :: side, c

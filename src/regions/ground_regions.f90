@@ -125,9 +125,9 @@ contains
       integer, intent(in) :: contact
       real(wp), intent(in) :: from, to  !! arc lengths; on a closed chain `to` may lie beyond the chain's end, in the next circuit
       integer, intent(out), optional :: candidate !! candidate before the element with the smallest gap, 0: empty range
-      real(wp), intent(out), optional :: place   !! place in that element, 0 to 1
+      real(wp), intent(out), optional :: place   !! position in that element, 0 to 1
       type(gap_root_t), intent(in), optional :: root(:) !! roots divided out of the gap, see ground_ends
-      real(wp), intent(out), optional :: factor  !! factor of the division at the place; 0: the place is a root
+      real(wp), intent(out), optional :: factor  !! factor of the division at this position; 0: the position is a root
       type(gap_root_t), allocatable :: there(:)
       real(wp) :: range(2), value, tau, h
       integer :: c, round
@@ -157,15 +157,15 @@ contains
       end do
    end function smallest_ground_gap
 
-   !> Largest local maximum of the gap in a range between places in contact: > 0 if the region is divided there, < 0 if not. Without
+   !> Largest local maximum of the gap in a range between points in contact: > 0 if the region is divided there, < 0 if not. Without
    !> such a maximum: minus the deepest penetration. The whole range is searched, because the maximum may move.
    real(wp) function inner_opening(problem, state, contact, from, to, candidate, place) result(opening)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact
-      real(wp), intent(in) :: from, to
+      real(wp), intent(in) :: from, to            !! arc lengths, as in smallest_ground_gap
       integer, intent(out), optional :: candidate !! candidate before the element with the maximum, as in smallest_ground_gap
-      real(wp), intent(out), optional :: place
+      real(wp), intent(out), optional :: place    !! position in that element, 0 to 1
       type(element_gap_t) :: between
       real(wp), allocatable :: gap(:), peak(:), tau(:)
       integer, allocatable :: after(:)           ! candidate before the sample
@@ -232,7 +232,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: contact, candidate
       integer, intent(in) :: round               !! number of completed circuits of a closed chain
-      real(wp), intent(in) :: from, to
+      real(wp), intent(in) :: from, to           !! arc lengths of the range
       real(wp), intent(out) :: range(2)          !! part of the element, 0 to 1
       real(wp) :: s, h
       range = 0.0_wp
@@ -270,7 +270,7 @@ contains
       type(state_t), intent(in) :: from, to
       type(region_t), intent(in) :: regions(:)   !! regions of `from`
       type(region_t) :: moved(size(regions))
-      real(wp), allocatable :: place(:), way(:)  !! places of the nodes of a contact and their displacements along the chain
+      real(wp), allocatable :: place(:), way(:)  !! positions of the nodes of a contact and their displacements along the chain
       integer :: c, k, n
       moved = regions
       if (.not. problem%moves_nodes() .or. size(regions) == 0) return

@@ -104,7 +104,7 @@ contains
       !> Angle of the contact force's position on an obstacle that has angles.
       real(wp) function angle_at(candidate, arm) result(angle)
          integer, intent(in) :: candidate
-         real(wp), intent(in) :: arm(2)          !! vector from the candidate's node to the place of the force
+         real(wp), intent(in) :: arm(2)          !! vector from the candidate's node to the force
          type(pose_t) :: pose
          angle = ieee_value(angle, ieee_quiet_nan)
          associate (obstacle => problem%model%obstacle(problem%candidates%obstacle(candidate)))

@@ -42,7 +42,7 @@ module rod_element
          real(wp), intent(out) :: k(6, 6)         !! tangent, symmetric
          real(wp), intent(out) :: fl(6)           !! minus the derivative of f by the load factor
          real(wp), intent(out) :: op(:, :)        !! (at least z_size, ge_columns)
-         real(wp), intent(out) :: defect(3)       !! residuals of the element's own unknowns: rotation [rad], force, place
+         real(wp), intent(out) :: defect(3)       !! residuals of the element's own unknowns: rotation [rad], force, position
          logical, intent(out) :: ok               !! false: singular, other results are undefined
          type(inner_forces_t), intent(inout) :: inner !! in: storage; out: forces of foundations
          real(wp), intent(out) :: shift(6, 2)     !! k times unit translations in x and in y
@@ -77,7 +77,7 @@ module rod_element
          type(problem_t), intent(in) :: problem
          type(state_t), intent(in) :: state
          real(wp), intent(in) :: du(6)            !! nodal displacements per unit of load factor
-         real(wp), intent(in) :: dz(:)            !! unknowns of a kind that takes increments, per unit of load factor
+         real(wp), intent(in) :: dz(:)            !! changes of the stored unknowns, if takes_increments, per unit of load factor
          integer, intent(in) :: e
          real(wp), intent(in) :: factor           !! change of the load factor
          real(wp), intent(out) :: k(6, 6)

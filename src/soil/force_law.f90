@@ -26,7 +26,7 @@ contains
       type(model_t), intent(in) :: model
       type(obstacle_t), intent(in) :: obstacle         !! obstacle with a modulus or a law
       real(wp), intent(in) :: penetration              !! < 0: tension
-      real(wp), intent(out) :: push, spring
+      real(wp), intent(out) :: push, spring            !! force per length, and its derivative
       integer, intent(in), optional :: segment         !! segment of the law; absent or segment_unknown: from the penetration
       integer :: on
       if (obstacle%law == 0) then
@@ -47,7 +47,7 @@ contains
    !> Segment of a law at a penetration; at a corner the segment on its far side.
    pure integer function law_segment(law, penetration) result(segment)
       type(law_t), intent(in) :: law
-      real(wp), intent(in) :: penetration
+      real(wp), intent(in) :: penetration !! < 0: tension
       integer :: i
       segment = 1
       do i = 2, size(law%penetration) - 1

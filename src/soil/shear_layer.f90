@@ -21,7 +21,7 @@ contains
       logical, intent(in) :: joined(:)           !! (n - 1) true: a rod connects the point with the next one
       real(wp), intent(in) :: modulus, shear     !! k [force/length^2], G [force], both times the width
       real(wp), intent(out) :: compliance(:, :)  !! (n, n) [length/force]
-      logical, intent(out) :: ok
+      logical, intent(out) :: ok                 !! false: the system is singular
       real(wp) :: diagonal(size(place)), beside(size(place)), h, decay, stiff
       integer :: i, n, info
       n = size(place)

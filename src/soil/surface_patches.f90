@@ -19,7 +19,7 @@ module surface_patches
       integer :: n = 0
       integer, allocatable :: candidate(:)
       integer, allocatable :: entry(:)           !! (candidates) index of the entry, 0: the obstacle does not couple
-      real(wp), allocatable :: at(:)             !! (n) place of the node along the surface [length]
+      real(wp), allocatable :: at(:)             !! (n) position of the node along the surface [length]
       real(wp), allocatable :: reach(:, :)       !! (2, n) beginning and end of the patch
    end type patches_t
 

@@ -46,7 +46,7 @@ contains
       type(problem_t), intent(in), target :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(inout), target :: system !! assembled and factored at `state`, unchanged on return
-      integer, intent(in) :: n_modes
+      integer, intent(in) :: n_modes                  !! number of modes wanted
       type(buckling_t), intent(out) :: buckling    !! all modes, n_modes at most
       type(error_t), allocatable, intent(out) :: error
       type(buckling_operator_t) :: operator

@@ -51,9 +51,9 @@ contains
    !> Eigenvalues of one sign, nearest zero: `wanted` of them, or all up to the bound.
    subroutine slice(pencil, wanted, bound, value, vector, error)
       type(pencil_t), intent(in) :: pencil
-      integer, intent(in) :: wanted
+      integer, intent(in) :: wanted         !! number of eigenvalues wanted
       real(wp), intent(in) :: bound         !! largest eigenvalue of interest; its sign is that of the eigenvalues
-      real(wp), allocatable, intent(out) :: value(:)
+      real(wp), allocatable, intent(out) :: value(:) !! (found) nearest zero first
       real(wp), allocatable, intent(out) :: vector(:, :) !! (n, found)
       type(error_t), allocatable, intent(out) :: error
       type(shifted_t) :: operator

@@ -175,7 +175,7 @@ contains
       type(system_t), intent(in) :: system
       type(stress_stiffness_t), intent(in) :: matrix
       real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
-      real(wp), intent(out) :: y(:), form
+      real(wp), intent(out) :: y(:), form      !! (n) product; x^T y
       real(wp) :: force(3), moved(3), bent(3, 3)
       integer :: c
       call apply_elements(problem, system, matrix%element, matrix%shift, matrix%pressure, x, y, form)

@@ -186,7 +186,7 @@ contains
       type(system_t), intent(in) :: system     !! assembled at `state`
       real(wp), intent(in) :: x(:)             !! (n) node axes, zero at the fixed unknowns
       real(wp), intent(out) :: y(:)            !! (n)
-      real(wp), intent(out) :: form
+      real(wp), intent(out) :: form            !! x^T y
       real(wp) :: force(2), k(3, 3), excess, pressure(2, problem%model%mesh%n_elements)
       type(node_push_t), allocatable :: pushed(:)
       integer :: c, i, node

@@ -28,7 +28,7 @@ contains
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system     !! assembled and factored at `state`
       real(wp), intent(out) :: stiffness       !! absolute value of the stiffness; zero at limit points, and if nothing moves
-      real(wp), intent(out) :: rounding
+      real(wp), intent(out) :: rounding        !! part of the stiffness that is rounding
       real(wp) :: force(system%n), left(system%n), work, length
       integer :: node, d
       stiffness = 0.0_wp

@@ -49,7 +49,7 @@ module problem
       type(mesh_density_t), allocatable :: demand(:)           !! (rod segments) mesh density of the next mesh
       logical :: deck_mesh = .true.                      !! true: the working mesh is the deck's, node by node
       integer, allocatable :: rod_segment(:)             !! (elements) rod segment of the element
-      real(wp), allocatable :: origin(:)                 !! (elements) coordinate along the rod segment less the nominal coordinate
+      real(wp), allocatable :: origin(:)                 !! (elements) coordinate along the rod segment minus the nominal coordinate
       integer, allocatable :: along(:)                   !! (elements) all elements in order, segment by segment
       integer, allocatable :: element_first(:)           !! (rod segments) index in `along` of the first element
       integer, allocatable :: element_last(:)            !! (rod segments) index in `along` of the last element; on any mesh but the
@@ -73,7 +73,7 @@ module problem
       logical, allocatable :: covered(:, :)              !! (rod segments, contacts) true: contact spans are allowed all along the
       !! segment; false: nowhere on the segment
       integer :: mesh_kind = mesh_fixed
-      type(contact_span_t), allocatable :: contact_span(:) !! contact spans in order along the rods; places of their ends are those
+      type(contact_span_t), allocatable :: contact_span(:) !! contact spans in order along the rods; their ends are at the positions
       !! at which this mesh was made
       integer, allocatable :: conforms(:)                !! (elements) candidate at the first node if the element lies on a track,
       !! 0: free element

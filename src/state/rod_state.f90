@@ -32,7 +32,7 @@ module rod_state
       real(wp), allocatable :: z(:, :)        !! (largest z_size, elements) stored section forces
       logical, allocatable :: active(:)       !! (candidates) true: in contact
       real(wp), allocatable :: reaction(:)    !! (candidates) normal reaction, > 0 in compression
-      real(wp), allocatable :: couple(:)      !! (candidates) couple on a node that takes the direction of its track, without the
+      real(wp), allocatable :: couple(:)      !! (candidates) couple on a node that has the direction of its track, without the
       !! couples of the elements on the track
       logical, allocatable :: grounded(:)     !! (elements) true: a distributed foundation was in contact with the element at the
       !! last converged point
@@ -271,7 +271,7 @@ contains
       type(state_t), intent(in) :: state
       type(candidates_t), intent(in) :: list
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: home(2), displacement(2) !! stress-free place
+      real(wp), intent(in) :: home(2), displacement(2) !! stress-free position
       real(wp), intent(out) :: gap, normal(2), bend
       real(wp) :: at_home
       type(pose_t) :: pose

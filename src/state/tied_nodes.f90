@@ -22,7 +22,7 @@ contains
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: u(:, :)            !! (3, nodes) displacements
       logical, intent(in) :: turned(:)           !! (nodes) true: rotated axes, see system_t; false for tied nodes
-      real(wp), intent(in) :: axis(:, :), roll(:), lean(:)
+      real(wp), intent(in) :: axis(:, :), roll(:), lean(:) !! (2, nodes), (nodes): see system_t
       real(wp), intent(inout) :: block(:, :, :)  !! (3, 3, size(problem%ties%of)) in: blocks of nodes that touch carried obstacles;
       !! out: complete; rows: global axes, columns: node axes
       real(wp) :: arm(2)
@@ -173,7 +173,7 @@ contains
    pure subroutine add_matrix(problem, block, nodes, k, band)
       type(problem_t), intent(in) :: problem
       real(wp), intent(in) :: block(:, :, :)     !! from set_blocks
-      integer, intent(in) :: nodes(:)
+      integer, intent(in) :: nodes(:)            !! one or two nodes
       real(wp), intent(in) :: k(:, :)            !! (3 nodes, 3 nodes) in the nodes' axes; global axes for tied nodes
       type(band_t), intent(inout) :: band
       integer :: place(size(nodes) + size(block, 3)), end_of(size(nodes) + size(block, 3)), with(size(nodes) + size(block, 3))

@@ -183,7 +183,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: row(:, :)      !! (3, nodes) in global axes
-      real(wp), intent(in) :: by_load
+      real(wp), intent(in) :: by_load        !! derivative by the load factor
       type(functional_t) :: linear
       linear%by_unknown = unknowns_of(problem, system, row)
       linear%by_load = by_load
@@ -209,10 +209,10 @@ contains
    subroutine solve_bordered(system, rhs, prescribed, path_rhs, x, y, ok)
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: rhs(:), prescribed(:) !! (n)
-      real(wp), intent(in) :: path_rhs
+      real(wp), intent(in) :: path_rhs              !! `path`, see the header
       real(wp), intent(inout) :: x(:)               !! (n) increments of the unknowns, node axes
       real(wp), intent(out) :: y                    !! increment of the load factor
-      logical, intent(out) :: ok
+      logical, intent(out) :: ok                    !! false: singular
       real(wp) :: pivot
       y = 0.0_wp
       call solve_constrained(system, rhs, prescribed, x)

@@ -156,7 +156,7 @@ contains
       integer, intent(in) :: e                 !! conforming element on a carried obstacle
       type(ge_load_t), intent(in) :: load
       real(wp), intent(out) :: force(3), rate(3) !! force and moment, and their derivative by the load factor
-      real(wp), intent(out) :: k(9, 9)         !! less the derivative of the force: by the unknowns of the carrier, and by those of
+      real(wp), intent(out) :: k(9, 9)         !! minus the derivative of the force: by the unknowns of the carrier, and by those of
       !! both nodes in their axes, relative to the obstacle; symmetric
       type(lying_t) :: kept
       type(track_t) :: track
@@ -223,7 +223,7 @@ contains
       type(system_t), intent(in) :: system
       real(wp), intent(in) :: laid(:, :, :)    !! (9, 9, elements) from load_on_carrier
       real(wp), intent(in) :: x(:)             !! (n)
-      real(wp), intent(inout) :: y(:), form
+      real(wp), intent(inout) :: y(:), form    !! (n) and x^T y: the products are added
       integer :: e
       do e = 1, size(laid, 3)
          if (carried_by(problem, e) > 0) call apply_matrix(problem, system%slip_block, &
@@ -275,9 +275,9 @@ contains
       type(problem_t), intent(in) :: problem
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate
-      real(wp), intent(in) :: matrix(3, 3), pull(2)
+      real(wp), intent(in) :: matrix(3, 3), pull(2) !! as in add_at_contact
       real(wp), intent(in) :: x(:)             !! (n)
-      real(wp), intent(inout) :: y(:), form
+      real(wp), intent(inout) :: y(:), form    !! (n) and x^T y: the products are added
       associate (node => problem%candidates%node(candidate), &
          & carrier => problem%model%obstacle(problem%candidates%obstacle(candidate))%carrier)
          if (carrier > 0) then

@@ -33,7 +33,7 @@ contains
       integer, intent(in) :: node               !! deck's node
       integer, intent(out) :: mesh_node         !! mesh node at the same material point, 0: none
       integer, intent(out) :: e                 !! element that contains the point in its interior, 0: none
-      real(wp), intent(out) :: tau              !! place in the element, 0 to 1
+      real(wp), intent(out) :: tau              !! position in the element, 0 to 1
       integer, intent(inout), optional :: near  !! see find_point
       e = 0
       tau = 0.0_wp
@@ -49,7 +49,7 @@ contains
    pure function deck_displacements(problem, state, nodes) result(u)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
-      integer, intent(in) :: nodes(:)
+      integer, intent(in) :: nodes(:) !! nodes of the deck
       real(wp) :: u(3, size(nodes))
       type(kept_t) :: kept
       integer :: i, e, mesh_node, near
@@ -72,7 +72,7 @@ contains
       type(state_t), intent(in) :: state
       integer, intent(in) :: e                  !! element of the deck
       type(kept_forces_t), intent(inout) :: kept !! of the same state, or as initialised
-      real(wp), intent(out) :: local(3, 2)
+      real(wp), intent(out) :: local(3, 2)       !! at each end
       real(wp) :: tau
       integer :: side, holder, j
       j = problem%layout%rod_segment_of(e)
@@ -174,7 +174,7 @@ contains
       type(system_t), intent(in) :: system      !! assembled at `state`
       integer, intent(in) :: e
       real(wp), intent(in) :: tau               !! 0 to 1
-      type(profile_t), intent(inout) :: profile !! kept for the next place, see keep_profile
+      type(profile_t), intent(inout) :: profile !! kept for the next point, see keep_profile
       real(wp), intent(out) :: defect(3)
       real(wp) :: none(6)
       none = 0.0_wp
@@ -186,13 +186,13 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       integer, intent(in) :: e
-      real(wp), intent(in) :: tau
-      type(profile_t), intent(inout) :: profile !! kept for the next place, see keep_profile
+      real(wp), intent(in) :: tau               !! position in the element, 0 to 1
+      type(profile_t), intent(inout) :: profile !! kept for the next point, see keep_profile
       real(wp), intent(in) :: du(6)             !! changes of the nodes' displacements; of an element on a carried obstacle
       !! relative_increments
       real(wp), intent(in) :: dz(:)             !! (z_size) changes of the stored unknowns
       real(wp), intent(in) :: load_change       !! change of the load factor
-      real(wp), intent(out) :: rate(3)
+      real(wp), intent(out) :: rate(3)          !! global axes
       real(wp) :: step, moved(3, 2), part
       type(state_t) :: beside
       type(lying_t) :: kept

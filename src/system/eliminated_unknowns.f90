@@ -153,7 +153,7 @@ contains
    pure subroutine reaction_weights(system, candidate, factor, weight)
       type(system_t), intent(in) :: system
       integer, intent(in) :: candidate         !! candidate with an eliminated unknown
-      real(wp), intent(in) :: factor
+      real(wp), intent(in) :: factor           !! multiplies the derivatives
       real(wp), intent(inout) :: weight(:)     !! (n) node axes
       integer :: p
       p = system%partner(candidate)

@@ -35,7 +35,8 @@ module system_type
       real(wp), allocatable :: lean(:)          !! (nodes) displacement along the second axis per rotation, which is not part of the
       !! second unknown: at a point contact at a segment boundary the force acts beside the node
       real(wp), allocatable :: tie_block(:, :, :) !! blocks of T', see tied_nodes
-      real(wp), allocatable :: arm(:, :)        !! (2, candidates) node less the pivot of the obstacle; zero if no node carries it
+      real(wp), allocatable :: arm(:, :)        !! (2, candidates) position of the node minus that of the pivot of the obstacle;
+      !! zero if no node carries it
       real(wp), allocatable :: laid(:, :, :)    !! (9, 9, elements) tangent of loads on conforming elements (carried_obstacles); no
       !! elements if no obstacle is carried
       real(wp), allocatable :: slip_block(:, :, :) !! blocks of the displacements relative to the obstacle, see carried_obstacles

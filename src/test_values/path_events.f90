@@ -69,7 +69,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state
       type(system_t), intent(in) :: system
-      real(wp), intent(in) :: load_rate
+      real(wp), intent(in) :: load_rate !! d(load factor)/d(arc length)
       type(test_values_t) :: test_values
       integer :: i
       test_values%load_factor = state%load_factor

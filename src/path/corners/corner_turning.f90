@@ -156,7 +156,7 @@ contains
    subroutine leave_corner(problem, corner, point, ok)
       type(problem_t), intent(in) :: problem
       integer, intent(in) :: corner(:)           !! candidates
-      type(path_point_t), intent(inout) :: point !! in: the corner with the old set; out: the same place with the new set
+      type(path_point_t), intent(inout) :: point !! in: the corner with the old set; out: the same point with the new set
       logical, intent(out) :: ok
       real(wp) :: rate, none(3, size(point%state%u, 2))
       integer :: k

@@ -70,7 +70,7 @@ contains
    end subroutine locate_event
 
    !> Locates a value event by a correction with the value as the constraint, from a point interpolated between the ends of the
-   !> increment. The event stays unlocated if the value cannot be prescribed, if it is not monotonic within the increment (two
+   !> increment. The event is not located if the value cannot be prescribed, if it is not monotonic within the increment (two
    !> points may have it), or if no such point lies between the ends.
    subroutine locate_by_holding(problem, run, trial, division, located_event)
       type(problem_t), intent(in) :: problem

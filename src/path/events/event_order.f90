@@ -59,7 +59,7 @@ contains
       end do
    end function duplicates_of
 
-   !> (seen) for a located limit point at a corner of the path: index of the located contact change at the same place. 0: none.
+   !> (seen) for a located limit point at a corner of the path: index of the located contact change at the same position. 0: none.
    pure function beside(seen) result(change)
       type(located_event_t), intent(in) :: seen(:)
       integer :: change(size(seen))
@@ -74,7 +74,7 @@ contains
       end do
    end function beside
 
-   !> True if the load rate changes its sign while the contact set stays and the number of negative pivots changes by an even
+   !> True if the load rate changes its sign while the contact set is unchanged and the number of negative pivots changes by an even
    !> number: a second eigenvalue changes its sign together with that of the limit point and went undetected.
    pure logical function one_sided(run, trial, seen)
       type(path_state_t), intent(in) :: run
@@ -96,8 +96,8 @@ contains
    pure integer function count_before(run, seen, told, fraction) result(pivots)
       type(path_state_t), intent(in) :: run
       type(located_event_t), intent(in) :: seen(:)
-      logical, intent(in) :: told(:)
-      real(wp), intent(in) :: fraction           !! position of the place in the increment, 0 to 1
+      logical, intent(in) :: told(:)             !! (seen) from duplicates_of
+      real(wp), intent(in) :: fraction           !! position in the increment, 0 to 1
       integer :: i
       pivots = run%last%test_values%negative_pivots
       do i = 1, size(seen)

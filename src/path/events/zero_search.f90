@@ -45,7 +45,7 @@ contains
       type(division_t), intent(inout) :: division
       type(zero_search_t), intent(inout) :: search !! its bracket is given
       type(located_event_t), intent(inout) :: located_event !! sets point and fraction, as far as the search succeeded
-      logical, intent(out) :: found
+      logical, intent(out) :: found                         !! true: located to the tolerance
       type(bracket_t) :: whole
       whole = search%bracket
       found = .false.

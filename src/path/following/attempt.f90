@@ -19,7 +19,7 @@ module attempt
       real(wp) :: first_increment = 0.0_wp       !! size of the first increment tried from this point
       logical :: changed = .false.               !! a contact change was made when the point was last examined
       ! The last increment.
-      type(path_point_t) :: trial                !! end of the increment, in equilibrium if the report says so
+      type(path_point_t) :: trial                !! end of the increment, in equilibrium if report%converged
       type(increment_t) :: report                !! report of the correction to the trial
       type(request_t) :: request                 !! requirements of the trial before the path can continue
       type(relation_t) :: relation               !! relation of the point and the trial

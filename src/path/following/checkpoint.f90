@@ -63,7 +63,7 @@ contains
    subroutine exchange_step(a, kind, step, n_branches, perfect, buckled)
       type(archive_t), intent(inout) :: a
       integer, intent(inout) :: kind             !! on_step, on_branch or on_curve: the other parts of this kind must follow
-      integer, intent(inout) :: step, n_branches
+      integer, intent(inout) :: step, n_branches !! number of the step; branches of all previous steps
       type(model_t), intent(inout) :: perfect
       type(buckling_t), intent(inout) :: buckled(:)
       integer :: k

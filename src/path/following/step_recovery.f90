@@ -62,7 +62,7 @@ contains
 
       !> Releases interface points beside contact spans: the increment is repeated with elements that represent the end of contact
       !> with a foundation inside. Interface points may meet one another or a touchdown point, or jump. The mesh of the next point
-      !> has nodes at their new places.
+      !> has nodes at their new positions.
       subroutine release_marks(done)
          logical, intent(out) :: done
          integer :: m

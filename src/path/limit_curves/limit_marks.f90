@@ -43,8 +43,8 @@ contains
    subroutine take_marks_off(problem, state, direction, ok)
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :)
-      logical, intent(out) :: ok
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! as in renew_marks
+      logical, intent(out) :: ok                              !! as in renew_marks
       ok = .true.
       if (size(problem%mark) == 0) return
       call stand_on(new_span_problem(problem, present_contact_spans(problem, state), state), problem, state, direction, ok)
@@ -55,8 +55,8 @@ contains
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(state_t), intent(inout) :: state
-      real(wp), allocatable, intent(inout) :: direction(:, :)
-      logical, intent(out) :: ok
+      real(wp), allocatable, intent(inout) :: direction(:, :) !! as in renew_marks
+      logical, intent(out) :: ok                              !! as in renew_marks
       type(state_t) :: there
       type(system_t) :: system
       type(control_t) :: hold

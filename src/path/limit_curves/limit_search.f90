@@ -21,7 +21,7 @@ module limit_search
    !! from 20 to 80
    real(wp), parameter :: first_move = 0.01_wp      !! first step of a search, in units of the coordinates
    real(wp), parameter :: longest_move = 3.0_wp     !! longest step of a search; no input deck changes up to 30, one changes at 0.3
-   real(wp), parameter :: narrow = 1.0e-10_wp       !! places closer than this, in units of the coordinates, count as one; no input
+   real(wp), parameter :: narrow = 1.0e-10_wp       !! points closer than this, in units of the coordinates, count as one; no input
    !! deck changes from 1E-11 to 1E-9
    real(wp), parameter :: small_drop = 0.01_wp !! relative decrease of the load over one unit of arc length from the limit point
 
@@ -72,7 +72,7 @@ contains
    !> Sets the path tangent at the follower's state, oriented along a given direction.
    subroutine stand_here(follower, direction, direction_load)
       type(follower_t), intent(inout) :: follower
-      real(wp), intent(in) :: direction(:, :), direction_load
+      real(wp), intent(in) :: direction(:, :), direction_load !! (3, nodes); load factor
       call linearise(follower%problem, follower%state, follower%state, follower%system)
       if (.not. follower%system%ok) return
       follower%control%method = method_cylindrical
@@ -100,7 +100,7 @@ contains
    !> Evaluates the load rate h at a point of the surface of equilibria.
    subroutine evaluate_rate(follower, place, trial)
       type(follower_t), intent(inout) :: follower
-      real(wp), intent(in) :: place(2)
+      real(wp), intent(in) :: place(2) !! arc length and coordinate, in follower%unit, from the limit point
       type(trial_t), intent(out) :: trial
       type(state_t) :: start
       type(control_t) :: control
@@ -133,9 +133,9 @@ contains
       type(follower_t), intent(inout) :: follower
       type(step_t), intent(in) :: step
       real(wp), intent(inout) :: place(2)          !! predicted on entry, found on return
-      real(wp), intent(in) :: normal(2)
+      real(wp), intent(in) :: normal(2)            !! unit direction of the search
       type(trial_t), intent(out) :: trial
-      integer, intent(out) :: searches
+      integer, intent(out) :: searches !! evaluations of h
       type(trial_t) :: next
       type(bracket_t) :: bracket
       real(wp) :: q, h, q_old, h_old, slope
@@ -212,7 +212,7 @@ contains
    !> Coordinate of the curve: the parameter or its decimal logarithm.
    pure real(wp) function as_coordinate(curve, value)
       type(limit_curve_t), intent(in) :: curve
-      real(wp), intent(in) :: value
+      real(wp), intent(in) :: value !! value of the parameter
       as_coordinate = value
       if (curve%logarithmic) as_coordinate = log10(value)
    end function as_coordinate
@@ -220,7 +220,7 @@ contains
    !> Value of the parameter at a coordinate of the curve.
    pure real(wp) function as_value(curve, coordinate)
       type(limit_curve_t), intent(in) :: curve
-      real(wp), intent(in) :: coordinate
+      real(wp), intent(in) :: coordinate !! the parameter or its decimal logarithm
       as_value = coordinate
       if (curve%logarithmic) as_value = 10.0_wp**coordinate
    end function as_value

@@ -47,7 +47,7 @@ contains
    function problem_at(base, curve, value) result(problem)
       type(problem_t), intent(in) :: base       !! the problem with the deck's value of the parameter
       type(limit_curve_t), intent(in) :: curve
-      real(wp), intent(in) :: value
+      real(wp), intent(in) :: value !! new value of the parameter
       type(problem_t) :: problem
       integer :: k
       call copy_problem(base, problem)

@@ -34,7 +34,7 @@ contains
       type(problem_t), intent(in) :: next
       type(problem_t), intent(inout) :: problem
       type(path_state_t), intent(inout) :: run
-      logical, intent(out) :: done
+      logical, intent(out) :: done !! true: an equilibrium was found
       type(problem_t) :: kept
       type(path_state_t) :: before
       call copy_problem(problem, kept)
@@ -50,7 +50,7 @@ contains
    subroutine rebalance(problem, run, done)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run              !! unchanged without success
-      logical, intent(out) :: done
+      logical, intent(out) :: done                          !! true: an equilibrium was found
       type(path_point_t) :: better
       type(control_t) :: hold
       type(increment_t) :: report

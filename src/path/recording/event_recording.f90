@@ -208,7 +208,7 @@ contains
 
    !> Critical point with label and note. (gfortran 12 loses the length of a deferred-length component in a structure constructor.)
    function new_critical(label, note, bars) result(critical)
-      character(*), intent(in) :: label, note
+      character(*), intent(in) :: label, note !! LP, BP, ...; remark in words
       type(error_bars_t), allocatable, intent(in), optional :: bars
       type(critical_t) :: critical
       critical%label = label

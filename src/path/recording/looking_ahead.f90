@@ -41,7 +41,7 @@ contains
    subroutine look_on(problem, look, found)
       type(problem_t), intent(in) :: problem
       type(look_t), intent(inout) :: look      !! its point is unchanged if none is found
-      logical, intent(out) :: found
+      logical, intent(out) :: found            !! true: the look has moved
       type(path_point_t) :: next
       type(increment_t) :: report
       found = .false.

@@ -34,7 +34,7 @@ contains
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
       type(path_point_t), intent(in) :: point
-      character(*), intent(in) :: label
+      character(*), intent(in) :: label !! LP, BP, ...; '' for an ordinary point
       type(increment_t), intent(in) :: report
       class(recorder_t), intent(inout) :: recorder
       type(outcome_t), intent(inout) :: outcome

@@ -29,7 +29,7 @@ contains
       type(step_t), intent(in) :: step
       type(path_state_t), intent(inout) :: run
       type(located_event_t), intent(in) :: located_event !! located
-      integer, intent(in) :: tries
+      integer, intent(in) :: tries                       !! meshes made for the event
       type(outcome_t), intent(in) :: outcome
       type(request_t), intent(inout) :: request
       type(problem_t) :: free
@@ -55,8 +55,8 @@ contains
       type(state_t), intent(in) :: place
       real(wp), intent(in) :: force_scale        !! scale of forces at the point, see system_t
       type(error_bars_t), allocatable, intent(in) :: bars
-      logical, intent(in) :: critical
-      integer, intent(in) :: tries
+      logical, intent(in) :: critical !! true: a critical point, whose bars must be bounded
+      integer, intent(in) :: tries    !! meshes made for the point
       type(outcome_t), intent(in) :: outcome
       type(request_t), intent(inout) :: request
       real(wp) :: asked

@@ -285,7 +285,7 @@ contains
    !> Keeps the largest absolute load factor of a step, the reference of relative error bars.
    pure subroutine note_load(step, load_factor, accuracy)
       integer, intent(in) :: step                !! number of the step
-      real(wp), intent(in) :: load_factor
+      real(wp), intent(in) :: load_factor        !! load factor of a point
       type(accuracy_t), intent(inout) :: accuracy
       if (step /= accuracy%load_step) accuracy%load = 0.0_wp
       accuracy%load_step = step
@@ -430,7 +430,7 @@ contains
 
    contains
 
-      !> Writes the message for the first touchdown point whose place has no bound on its error.
+      !> Writes the message for the first touchdown point whose position has no bound on its error.
       subroutine note_places()
          integer :: k
          do k = 1, size(bars%place)

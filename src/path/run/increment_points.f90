@@ -76,8 +76,8 @@ contains
       type(division_t), intent(inout) :: division
       real(wp), intent(in) :: fraction             !! 0 to 1
       logical, intent(in) :: from_start            !! start from the first end even if interpolation is possible
-      logical, intent(in) :: keep_contact          !! contact set of the start, whatever the signs of gaps and reactions
-      type(path_point_t), intent(out) :: here      !! undefined unless the report says converged
+      logical, intent(in) :: keep_contact          !! contact set of the start, for any signs of gaps and reactions
+      type(path_point_t), intent(out) :: here      !! undefined unless report%converged
       type(increment_t), intent(out) :: report
       division%control%increment = fraction * division%whole
       if (division%smooth .and. .not. from_start) then

@@ -32,7 +32,7 @@ contains
       type(step_t), intent(in) :: step
       type(system_t), intent(in) :: system      !! assembled at that state
       type(increment_t), intent(inout) :: report
-      logical, intent(out) :: balanced
+      logical, intent(out) :: balanced !! true: the residual is small enough
       report%residual = max(system%force_residual, system%defect_residual)
       balanced = report%residual <= max(step%tolerance, system%round_off)
    end subroutine note_balance

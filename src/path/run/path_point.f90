@@ -53,7 +53,7 @@ contains
       type(control_t), intent(in) :: control
       type(path_point_t), intent(out) :: to      !! its state and system are set
       type(increment_t), intent(out) :: report
-      logical, intent(in), optional :: keep_contact !! true: contact set of `from`, whatever the signs of gaps and reactions
+      logical, intent(in), optional :: keep_contact !! true: contact set of `from`, for any signs of gaps and reactions
       to%system = from%system
       call take_increment(problem, from%state, control, to%state, to%system, report, keep_contact)
    end subroutine advance

@@ -186,13 +186,13 @@ contains
       & released, corner)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
-      character(*), intent(in) :: label
+      character(*), intent(in) :: label !! LP, BP, C+ or C-
       type(state_t), intent(in) :: state
       type(state_t), intent(in) :: trial         !! next accepted or trial point
       real(wp), intent(in) :: part               !! position of `state` between the last point and `trial`, 0 to 1
-      real(wp), intent(in) :: arc_length
+      real(wp), intent(in) :: arc_length         !! arc length of the critical point
       integer, intent(in) :: pivots              !! negative pivots before the critical point
-      integer, intent(in) :: multiplicity
+      integer, intent(in) :: multiplicity        !! BP: number of null vectors, else 0
       real(wp), intent(in), optional :: scale    !! scale of the event, see event_t
       type(error_bars_t), allocatable, intent(in), optional :: bars
       type(problem_t), intent(in), optional :: free !! problem without force-free contacts, on which a branch leaves the critical

@@ -109,7 +109,7 @@ contains
    end subroutine go_by_load
 
    !> Adapts the increment by Crisfield's rule, the square root of desired over needed iterations, limited so that the path tangent
-   !> does not turn more than allowed. With contact spans about one iteration only places the touchdown points: it is not counted,
+   !> does not turn more than allowed. With contact spans about one iteration only locates the touchdown points: it is not counted,
    !> the iteration count is fractional, so that it does not jump between meshes, and the ratio is squared.
    subroutine next_increment(step, report, relation, spans, control)
       type(step_t), intent(in) :: step
