@@ -106,7 +106,7 @@ contains
       end do
    end subroutine sort
 
-   !> Removes interface points too close to another one or to a touchdown point for an element between, and points due to
+   !> Removes pairs of interface points too close for an element between, points too close to a touchdown point, and points due to
    !> oscillations of polynomials (same segment of the law on both sides). Points next to a segment boundary are moved onto the
    !> boundary.
    subroutine thin(problem, state, cut)

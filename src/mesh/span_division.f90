@@ -105,9 +105,10 @@ contains
       end function layer_at
 
       !> Adds the nodes up to the end of a span. With the deck's density all free spans of the segment together get the deck's
-      !> number of elements. A line contact gets the deck's number on its length, or a quarter of it on a perfect rod without
-      !> foundation. The least number and the shortest length of elements are bounds. A mesh made for a tolerance follows its
-      !> density in line contacts as well: a line contact without pressure buckles like a free span.
+      !> number of elements. A line contact gets the deck's number on its length; on a perfect rod without foundation a quarter of
+      !> it, or on a straight obstacle the least number. The least number and the shortest length of elements are bounds. A mesh
+      !> made for a tolerance follows its density in line contacts as well: a line contact without pressure buckles like a free
+      !> span.
       subroutine divide(to, contact)
          real(wp), intent(in) :: to
          integer, intent(in) :: contact              ! index of the contact of a line contact; 0: a free span

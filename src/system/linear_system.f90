@@ -73,8 +73,8 @@ contains
          if (problem%candidates%rolls(c)) then
             roll = rolled(problem, state, c)
             system%gap(c) = system%gap(c) - roll%rise
-            ! The rotational stiffness of a point contact at which the rod bends more than the obstacle is negative. This stiffness
-            ! changes its sign through infinity, not through zero: the negative pivot is spurious.
+            ! The rotational stiffness of a point contact that bends around the obstacle more than its surface is negative. This
+            ! stiffness changes its sign through infinity, not through zero: the negative pivot is spurious.
             if (state%reaction(c) > 0.0_wp .and. touchdown_spring(problem, state, c) < 0.0_wp .and. &
                & .not. problem%candidates%follows(c)) system%hinges = system%hinges + 1
          end if

@@ -87,8 +87,8 @@ contains
             place = seen_here(problem, trial%state, critical_point)
             before = path_length(problem, run%last%state, place)
             after = path_length(problem, place, trial%state)
-            ! On a circle the sum of the chords to an inner point exceeds the chord of the whole increment by turn^2/32 of its
-            ! length.
+            ! On a circle the sum of the chords to the middle exceeds the chord of the whole increment by turn^2/32 of its length;
+            ! four times this is allowed.
             if (max(before, after) < relation%length .and. comes_back(run, critical_point, before) .and. &
                & before + after <= (1.0_wp + 0.125_wp * relation%turn**2 + near) * relation%length) then
                allocate (home)

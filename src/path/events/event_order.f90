@@ -17,7 +17,7 @@ contains
    !> (seen) true: the event is not reported on its own. Such events are:
    !> - bifurcations that repeat the sign change of a limit point or are further eigenvalues of a multiple bifurcation,
    !> - jumps of the pivot count due to a change of the contact set or to rounding at a last point that is itself a bifurcation,
-   !> - bifurcations behind the trial or of another path close by,
+   !> - bifurcations behind the trial,
    !> - limit points beside a contact change that were not located.
    !> If the contact set is unchanged up to the trial, the pivot count has no jumps: a change without a located bifurcation then
    !> means that the trial is on another path.

@@ -67,7 +67,7 @@ contains
       end if
    end subroutine locate_smooth
 
-   !> Computes the event's eigenvalue at both ends of the increment.
+   !> Computes the event's eigenvalue at both ends of the increment, and places the event at the last point if it vanishes there.
    subroutine bracket_eigenvalue(problem, step, run, trial, bracket, located_event, told)
       type(problem_t), intent(in) :: problem
       type(step_t), intent(in) :: step

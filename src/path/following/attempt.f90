@@ -35,12 +35,12 @@ module attempt
       integer :: meshes = 0                      !! meshes made for the increment's errors, see arrival_t
       integer :: corner_meshes = 0               !! meshes made for a corner of the contact set
       integer :: doubled_at = -1                 !! point for which the mesh density was doubled last
-      real(wp) :: asked_at = -1.0_wp             !! arc length up to which contact at the nodes has been tried
+      real(wp) :: asked_at = -1.0_wp             !! arc length up to which another contact set has been searched for
    end type attempt_t
 
 contains
 
-   !> Begins at the last accepted point of the path; resets the counters if this point is new.
+   !> Begins at the last accepted point of the path; resets the counters of meshes if this point is new.
    subroutine start_from(run, attempt)
       type(path_state_t), intent(in) :: run
       type(attempt_t), intent(inout) :: attempt

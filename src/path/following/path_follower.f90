@@ -36,7 +36,7 @@ module path_follower
 contains
 
    !> Follows the path from the last accepted point, with the control set, to the stop condition or to the row where it must pause.
-   !> Passes checkpoints to the recorder at accepted points and at the end.
+   !> Passes checkpoints to the recorder between the attempts and at the end.
    subroutine follow_points(problem, step, run, recorder, outcome, attempt, pause)
       type(problem_t), intent(inout) :: problem  !! its mesh changes with contact spans
       type(step_t), intent(in) :: step           !! step of the deck, or its copy for a branch

@@ -80,7 +80,8 @@ contains
       ! The finer mesh did not reduce the errors: it is coarsened again, because otherwise it would be refined at each further
       ! point.
       if (run%mesh%refinement%in_vain) run%mesh%coarser = run%mesh%refinement%demand
-      ! Between the last point and this one a free span opens that the elements did not resolve.
+      ! The mesh is made for the last point if a free span that the elements did not resolve may open behind it, or if nodes are at
+      ! the interface points.
       if (allocated(request%density) .and. .not. request%at_last_point) &
          & request%at_last_point = allocated(bars%may_open) .or. marked(problem, place, find_cuts(problem, place))
    end subroutine ask_for_mesh

@@ -352,8 +352,8 @@ contains
    end function coarse_words
 
    !> Keeps the largest relative bar of a critical load, and one message if an error bar of this point is wider than the deck allows
-   !> or is unknown. On a mesh made for a tolerance all points are checked, on a mesh given by the deck only the loads of critical
-   !> points and all numbers at the end of the step.
+   !> or is unknown. On a mesh made for a tolerance all points are checked, on a mesh given by the deck only points with a label,
+   !> both for the numbers to which the requested error applies.
    !>
    !> At the end of a step the deck usually prescribes the load factor: only the monitors there show that the mesh is too coarse.
    subroutine note_error(problem, step, bars, sizes, label, at, accuracy)
