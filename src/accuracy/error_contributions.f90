@@ -233,7 +233,7 @@ contains
             & section_value(problem, state, place%element, tau, place%quantity, place%sense)
       end function section_change
 
-      !> Difference of the two polynomials in an element, with the weights of a point.
+      !> Difference between the two polynomials at a position, summed with the weights of the point's displacements and rotation.
       real(wp) function difference(place, tau)
          type(inner_place_t), intent(in) :: place
          real(wp), intent(in) :: tau             !! position in the element, 0 to 1

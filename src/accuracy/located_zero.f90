@@ -70,7 +70,7 @@ contains
          tests = run_span_tests(problem, state, max(system%force_scale, tiny(value)), zero%test)
          if (size(tests) < zero%test) return
          value = tests(zero%test)%value
-         ! A couple of either sign lifts the contact. The couple itself changes its sign where its test, minus its size, becomes
+         ! The test is minus the size of the couple, because a couple of either sign lifts the contact. The couple itself is smooth.
          ! zero.
          if (tests(zero%test)%kind == test_couple) value = breakpoint_couple(problem, state, tests(zero%test)%candidate) / &
             & (max(system%force_scale, tiny(value)) * problem%size)

@@ -24,8 +24,8 @@ module span_tests
    type :: free_span_t
       integer :: rod_segment = 0
       integer :: element(2) = 0             !! first and last element
-      integer :: contact_span(2) = 0  !! contact spans before and after the free span, indices into problem%contact_span; beside one
-      !! contact of the segment, that of the next segment at their boundary counts, too. 0: segment boundary without contact
+      integer :: contact_span(2) = 0  !! contact spans before and after the free span, indices into problem%contact_span; a contact
+      !! span of the next segment at the boundary counts if the other side has a contact of this segment. 0: no contact there
       integer :: contact(2) = 0             !! contacts of these contact spans, indices into model%contact; 0: none
    end type free_span_t
 

@@ -112,8 +112,8 @@ contains
 
    contains
 
-      !> Orthogonalises an eigenvector against those of larger eigenvalues. Their components in it are rounding errors multiplied by
-      !> the ratio of the eigenvalues, which may be as large as the eigenvector itself.
+      !> Orthogonalises an eigenvector against those of larger eigenvalues. Rounding leaves components along these, which the ratio
+      !> of the eigenvalues multiplies and which may be as large as the eigenvector itself.
       subroutine take_out_larger(i)
          integer, intent(in) :: i
          integer :: j, pass
