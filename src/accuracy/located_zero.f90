@@ -71,7 +71,6 @@ contains
          if (size(tests) < zero%test) return
          value = tests(zero%test)%value
          ! The test is minus the size of the couple, because a couple of either sign lifts the contact. The couple itself is smooth.
-         ! zero.
          if (tests(zero%test)%kind == test_couple) value = breakpoint_couple(problem, state, tests(zero%test)%candidate) / &
             & (max(system%force_scale, tiny(value)) * problem%size)
       else if (.not. allocated(zero%event)) then
