@@ -93,7 +93,7 @@ contains
             & (after%load_factor - before%load_factor) * (closing_rate(problem, chain, mark%candidate(2)) + &
             & dot_product(normal, load%motion(:, chain%obstacle(mark%candidate(2)))))
       end associate
-      ! A gap below rounding does not move the interface point.
+      ! A deviation of the gap below rounding does not move the interface point.
       if (abs(error) > rounding_steps * epsilon(error) * norm2(after%u(1:2, problem%mark(m)%node))) distance = -error / slope
    end function mark_step
 end module ground_marks

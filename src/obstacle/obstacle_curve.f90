@@ -441,7 +441,7 @@ contains
       end do
    end function curve_samples
 
-   !> Samples with their directions.
+   !> Samples of a curve, with their directions.
    pure function feet(curve) result(foot)
       type(obstacle_curve_t), intent(in) :: curve
       type(foot_t), allocatable :: foot(:)

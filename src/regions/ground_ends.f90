@@ -17,7 +17,7 @@ module ground_ends
 
 contains
 
-   !> Orders of the roots at the first and the last end of a contact's chain; 0: no root in the given range.
+   !> Orders of the gap's roots at the first and the last end of a contact's chain; 0: no root in the given range.
    function root_orders(problem, state, contact, from, to) result(order)
       type(problem_t), intent(in) :: problem
       type(state_t), intent(in) :: state

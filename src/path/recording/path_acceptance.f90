@@ -284,7 +284,7 @@ contains
          & path_length(problem, run%last%state, trial%state), trial%test_values%negative_pivots, 0)
    end subroutine announce_contact
 
-   !> Moves the path state to the trial. Located bifurcations behind the trial do not count in its number of negative pivots.
+   !> Moves the path state to the trial. Bifurcations behind the trial do not count in its number of negative pivots.
    subroutine arrive(problem, run, trial, arrival, findings)
       type(problem_t), intent(in) :: problem
       type(path_state_t), intent(inout) :: run
